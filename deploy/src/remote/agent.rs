@@ -9,9 +9,9 @@ use super::log_tail::LogTail;
 use super::socket_proxy::{ProxyConnections, ROOM as CALLER_ROOM, Received};
 use super::timed_stream::TimedStream;
 use super::{BEAT, HOST_LIMIT};
-use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
+use crate::guard::network_guard::{GuardChange, NetworkGuard};
 use crate::process::descriptors;
 use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
@@ -68,7 +68,7 @@ pub(super) struct Agent {
     network: String,
     /// The folder of the copies.
     root: PathBuf,
-    pub(super) custody: Custody,
+    pub(super) network_guard: NetworkGuard,
     signals: Signals,
     pub(super) logs: PathBuf,
     watch: DirectoryWatch,
@@ -110,10 +110,10 @@ impl Agent {
         logs::clear(&guard_log).context(format!("write {}", guard_log.display()))?;
         let watch = DirectoryWatch::new(&logs).context("follow the logs")?;
         let signals = Signals::new().context("listen to signals")?;
-        let mut custody = Custody::new(network, lock, command, guard_log, services)?;
-        custody.start_guard()?;
+        let mut network_guard = NetworkGuard::new(network, lock, command, guard_log, services)?;
+        network_guard.start_guard()?;
         // The supervisor starts components as soon as this agent is ready.
-        custody.await_services(BEAT, || {
+        network_guard.await_services(BEAT, || {
             let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
             beat.context("answer its supervisor")
         })?;
@@ -121,7 +121,7 @@ impl Agent {
         Ok(Self {
             network: network.to_owned(),
             root,
-            custody,
+            network_guard,
             signals,
             logs,
             watch,
@@ -163,7 +163,7 @@ impl Agent {
             if let Err(error) = self.renew(cleanup) {
                 break Ending::Alone(error.to_string());
             }
-            self.custody.check(now);
+            self.network_guard.check(now);
             self.save();
             if let Err(why) = self.write() {
                 break Ending::Alone(why);
@@ -197,10 +197,10 @@ impl Agent {
         if !self.out.is_empty() {
             add(Source::Output, self.output.as_fd(), PollFlags::OUT);
         }
-        if let Some(guard) = self.custody.descriptor() {
+        if let Some(guard) = self.network_guard.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
-        if let Some((link, flags)) = self.custody.link() {
+        if let Some((link, flags)) = self.network_guard.link() {
             add(Source::GuardLink, link.as_fd(), flags);
         }
         if self.look.is_none() {
@@ -227,7 +227,7 @@ impl Agent {
             self.look,
             self.sweeps.deadline(),
             Some(self.health.deadline()),
-            self.custody.deadline(),
+            self.network_guard.deadline(),
         ];
         let next = times.into_iter().flatten().min().unwrap_or(silence);
         let left = next.saturating_duration_since(Instant::now());
@@ -254,7 +254,7 @@ impl Agent {
             Source::Supervisor => return self.receive(),
             Source::Signals => return Some(Ending::Alone("a signal ended this agent".to_owned())),
             Source::Output => {}
-            Source::Guard => match self.custody.guard_ended() {
+            Source::Guard => match self.network_guard.guard_ended() {
                 Some(GuardChange::NotStarted(text) | GuardChange::Restarted(text)) => {
                     self.send(&AgentMessage::Note(text));
                 }
@@ -262,7 +262,7 @@ impl Agent {
                 None => {}
             },
             Source::GuardLink => {
-                self.custody.turn();
+                self.network_guard.turn();
                 self.check_memory();
             }
             Source::Logs => {
@@ -319,7 +319,7 @@ impl Agent {
                     None => self.cancel(&name),
                 },
                 Some(SupervisorMessage::Connect { wire, name }) => {
-                    let path = self.custody.directory().socket(&process_name(&name));
+                    let path = self.network_guard.directory().socket(&process_name(&name));
                     if self.connections.call(wire, &path).is_err() {
                         self.send(&AgentMessage::Close(wire));
                     }
@@ -351,7 +351,7 @@ impl Agent {
                 let pid = process.pid();
                 let run = start.run.clone();
                 self.running.insert(name.clone(), Running { process, run });
-                self.custody.started(registered);
+                self.network_guard.started(registered);
                 self.send(&AgentMessage::Started { name, pid });
             }
             Err(reason) => self.send(&AgentMessage::NotStarted { name, reason }),
@@ -383,7 +383,7 @@ impl Agent {
         if component.exact {
             self.health.records_beside(log);
         }
-        LocalProcess::start(component, run, greeting, log, self.custody.mark())
+        LocalProcess::start(component, run, greeting, log, self.network_guard.mark())
     }
 
     fn read_link(&mut self, name: &str) {
@@ -413,12 +413,12 @@ impl Agent {
         let words = process.remaining_lines();
         self.forward_lines(name, words);
         let exit = process.reap();
-        self.custody.ended(name, true);
+        self.network_guard.ended(name, true);
         // Its last output belongs to the report of its end.
         self.send_output(name);
         // Its end is reported when it may restart.
         self.ended.insert(name.to_owned(), (exit, 0));
-        self.sweeps.begin(name, self.custody.mark(), run);
+        self.sweeps.begin(name, self.network_guard.mark(), run);
     }
 
     /// Reports components that have ended, once their orphans are killed and the guard has cleaned
@@ -433,7 +433,7 @@ impl Agent {
             }
         }
         // While the services are created anew, starts wait here.
-        let is_clean = |name: &str| self.renewal.ends() || self.custody.lets_start(name);
+        let is_clean = |name: &str| self.renewal.ends() || self.network_guard.lets_start(name);
         let may_start = |name: &&String| !self.sweeps.hold_back(name) && is_clean(name);
         let names: Vec<String> = self.ended.keys().filter(may_start).cloned().collect();
         for name in names {
@@ -508,11 +508,11 @@ impl Agent {
             process.terminate();
         }
         drop(std::mem::take(&mut self.running));
-        let killed = self.custody.end_all();
+        let killed = self.network_guard.end_all();
         if matches!(ending, Ending::Farewell) {
             self.send_all_output();
         }
-        let (left, removed, lock) = self.custody.finish(cleanup);
+        let (left, removed, lock) = self.network_guard.finish(cleanup);
         if let Err(error) = removed {
             let path = lock.directory().path().display();
             let note = AgentMessage::Note(format!("cannot remove {path}: {error}"));

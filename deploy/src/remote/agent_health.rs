@@ -136,7 +136,7 @@ impl Agent {
 
     /// Makes the run directory again if it was removed.
     fn restore_files(&mut self) {
-        match self.custody.restore() {
+        match self.network_guard.restore() {
             Ok(is_new) => {
                 self.no_trouble("directory-lost", "the run directory is there again");
                 if is_new {
@@ -155,7 +155,7 @@ impl Agent {
 
     /// Writes the process registry. It is needed only if all of rcdeploy is killed.
     pub(super) fn save(&mut self) {
-        match self.custody.save() {
+        match self.network_guard.save() {
             Ok(false) => {}
             Ok(true) => self.no_trouble("not-written", "wrote to the run directory"),
             Err(error) => {

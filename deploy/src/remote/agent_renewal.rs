@@ -41,12 +41,12 @@ impl Renewal {
 impl Agent {
     /// Lets nothing start, and tells the supervisor, if the guard misses files of its services.
     pub(super) fn check_memory(&mut self) {
-        let missing = self.custody.take_missing();
+        let missing = self.network_guard.take_missing();
         if missing.is_empty() || self.renewal.step == Step::Ends {
             return;
         }
         self.renewal.step = Step::Ends;
-        self.custody.hold_starts();
+        self.network_guard.hold_starts();
         let files = missing.join(", ");
         self.send(&AgentMessage::MemoryLost(files));
     }
@@ -83,20 +83,20 @@ impl Agent {
     /// Creates the services anew once no component runs, and starts those that wait for them.
     pub(super) fn renew(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
         if self.renewal.step == Step::Ends && self.running.is_empty() {
-            self.custody.begin_anew(cleanup)?;
+            self.network_guard.begin_anew(cleanup)?;
             self.renewal.step = Step::Creates;
             self.no_trouble("guard-lost", "a new guard runs");
         }
         if self.renewal.step == Step::Creates {
             let waiting = std::mem::take(&mut self.renewal.waiting);
             for start in waiting {
-                if self.custody.lets_start(&start.component.name) {
+                if self.network_guard.lets_start(&start.component.name) {
                     self.start_now(&start);
                 } else {
                     self.renewal.waiting.push(start);
                 }
             }
-            if self.renewal.waiting.is_empty() && self.custody.holds_all() {
+            if self.renewal.waiting.is_empty() && self.network_guard.holds_all() {
                 self.renewal.step = Step::None;
             }
         }

@@ -12,19 +12,19 @@ mod agent;
 mod agent_health;
 mod agent_renewal;
 mod agent_setup;
-mod assignment;
 mod connection;
 mod copies;
 mod host;
+mod hosts;
 mod log_tail;
 mod socket_proxy;
 mod ssh;
 mod timed_stream;
 
 pub use agent_setup::agent;
-pub(crate) use assignment::assign;
 pub(crate) use connection::AgentReady;
-pub(crate) use host::{Host, HostEvent, HostSource, Outbox, RemoteProcess};
+pub(crate) use host::{HostEvent, HostSource, Outbox, RemoteProcess};
+pub(crate) use hosts::Hosts;
 
 use rc_deploy_network::plan::Component;
 use std::time::Duration;

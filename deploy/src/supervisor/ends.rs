@@ -36,14 +36,14 @@ impl Supervisor<'_> {
             return;
         };
         let goes_on = self.ending.is_none();
-        if self.host_of[i].is_none() {
-            self.custody.ended(self.units[i].name(), goes_on);
+        if self.hosts.of(i).is_none() {
+            self.network_guard.ended(self.units[i].name(), goes_on);
         }
         let unit = &self.units[i];
         // At the end of the network all are looked for at once; on another machine, its agent has
         // looked.
-        if goes_on && self.host_of[i].is_none() {
-            let mark = self.custody.mark();
+        if goes_on && self.hosts.of(i).is_none() {
+            let mark = self.network_guard.mark();
             self.sweeps.begin(unit.name(), mark, unit.run());
         }
         if goes_on && unit.is_stopped() {

@@ -1,7 +1,7 @@
 //! Handles the events of other machines.
 
 use super::supervise::{StopReason, Supervisor};
-use crate::remote::{AgentReady, Host, HostEvent};
+use crate::remote::{AgentReady, HostEvent};
 use rc_deploy_client::error::advice;
 use rc_deploy_network::process_name;
 use rc_management::agent::{AgentMessage, Exit};
@@ -22,16 +22,9 @@ const CONDITIONS: [(&str, &str, Severity); 5] = [
 ];
 
 impl Supervisor<'_> {
-    /// Whether the machine of a unit is connected. Nothing starts before all machines were
-    /// connected, so that an unreachable machine is known early.
-    pub(super) fn has_host(&self, i: usize) -> bool {
-        self.hosts.iter().all(Host::was_there)
-            && self.host_of[i].is_none_or(|h| self.hosts[h].is_there())
-    }
-
     pub(super) fn announce_hosts(&mut self) {
-        for h in 0..self.hosts.len() {
-            let text = format!("connecting to {}", self.hosts[h].destination());
+        for h in self.hosts.indices() {
+            let text = format!("connecting to {}", self.hosts.destination(h));
             self.host_event(h, Severity::Info, "host-connecting", &text);
         }
     }
@@ -39,31 +32,25 @@ impl Supervisor<'_> {
     /// Disconnects the machines after all components have ended. Returns whether all are
     /// disconnected.
     pub(super) fn leave_hosts(&mut self) -> bool {
-        let now = Instant::now();
-        self.hosts.iter_mut().for_each(|host| host.leave(now));
-        self.hosts.iter().all(Host::is_over)
+        self.hosts.leave(Instant::now())
     }
 
     pub(super) fn read_host(&mut self, h: usize) {
-        for events in self.hosts[h].turn(Instant::now()) {
+        for events in self.hosts.turn(h, Instant::now()) {
             self.take_host_event(h, events);
         }
     }
 
     pub(super) fn check_hosts(&mut self, now: Instant) {
-        for h in 0..self.hosts.len() {
-            // No reconnection while the network stops.
-            if self.ending.is_some() && !self.hosts[h].is_there() {
-                self.hosts[h].leave(now);
-            }
-            if let Some(events) = self.hosts[h].check(now, self.custody.mark()) {
-                self.take_host_event(h, events);
-            }
+        let goes_on = self.ending.is_none();
+        let mark = self.network_guard.mark();
+        for (h, event) in self.hosts.check(now, mark, goes_on) {
+            self.take_host_event(h, event);
         }
     }
 
     fn host_event(&mut self, h: usize, severity: Severity, code: &'static str, text: &str) {
-        let name = &self.hosts[h].plan.name;
+        let name = self.hosts.name(h);
         let text = format!("host {name}: {text}");
         match code {
             "host-lost" | "host-unreachable" => {
@@ -83,7 +70,7 @@ impl Supervisor<'_> {
         let Some(&(begin, end, severity)) = CONDITIONS.iter().find(|known| known.0 == code) else {
             return;
         };
-        let name = self.hosts[h].plan.name.clone();
+        let name = self.hosts.name(h).to_owned();
         let text = format!("host {name}: {text}");
         if begins {
             self.trouble_of(&name, severity, begin, &text);
@@ -95,16 +82,16 @@ impl Supervisor<'_> {
     pub(super) fn take_host_event(&mut self, h: usize, events: HostEvent) {
         match events {
             HostEvent::Connected(began) => self.host_there(h, &began),
-            HostEvent::Unreachable(why) if self.hosts[h].was_there() => {
+            HostEvent::Unreachable(why) if self.hosts.was_there(h) => {
                 if self.ending.is_none() {
-                    let pause = self.hosts[h].next_attempt(Instant::now());
+                    let pause = self.hosts.next_attempt(h, Instant::now());
                     let text = format!("{why}; tried again in {:.0} s", pause.as_secs_f64());
                     self.host_event(h, Severity::Warning, "host-unreachable", &text);
                 }
             }
             HostEvent::Unreachable(why) => {
                 self.host_event(h, Severity::Error, "host-unreachable", &why);
-                let message = format!("host {}: {why}", self.hosts[h].plan.name);
+                let message = format!("host {}: {why}", self.hosts.name(h));
                 self.stop(StopReason::Failed(message), "a host cannot be used");
             }
             HostEvent::Lost(why) => self.host_lost(h, &why),
@@ -113,8 +100,8 @@ impl Supervisor<'_> {
     }
 
     fn host_there(&mut self, h: usize, began: &AgentReady) {
-        for i in self.units_on(h) {
-            let component = self.hosts[h].component(&self.plan.components[i]);
+        for i in self.hosts.members(Some(h)) {
+            let component = self.hosts.component(h, &self.plan.components[i]);
             self.units[i].remote_component = Some(component);
         }
         if let Some(count) = began.recovered {
@@ -138,12 +125,6 @@ impl Supervisor<'_> {
         }
     }
 
-    fn units_on(&self, h: usize) -> impl Iterator<Item = usize> + use<> {
-        let of = self.host_of.iter().enumerate();
-        let on = of.filter(move |(_, of)| **of == Some(h));
-        on.map(|(i, _)| i).collect::<Vec<_>>().into_iter()
-    }
-
     /// Marks all components of a lost machine as ended. The agent there ends them.
     fn host_lost(&mut self, h: usize, why: &str) {
         let severity = if self.ending.is_some() {
@@ -153,7 +134,7 @@ impl Supervisor<'_> {
         };
         self.host_event(h, severity, "host-lost", why);
         self.renewal.forget(h);
-        for i in self.units_on(h) {
+        for i in self.hosts.members(Some(h)) {
             let exit = Exit::without_status("its host was lost".to_owned());
             self.remote_process_ended(i, exit);
         }
@@ -161,16 +142,16 @@ impl Supervisor<'_> {
 
     /// Makes the management socket of a remote component available here.
     fn proxy_socket(&mut self, h: usize, name: &str) {
-        let path = self.custody.directory().socket(&process_name(name));
-        let listens = self.hosts[h].listen(name, &path);
+        let path = self.network_guard.directory().socket(&process_name(name));
+        let listens = self.hosts.listen(h, name, &path);
         self.note_written(&path, listens);
     }
 
     fn remote_process_ended(&mut self, i: usize, exit: Exit) {
-        if let Some(h) = self.host_of[i] {
+        if let Some(h) = self.hosts.of(i) {
             let name = self.units[i].name().to_owned();
-            self.hosts[h].close(&name);
-            let path = self.custody.directory().socket(&process_name(&name));
+            self.hosts.close(h, &name);
+            let path = self.network_guard.directory().socket(&process_name(&name));
             let text = format!("{} is not needed any more", path.display());
             self.no_trouble_of(&path.to_string_lossy(), "not-written", "written", &text);
         }
@@ -182,7 +163,7 @@ impl Supervisor<'_> {
 
     pub(super) fn take_agent_message(&mut self, h: usize, message: AgentMessage) {
         let on = |name: &str| {
-            let mut on = self.units_on(h);
+            let mut on = self.hosts.members(Some(h)).into_iter();
             on.find(|i| self.units[*i].name() == name)
         };
         match message {

@@ -160,7 +160,7 @@ impl Supervisor<'_> {
     /// Writes the process registry if it has changed. The next `up` needs it only if supervisor and
     /// guard are both killed.
     pub(super) fn save(&mut self) {
-        match self.custody.save() {
+        match self.network_guard.save() {
             Ok(false) => {}
             Ok(true) => self.no_trouble("not-written", "written", "wrote to the run directory"),
             Err(error) => {
@@ -204,8 +204,8 @@ impl Supervisor<'_> {
 
     /// Makes the run directory, its lock and the supervisor's socket again where they are missing.
     pub(super) fn restore_files(&mut self) {
-        let path = self.custody.directory().path().to_owned();
-        let restored = self.custody.restore().and_then(|directory| {
+        let path = self.network_guard.directory().path().to_owned();
+        let restored = self.network_guard.restore().and_then(|directory| {
             let socket = self.control.restore()?;
             Ok((directory, socket))
         });

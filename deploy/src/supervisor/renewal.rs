@@ -31,12 +31,12 @@ impl Renewal {
 impl Supervisor<'_> {
     /// Restarts all components of this machine if its guard misses files of their services.
     pub(super) fn check_memory(&mut self) {
-        let missing = self.custody.take_missing();
+        let missing = self.network_guard.take_missing();
         if missing.is_empty() || self.ending.is_some() {
             return;
         }
         self.renewal.is_due = true;
-        self.custody.hold_starts();
+        self.network_guard.hold_starts();
         self.restart_all_of(None, &missing.join(", "));
     }
 
@@ -55,7 +55,7 @@ impl Supervisor<'_> {
         let (about, text) = self.of_place(place, &text);
         self.trouble_of(&about, Severity::Error, "memory-lost", &text);
         self.renewal.restarting.insert(place);
-        let mut members = self.units_at(place);
+        let mut members = self.hosts.members(place);
         members.retain(|&i| !self.units[i].is_gone());
         let names = members.iter().map(|&i| self.units[i].name().to_owned());
         let request = ClientRequest::own(Request::Restart {
@@ -70,21 +70,16 @@ impl Supervisor<'_> {
         match place {
             None => (String::new(), text.to_owned()),
             Some(h) => {
-                let name = self.hosts[h].plan.name.clone();
+                let name = self.hosts.name(h).to_owned();
                 let text = format!("host {name}: {text}");
                 (name, text)
             }
         }
     }
 
-    fn units_at(&self, place: Option<usize>) -> BTreeSet<usize> {
-        let all = 0..self.units.len();
-        all.filter(|&i| self.host_of[i] == place).collect()
-    }
-
     /// Creates the services anew once no component of this machine runs.
     pub(super) fn renew(&mut self, cleanup: &dyn Fn()) {
-        let mut here = self.units_at(None).into_iter();
+        let mut here = self.hosts.members(None).into_iter();
         if !self.renewal.is_due || here.any(|i| self.units[i].is_alive()) {
             return;
         }
@@ -95,7 +90,7 @@ impl Supervisor<'_> {
         if let Some(recorder) = &mut self.recorder {
             recorder.renew();
         }
-        match self.custody.begin_anew(cleanup) {
+        match self.network_guard.begin_anew(cleanup) {
             Ok(()) => self.no_trouble("guard-lost", "guard-back", "a new guard runs"),
             Err(error) => {
                 let text = error.to_string();
@@ -107,7 +102,7 @@ impl Supervisor<'_> {
     /// Notes that all components of a machine are ready again.
     pub(super) fn note_renewed(&mut self) {
         for place in self.renewal.restarting.clone() {
-            let members = self.units_at(place);
+            let members = self.hosts.members(place);
             let lets_work = |unit: &Unit| unit.is_gone() || unit.lets_others_work();
             if !self.commands.has_own(&members)
                 && members.iter().all(|&i| lets_work(&self.units[i]))

@@ -56,8 +56,8 @@ impl Supervisor<'_> {
         NetworkStatus {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
-            guard: self.custody.guard(),
-            directory: self.custody.directory().path().to_owned(),
+            guard: self.network_guard.guard(),
+            directory: self.network_guard.directory().path().to_owned(),
             troubles: self.troubles.list(),
             ddsl: self.plan.ddsl.clone(),
             digest: self.digest.clone(),

@@ -97,8 +97,8 @@ impl Supervisor<'_> {
     /// Starts a few of the units that may start, and notes when it is the turn of the next ones.
     pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
-        let units = self.units.iter().zip(&self.host_of);
-        let starting = units.filter_map(|(unit, host)| Some((*host, unit.starting()?)));
+        let units = self.units.iter().enumerate();
+        let starting = units.filter_map(|(i, unit)| Some((self.hosts.of(i), unit.starting()?)));
         let starting = starting.filter(|(_, end)| now < *end);
         self.quota.begin_turn(starting);
         for i in 0..self.units.len() {
@@ -108,9 +108,9 @@ impl Supervisor<'_> {
             if self.quota.is_used_up() {
                 break;
             }
-            if self.quota.has_room(self.host_of[i]) {
+            if self.quota.has_room(self.hosts.of(i)) {
                 self.start(i);
-                self.quota.note(self.host_of[i], self.units[i].starting());
+                self.quota.note(self.hosts.of(i), self.units[i].starting());
             }
         }
         self.quota.end_turn(now);
@@ -124,8 +124,8 @@ impl Supervisor<'_> {
             && self.needs[i].iter().all(lets)
             && self.units[i].is_due()
             && !self.sweeps.hold_back(name)
-            && (self.host_of[i].is_some() || self.custody.lets_start(name))
-            && self.has_host(i)
+            && (self.hosts.of(i).is_some() || self.network_guard.lets_start(name))
+            && self.hosts.lets_start(i)
     }
 }
 

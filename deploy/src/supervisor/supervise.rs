@@ -1,16 +1,16 @@
 //! The event loop of the supervisor: one thread, one `poll`. It starts, watches and stops the units
 //! of a plan.
 
-use crate::guard::custody::{Custody, GuardChange};
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
+use crate::guard::network_guard::{GuardChange, NetworkGuard};
 use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
 use crate::log::rotation::{self, Rotation};
 use crate::process::memory::MemoryRounds;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
-use crate::remote::{self, Host, HostSource};
+use crate::remote::{HostSource, Hosts};
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
@@ -74,10 +74,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) needs: Vec<BTreeSet<usize>>,
     /// The managed units that are configured before the first one is activated.
     pub(super) configured_first: BTreeSet<usize>,
-    /// The other machines, and the index of its machine for each unit that runs on one of them.
-    pub(super) hosts: Vec<Host>,
-    pub(super) host_of: Vec<Option<usize>>,
-    pub(super) custody: Custody,
+    pub(super) hosts: Hosts,
+    pub(super) network_guard: NetworkGuard,
     /// The conditions of the network as a whole, and when its files are looked at.
     pub(super) troubles: NetworkTroubles,
     pub(super) look: Instant,
@@ -123,14 +121,13 @@ impl<'p> Supervisor<'p> {
             .map(|c| Unit::new(c.clone(), logs::file(&log_directory, &c.name)))
             .collect();
         let memory_pause = options.memory_pause.unwrap_or(MEMORY_PAUSE);
-        let (hosts, host_of) =
-            remote::assign(plan, &options.services, memory_pause, &log_directory);
-        for (unit, host) in units.iter_mut().zip(&host_of) {
-            unit.outbox = host.map(|host| hosts[host].outbox.clone());
+        let hosts = Hosts::new(plan, &options.services, memory_pause, &log_directory);
+        for (i, unit) in units.iter_mut().enumerate() {
+            unit.outbox = hosts.outbox_of(i);
         }
-        let written = units.iter().map(|unit| &unit.log);
-        let of_hosts = hosts.iter().map(|host| &host.log);
-        for path in written.chain([&guard_log, &supervisor_log]).chain(of_hosts) {
+        let written = units.iter().map(|unit| &*unit.log);
+        let written = written.chain([&*guard_log, &*supervisor_log]);
+        for path in written.chain(hosts.logs()) {
             logs::clear(path).context(format!("write {}", path.display()))?;
         }
         let relay = options
@@ -156,11 +153,12 @@ impl<'p> Supervisor<'p> {
         };
         let needs = plan.needs();
         let services = in_order_of_start(options.hold.clone(), plan, &needs);
-        let mut custody = Custody::new(&plan.network, lock, guard_command, guard_log, services)?;
-        let socket = custody.directory().socket(supervisor::SOCKET);
+        let mut network_guard =
+            NetworkGuard::new(&plan.network, lock, guard_command, guard_log, services)?;
+        let socket = network_guard.directory().socket(supervisor::SOCKET);
         let control =
             Control::listen(&socket, by_name).context(format!("listen at {}", socket.display()))?;
-        custody.start_guard()?;
+        network_guard.start_guard()?;
         Ok(Self {
             plan,
             digest: digest(&plan.ddsl),
@@ -170,8 +168,7 @@ impl<'p> Supervisor<'p> {
             commands: Commands::new(&needs),
             needs,
             hosts,
-            host_of,
-            custody,
+            network_guard,
             troubles,
             look: Instant::now() + LOOK,
             renewal: Renewal::default(),
@@ -240,10 +237,10 @@ impl<'p> Supervisor<'p> {
         let gone = self.gone();
         let unit = &mut self.units[i];
         unit.event(self.report, Severity::Info, "starting", "starting");
-        match unit.start(self.custody.mark(), &gone) {
+        match unit.start(self.network_guard.mark(), &gone) {
             Ok(()) => {
                 if let Some(process) = unit.registered() {
-                    self.custody.started(process);
+                    self.network_guard.started(process);
                 }
             }
             Err(reason) => self.not_started(i, &reason),
@@ -310,16 +307,14 @@ impl<'p> Supervisor<'p> {
         if let Some(watch) = self.rotation.descriptor() {
             add(Source::Rotation, watch.as_fd(), PollFlags::IN);
         }
-        if let Some(guard) = self.custody.descriptor() {
+        if let Some(guard) = self.network_guard.descriptor() {
             add(Source::Guard, guard.as_fd(), PollFlags::IN);
         }
-        if let Some((link, flags)) = self.custody.link() {
+        if let Some((link, flags)) = self.network_guard.link() {
             add(Source::GuardLink, link.as_fd(), flags);
         }
-        for (h, host) in self.hosts.iter().enumerate() {
-            for (part, descriptor, flags) in host.descriptors() {
-                add(Source::Host(h, part), descriptor, flags);
-            }
+        for (h, part, descriptor, flags) in self.hosts.descriptors() {
+            add(Source::Host(h, part), descriptor, flags);
         }
         for (i, unit) in self.units.iter().enumerate() {
             if let Some(link) = unit.link() {
@@ -338,12 +333,12 @@ impl<'p> Supervisor<'p> {
         let units = self.units.iter().filter_map(Unit::deadline);
         let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
-        let hosts = self.hosts.iter().filter_map(Host::deadline);
+        let hosts = self.hosts.deadline();
         let deadline = units.chain(relay).chain(hosts).chain(commands);
         let deadline = deadline.chain(self.sweeps.deadline());
         let deadline = deadline.chain(self.control.deadline());
         let deadline = deadline
-            .chain(self.custody.deadline())
+            .chain(self.network_guard.deadline())
             .chain(self.quota.next());
         let deadline = deadline.chain(self.rotation.deadline());
         let recorder = self.recorder.as_ref();
@@ -382,11 +377,11 @@ impl<'p> Supervisor<'p> {
             Source::Control(source) => self.control.turn(source, events),
             Source::Guard => self.guard_ended(),
             Source::GuardLink => {
-                self.custody.turn();
+                self.network_guard.turn();
                 self.check_memory();
             }
             Source::Host(h, HostSource::Link) => self.read_host(h),
-            Source::Host(h, HostSource::Socket(number)) => self.hosts[h].turn_socket(number),
+            Source::Host(h, HostSource::Socket(number)) => self.hosts.turn_socket(h, number),
             Source::Link(i) => self.units[i].read_link(self.report),
             Source::Process(i) => self.unit_ended(i),
         }
@@ -407,7 +402,7 @@ impl<'p> Supervisor<'p> {
     }
 
     fn guard_ended(&mut self) {
-        match self.custody.guard_ended() {
+        match self.network_guard.guard_ended() {
             Some(GuardChange::NotStarted(text)) => {
                 let message = Error::Guard(text).to_string();
                 self.network_event(Severity::Error, "refused", message.clone());
@@ -430,7 +425,7 @@ impl<'p> Supervisor<'p> {
         }
         self.control.check(now);
         self.check_hosts(now);
-        self.custody.check(now);
+        self.network_guard.check(now);
         if now >= self.look {
             self.look = now + LOOK;
             self.restore_files();
@@ -440,7 +435,7 @@ impl<'p> Supervisor<'p> {
         }
         let disk = self.rotation.check(now, self.report);
         self.disk_changed(disk);
-        let mark = self.custody.mark();
+        let mark = self.network_guard.mark();
         let recorder = self.recorder.as_mut();
         match recorder.and_then(|recorder| recorder.check(now, mark)) {
             Some(RecorderChange::Ended(text)) => {
@@ -506,7 +501,7 @@ impl<'p> Supervisor<'p> {
         if let Some(relay) = &mut self.relay {
             relay.finish(self.report);
         }
-        let (left, removed, lock) = self.custody.finish(cleanup);
+        let (left, removed, lock) = self.network_guard.finish(cleanup);
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {
             let text = format!("killed {left} orphaned processes of components");

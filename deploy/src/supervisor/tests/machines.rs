@@ -111,13 +111,13 @@ fn a_lost_machine_ends_its_components() {
 #[test]
 fn machines_are_left_at_the_end() {
     let mut net = Net::new(vec![on("g", component("a")), on("h", component("b"))]);
-    net.hosts[0].pretend();
+    net.hosts.pretend(0);
     net.stop(StopReason::Asked, "a test");
     net.check_hosts(Instant::now());
-    assert!(!net.hosts[0].is_over() && net.hosts[1].is_over());
-    net.hosts[0].outbox.take();
+    assert_eq!(net.hosts.over(), [false, true]);
+    net.hosts.take_messages(0);
     assert!(!net.leave_hosts());
-    assert_eq!(net.hosts[0].outbox.take(), [SupervisorMessage::Farewell]);
+    assert_eq!(net.hosts.take_messages(0), [SupervisorMessage::Farewell]);
     let mut net = Net::new(vec![on("g", component("a"))]);
     assert!(net.leave_hosts());
 }
@@ -169,7 +169,8 @@ fn conditions_of_machines_hold_until_they_end() {
 fn the_components_of_a_machine_restart_when_its_shared_memory_was_removed() {
     let a = on("g", component("a"));
     let mut net = Net::up(vec![a, after("a", component("b")), component("c")]);
-    assert_eq!(net.host_of, [Some(0), Some(1), Some(1)]);
+    let of = [0, 1, 2].map(|i| net.hosts.of(i));
+    assert_eq!(of, [Some(0), Some(1), Some(1)]);
     net.take_agent_message(1, AgentMessage::MemoryLost("x".to_owned()));
     net.note_renewed();
     let events = net.events();
@@ -281,7 +282,7 @@ fn agents_tell_about_their_processes() {
     net.take_agent_message(0, started);
     assert_eq!(net.units[1].status().pid, Some(4711));
     assert_eq!(net.units[0].status().pid, None);
-    let socket = net.custody.directory().socket("b");
+    let socket = net.network_guard.directory().socket("b");
     assert!(socket.exists(), "its socket is here, too");
     net.take_agent_message(0, AgentMessage::LinkClosed("b".to_owned()));
     assert!(

@@ -52,7 +52,7 @@ impl Drop for Net {
     fn drop(&mut self) {
         if let Some(supervisor) = self.supervisor.take() {
             let logs = logs::directory(&supervisor.plan.network);
-            drop(supervisor.custody.finish(&|| ()));
+            drop(supervisor.network_guard.finish(&|| ()));
             let _ = std::fs::remove_dir_all(logs);
         }
     }
@@ -123,7 +123,9 @@ impl Net {
             Some(_) => component,
         };
         let mut net = Self::new(components.into_iter().map(placed).collect());
-        net.hosts.iter_mut().for_each(crate::remote::Host::pretend);
+        for host in net.hosts.indices() {
+            net.hosts.pretend(host);
+        }
         net
     }
 
@@ -160,7 +162,7 @@ impl Net {
         let line = rpc::notification(message);
         let name = self.units[i].name().to_owned();
         let line = Some(String::from_utf8(line).expect("JSON"));
-        let host = self.host_of[i].expect("a machine");
+        let host = self.hosts.of(i).expect("a machine");
         self.take_agent_message(host, AgentMessage::LinkLine { name, line });
     }
 
@@ -182,7 +184,7 @@ impl Net {
 
     pub(super) fn end(&mut self, i: usize, exit: Exit) {
         let name = self.units[i].name().to_owned();
-        let host = self.host_of[i].expect("a machine");
+        let host = self.hosts.of(i).expect("a machine");
         let left = 0;
         self.take_agent_message(host, AgentMessage::Ended { name, exit, left });
     }

@@ -79,11 +79,11 @@ fn a_unit_starts_when_those_that_it_needs_are_ready() {
 fn nothing_starts_without_its_machine_or_while_the_network_stops() {
     let local = || vec![on("g", component("a")), on("h", component("b"))];
     let mut net = Net::new(local());
-    net.hosts[0].pretend();
+    net.hosts.pretend(0);
     net.start_ready_units();
     assert_eq!(net.alive(), [""; 0], "`h` was never connected");
-    net.hosts[1].pretend();
-    net.hosts[0].leave(Instant::now());
+    net.hosts.pretend(1);
+    net.hosts.leave_one(0);
     net.start_ready_units();
     assert_eq!(net.alive(), ["b"]);
     let mut net = Net::connected(local());

@@ -1,4 +1,4 @@
-//! The custody of a network whose guard is a script.
+//! Tests a network whose guard is a script.
 
 use super::*;
 use std::cell::Cell;
@@ -38,9 +38,9 @@ fn held(count: usize) -> String {
     format!("{{\"held\":{{\"count\":{count}}}}}\n")
 }
 
-/// A custody, and the folder of its guard's log.
+/// A guarded network, and the folder of its guard's log.
 struct Net {
-    custody: Option<Custody>,
+    network_guard: Option<NetworkGuard>,
     folder: tempfile::TempDir,
 }
 
@@ -48,7 +48,7 @@ impl Net {
     /// A network whose guard runs this shell script. `says` is its `$0`.
     fn new(script: &str, says: &str, services: Vec<Service>) -> Self {
         let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
-        let network = format!("custody-{}-{number}", std::process::id());
+        let network = format!("guarded-{}-{number}", std::process::id());
         let folder = tempfile::tempdir().expect("a folder");
         let lock = Lock::acquire(&network).expect("a lock");
         let command = GuardCommand {
@@ -56,46 +56,47 @@ impl Net {
             args: ["-c", script, says].map(str::to_owned).into(),
         };
         let log = folder.path().join("guard.log");
-        let custody = Custody::new(&network, lock, command, log, services).expect("a custody");
+        let network_guard =
+            NetworkGuard::new(&network, lock, command, log, services).expect("a guarded network");
         Self {
-            custody: Some(custody),
+            network_guard: Some(network_guard),
             folder,
         }
     }
 
     fn started(script: &str, says: &str, services: Vec<Service>) -> Self {
         let mut net = Self::new(script, says, services);
-        net.custody().start_guard().expect("a guard");
+        net.network_guard().start_guard().expect("a guard");
         net
     }
 
-    fn custody(&mut self) -> &mut Custody {
-        self.custody.as_mut().expect("it is not dropped")
+    fn network_guard(&mut self) -> &mut NetworkGuard {
+        self.network_guard.as_mut().expect("it is not dropped")
     }
 
     /// Takes turns until something is so.
-    fn await_that(&mut self, is_so: impl Fn(&Custody) -> bool) {
+    fn await_that(&mut self, is_so: impl Fn(&NetworkGuard) -> bool) {
         let limit = Instant::now() + LIMIT;
-        let custody = self.custody();
-        while !is_so(custody) {
+        let network_guard = self.network_guard();
+        while !is_so(network_guard) {
             assert!(Instant::now() < limit, "it does not become so");
             std::thread::sleep(Duration::from_millis(1));
-            custody.turn();
+            network_guard.turn();
         }
     }
 
     /// Waits for the end of the guard, and takes note of it.
     fn guard_ended(&mut self) -> GuardChange {
-        let guard = self.custody().descriptor().expect("a guard");
+        let guard = self.network_guard().descriptor().expect("a guard");
         let guard = guard.try_clone().expect("a copy");
         let ended = crate::process::identity::first_readable([&guard], LIMIT);
         assert!(ended.is_some(), "it does not end");
-        self.custody().guard_ended().expect("it has ended")
+        self.network_guard().guard_ended().expect("it has ended")
     }
 
     fn kill_guard(&mut self) {
         let pid = self
-            .custody()
+            .network_guard()
             .guard()
             .and_then(rustix::process::Pid::from_raw);
         let pid = pid.expect("a guard");
@@ -103,16 +104,19 @@ impl Net {
     }
 
     fn registry(&mut self) -> PathBuf {
-        self.custody().directory().path().join("components.json")
+        self.network_guard()
+            .directory()
+            .path()
+            .join("components.json")
     }
 }
 
 impl Drop for Net {
     fn drop(&mut self) {
-        if let Some(custody) = self.custody.take() {
-            let directory = custody.directory().path().to_owned();
+        if let Some(network_guard) = self.network_guard.take() {
+            let directory = network_guard.directory().path().to_owned();
             let called = Cell::new(false);
-            let (left, removed, lock) = custody.finish(&|| called.set(true));
+            let (left, removed, lock) = network_guard.finish(&|| called.set(true));
             drop(lock);
             if !std::thread::panicking() {
                 assert!(called.get() && removed.is_ok() && left == 0);
@@ -138,54 +142,60 @@ fn text(path: &Path) -> String {
 fn a_component_starts_when_its_services_are_held() {
     let services = vec![service(&["a"]), service(&["a", "b"]), service(&["c"])];
     let mut net = Net::new(GUARD, &held(2), services);
-    let lets = |custody: &Custody| ["x", "a", "b", "c"].map(|name| custody.lets_start(name));
-    assert_eq!(lets(net.custody()), [false; 4], "there is no guard yet");
-    net.custody().start_guard().expect("a guard");
-    assert_eq!(lets(net.custody()), [false; 4]);
-    net.await_that(|custody| custody.held == Some(2));
-    assert_eq!(lets(net.custody()), [true, true, true, false]);
+    let lets = |network_guard: &NetworkGuard| {
+        ["x", "a", "b", "c"].map(|name| network_guard.lets_start(name))
+    };
+    assert_eq!(
+        lets(net.network_guard()),
+        [false; 4],
+        "there is no guard yet"
+    );
+    net.network_guard().start_guard().expect("a guard");
+    assert_eq!(lets(net.network_guard()), [false; 4]);
+    net.await_that(|network_guard| network_guard.held == Some(2));
+    assert_eq!(lets(net.network_guard()), [true, true, true, false]);
     // What an earlier guard has created exists.
     net.kill_guard();
     let changed = net.guard_ended();
     assert!(matches!(changed, GuardChange::Restarted(_)));
-    assert_eq!(lets(net.custody()), [true, true, true, false]);
+    assert_eq!(lets(net.network_guard()), [true, true, true, false]);
 }
 
 #[test]
 fn a_component_starts_again_when_the_guard_has_cleaned_up_after_it() {
     let mut net = Net::started(GUARD, "", Vec::new());
-    net.await_that(|custody| custody.held.is_some());
+    net.await_that(|network_guard| network_guard.held.is_some());
     for (name, pid) in [("a", 1), ("b", 2), ("c", 3)] {
-        net.custody().started(process(name, pid));
+        net.network_guard().started(process(name, pid));
     }
-    net.custody().ended("a", true);
-    assert!(!net.custody().lets_start("a") && net.custody().lets_start("b"));
-    let guard = net.custody().guard.as_ref().and_then(Guard::patience);
-    assert!(guard.is_some() && net.custody().deadline() == guard);
-    net.await_that(|custody| custody.lets_start("a"));
-    assert_eq!(net.custody().deadline(), None);
+    net.network_guard().ended("a", true);
+    assert!(!net.network_guard().lets_start("a") && net.network_guard().lets_start("b"));
+    let guard = net.network_guard().guard.as_ref().and_then(Guard::patience);
+    assert!(guard.is_some() && net.network_guard().deadline() == guard);
+    net.await_that(|network_guard| network_guard.lets_start("a"));
+    assert_eq!(net.network_guard().deadline(), None);
     // The second clean-up goes on, and is done with `b`.
-    net.custody().ended("b", true);
-    assert!(!net.custody().lets_start("b"));
-    net.await_that(|custody| custody.lets_start("b"));
+    net.network_guard().ended("b", true);
+    assert!(!net.network_guard().lets_start("b"));
+    net.await_that(|network_guard| network_guard.lets_start("b"));
     // At the end of the network there is none.
-    net.custody().ended("c", false);
-    assert!(net.custody().lets_start("c"));
-    assert_eq!(net.custody().deaths, 2);
-    net.custody().ended("unknown", true);
-    assert_eq!(net.custody().deaths, 2);
+    net.network_guard().ended("c", false);
+    assert!(net.network_guard().lets_start("c"));
+    assert_eq!(net.network_guard().deaths, 2);
+    net.network_guard().ended("unknown", true);
+    assert_eq!(net.network_guard().deaths, 2);
 }
 
 #[test]
 fn a_new_guard_cleans_up_after_all() {
     let mut net = Net::started(GUARD, "", Vec::new());
-    net.await_that(|custody| custody.held.is_some());
+    net.await_that(|network_guard| network_guard.held.is_some());
     net.kill_guard();
-    net.custody().started(process("a", 1));
-    net.custody().ended("a", true);
+    net.network_guard().started(process("a", 1));
+    net.network_guard().ended("a", true);
     let _ = net.guard_ended();
-    assert!(!net.custody().lets_start("a"));
-    net.await_that(|custody| custody.lets_start("a"));
+    assert!(!net.network_guard().lets_start("a"));
+    net.await_that(|network_guard| network_guard.lets_start("a"));
 }
 
 #[test]
@@ -197,16 +207,16 @@ fn the_registry_is_written_when_it_has_changed() {
         "a later `up` finds it"
     );
     std::fs::remove_file(&file).expect("a file");
-    net.custody().save().expect("it is written");
+    net.network_guard().save().expect("it is written");
     assert!(!file.exists());
-    net.custody().started(process("a", 1));
-    net.custody().save().expect("it is written");
+    net.network_guard().started(process("a", 1));
+    net.network_guard().save().expect("it is written");
     assert!(text(&file).contains("\"a\""));
-    net.custody().ended("a", false);
-    net.custody().save().expect("it is written");
+    net.network_guard().ended("a", false);
+    net.network_guard().save().expect("it is written");
     assert!(text(&file).contains("\"components\":[]"));
     std::fs::remove_file(&file).expect("a file");
-    net.custody().save().expect("it is written");
+    net.network_guard().save().expect("it is written");
     assert!(!file.exists());
 }
 
@@ -219,32 +229,32 @@ fn a_first_guard_that_never_guards_is_not_replaced() {
     let log = net.folder.path().join("guard.log");
     let expected = format!("exit status: 7; see {}", log.display());
     assert!(why.starts_with(&expected), "{why}");
-    assert_eq!(net.custody().guard(), None);
-    assert!(net.custody().guard_ended().is_none());
-    assert!(net.custody().descriptor().is_none() && net.custody().link().is_none());
+    assert_eq!(net.network_guard().guard(), None);
+    assert!(net.network_guard().guard_ended().is_none());
+    assert!(net.network_guard().descriptor().is_none() && net.network_guard().link().is_none());
 }
 
 #[test]
 fn a_guard_that_ends_again_and_again_is_given_up() {
     let mut net = Net::started(GUARD, "", vec![service(&["a"])]);
-    net.await_that(|custody| custody.held.is_some());
+    net.await_that(|network_guard| network_guard.held.is_some());
     for _ in 1..GUARD_STARTS {
-        let first = net.custody().guard().expect("a guard");
+        let first = net.network_guard().guard().expect("a guard");
         net.kill_guard();
         let GuardChange::Restarted(why) = net.guard_ended() else {
             panic!("there is a new one");
         };
         assert!(why.contains("SIGKILL"), "{why}");
-        assert_ne!(net.custody().guard(), Some(first));
+        assert_ne!(net.network_guard().guard(), Some(first));
     }
-    assert!(!net.custody().lets_start("a"));
+    assert!(!net.network_guard().lets_start("a"));
     net.kill_guard();
     let GuardChange::Lost(why) = net.guard_ended() else {
         panic!("it is given up");
     };
     assert!(why.contains("is not started any more"), "{why}");
     assert!(
-        net.custody().lets_start("a"),
+        net.network_guard().lets_start("a"),
         "components do without a guard"
     );
 }
@@ -259,18 +269,18 @@ fn an_agent_waits_until_all_services_are_held() {
         beats += 1;
         Ok(())
     };
-    net.custody()
+    net.network_guard()
         .await_services(pause, &mut beat)
         .expect("they are held");
-    assert_eq!(net.custody().held, Some(2));
-    net.custody()
+    assert_eq!(net.network_guard().held, Some(2));
+    net.network_guard()
         .await_services(pause, &mut beat)
         .expect("they are held");
     assert!(beats > 0);
     // One is never held.
     let mut net = Net::started(GUARD, &held(1), services());
     let mut beats = 0;
-    let ended = net.custody().await_services(pause, || {
+    let ended = net.network_guard().await_services(pause, || {
         beats += 1;
         if beats < 5 {
             Ok(())
@@ -280,10 +290,10 @@ fn an_agent_waits_until_all_services_are_held() {
     });
     assert!(matches!(ended, Err(Error::NoSecret)));
     let mut net = Net::started("exit 7", "", services());
-    let ended = net.custody().await_services(pause, || Ok(()));
+    let ended = net.network_guard().await_services(pause, || Ok(()));
     assert!(matches!(ended, Err(Error::Guard(why)) if why.starts_with("exit status: 7")));
     // Without a guard there is nothing to wait for.
-    net.custody()
+    net.network_guard()
         .await_services(pause, || Ok(()))
         .expect("no guard");
 }
@@ -291,9 +301,9 @@ fn an_agent_waits_until_all_services_are_held() {
 #[test]
 fn a_guard_that_is_stuck_is_killed_at_its_deadline() {
     let mut net = Net::started(GUARD, "", vec![service(&["a"])]);
-    net.await_that(|custody| custody.held.is_some());
-    let deadline = net.custody().deadline().expect("it is busy");
-    net.custody().check(deadline);
+    net.await_that(|network_guard| network_guard.held.is_some());
+    let deadline = net.network_guard().deadline().expect("it is busy");
+    net.network_guard().check(deadline);
     let GuardChange::Restarted(why) = net.guard_ended() else {
         panic!("there is a new one");
     };
@@ -310,8 +320,8 @@ fn processes_that_do_not_end_are_killed() {
         process: identity,
         ..process("a", 1)
     };
-    net.custody().started(sleeps);
-    assert_eq!(net.custody().end_all(), 1);
+    net.network_guard().started(sleeps);
+    assert_eq!(net.network_guard().end_all(), 1);
     assert!(!child.wait().expect("it has ended").success());
-    assert_eq!(net.custody().end_all(), 0, "they are forgotten");
+    assert_eq!(net.network_guard().end_all(), 0, "they are forgotten");
 }

@@ -22,8 +22,8 @@ const GUARD_STARTS: u32 = 5;
 /// A guard that lived this long does not count as a failure.
 const GUARD_STEADY: Duration = Duration::from_secs(5);
 
-/// The custody of a network on this machine.
-pub(crate) struct Custody {
+/// A network on this machine, held by its lock and watched by its guard.
+pub(crate) struct NetworkGuard {
     network: String,
     /// The processes that run.
     registry: ProcessRegistry,
@@ -58,9 +58,9 @@ pub(crate) enum GuardChange {
     Lost(String),
 }
 
-impl Custody {
-    /// Takes custody of a network whose lock is held. From now on, a later `up` can recover it. The
-    /// guard prints to `log`, and creates the services in this order.
+impl NetworkGuard {
+    /// Registers a network whose lock is held. From now on, a later `up` can recover it. The guard
+    /// prints to `log`, and creates the services in this order.
     pub(crate) fn new(
         network: &str,
         lock: Lock,
