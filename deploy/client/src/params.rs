@@ -20,6 +20,9 @@ use std::time::Duration;
 /// How long a component may take to reply. It is longer than the limit of its worker for a change.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 
+/// The widest column of a table.
+const WIDEST: usize = 200;
+
 /// Lists the parameters with these paths, or all parameters.
 pub fn list(network: &str, name: &str, paths: &[String]) -> Result<Parameters, Error> {
     let paths = Some(paths.to_vec());
@@ -153,7 +156,9 @@ pub fn table(parameters: &Parameters) -> String {
         ]
     });
     let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    // One long value does not move the others, and a width is a `u16` for the formatter.
+    let long = |row: &[String; 5], at: usize| row[at].chars().count().min(WIDEST);
+    let width = |column: usize| rows.iter().map(|row| long(row, column)).max();
     let mut table = String::new();
     let widths = [0, 1, 2, 3].map(|column| width(column).unwrap_or(0));
     for row in &rows {
@@ -197,4 +202,37 @@ pub fn text(value: &Value) -> String {
 pub fn change_text(change: &ParameterChange) -> String {
     let (old, new) = (text(&change.old), text(&change.new));
     format!("{}: {old} -> {new}", change.path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_value_is_shown_and_moves_no_other_one_far() {
+        let parameter = |path: &str, value: &str| ParameterStatus {
+            path: path.to_owned(),
+            value: value.into(),
+            pending: None,
+            unsaved: false,
+            default: None,
+            allowed: "string".to_owned(),
+            unit: None,
+            editable: true,
+            restart: false,
+            secret: false,
+            doc: Vec::new(),
+        };
+        // A width of the formatter has 16 bits.
+        let long = "x".repeat(70_000);
+        let parameters = Parameters {
+            file: None,
+            parameters: vec![parameter("map", &long), parameter("name", "robot")],
+        };
+        let table = table(&parameters);
+        assert!(table.contains(&format!("\"{long}\"")));
+        let short = table.lines().find(|line| line.starts_with("name "));
+        let short = short.expect("the other parameter");
+        assert!(short.ends_with("now") && short.len() < 300, "{short}");
+    }
 }

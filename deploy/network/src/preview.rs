@@ -240,8 +240,9 @@ fn listed(words: &[String], indent: usize) -> String {
     out
 }
 
+/// The width of a column, which one long text does not exceed: a width is a `u16` for the formatter.
 fn widest<'a>(all: impl Iterator<Item = &'a str>, title: &str) -> usize {
-    let widths = all.map(|text| text.chars().count());
+    let widths = all.map(|text| text.chars().count().min(LINE));
     widths.max().unwrap_or(0).max(title.len())
 }
 
@@ -441,5 +442,17 @@ mod tests {
             "{text}"
         );
         assert!(text.ends_with("component28, component29"), "{text}");
+    }
+
+    #[test]
+    fn one_long_name_does_not_widen_a_column_beyond_a_line() {
+        let long = "h".repeat(70_000);
+        let width = widest(["robot", long.as_str()].into_iter(), "host");
+        assert_eq!(width, LINE);
+        assert!(
+            format!("{long:width$}|{:width$}|", "robot")
+                .ends_with(&format!("{}|", " ".repeat(LINE - 5)))
+        );
+        assert_eq!(widest(["robot"].into_iter(), "component"), 9);
     }
 }

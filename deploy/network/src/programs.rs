@@ -225,6 +225,7 @@ impl Network {
 
     /// Checks that generated code is up to date and that variants can be generated.
     pub fn check_generated(&self, found: &mut Diagnostics) {
+        self.check_copies(found);
         let mut seen: HashSet<(&Path, Middleware)> = HashSet::new();
         for (instance, project, variant) in self.built() {
             match variant {
@@ -235,6 +236,32 @@ impl Network {
                     }
                 }
             }
+        }
+    }
+
+    /// Reports components of a workspace that have one program, which is that of either: most
+    /// likely, a folder was copied.
+    fn check_copies(&self, found: &mut Diagnostics) {
+        let mut first: HashMap<(PathBuf, String), (&Path, Span)> = HashMap::new();
+        for (instance, project, _) in self.built() {
+            // A manifest that cannot be read is reported where it is needed.
+            let Ok(Some(root)) = Workspaces::root(project.code()) else {
+                continue;
+            };
+            let named = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
+            let program = (root, package(project));
+            let (path, other) = *first.entry(program).or_insert((&project.path, named));
+            if path == project.path {
+                continue;
+            }
+            let name = &project.component.name.text;
+            let message =
+                format!("two components of the workspace have the name `{name}`, and one program");
+            let error = Diagnostic::error("copied-component", named, message);
+            found.push(error.label(other, "first named here").help(
+                "give the copy a name of its own: in its .cdsl, in `name` of its Cargo.toml, and in \
+                 the paths `NAME_generated` of its src/; or start with `rcgen new NAME --from FILE.cdsl`",
+            ));
         }
     }
 
@@ -437,5 +464,68 @@ impl Build {
     /// The system refuses a file.
     pub fn finish(self) -> Result<(), Error> {
         self.launchers.iter().try_for_each(Launcher::write)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::{Overrides, load};
+    use rc_codegen::FileLoader;
+    use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+
+    /// What `check` says of the programs of a network with these components, a line each.
+    fn found(components: &[&str]) -> String {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            std::fs::write(path, text).expect("a file");
+        };
+        write("Cargo.toml", "[workspace]\nmembers = [\"*\"]\n");
+        for place in ["clock", "copy"] {
+            let cdsl = "Component clock { Communications {}; language rust; };\n";
+            write(&format!("{place}/clock.cdsl"), cdsl);
+            let manifest = "[package]\nname = \"clock\"\nversion = \"0.1.0\"\n";
+            write(&format!("{place}/Cargo.toml"), manifest);
+        }
+        let instances: String = components
+            .iter()
+            .enumerate()
+            .map(|(at, path)| format!("    Component c{at} {{ cdsl \"{path}\"; }};\n"))
+            .collect();
+        write("n.ddsl", &format!("Deployment n\n{{\n{instances}}};\n"));
+        let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+        let path = folder.path().join("n.ddsl");
+        let (network, more) =
+            load(&path, &Overrides::default(), &mut sources, &loader).expect("a file");
+        let network = network.expect("a network");
+        assert!(
+            !more.has_errors(),
+            "{}",
+            render(&sources, &more, Format::Short)
+        );
+        let mut found = Diagnostics::new();
+        network.check_generated(&mut found);
+        render(&sources, &found, Format::Short)
+    }
+
+    #[test]
+    fn a_copy_of_a_component_has_no_program_of_its_own() {
+        let copied = found(&["clock/clock.cdsl", "copy/clock.cdsl"]);
+        let lines: Vec<&str> = copied
+            .lines()
+            .filter(|line| line.contains("copied-component"))
+            .collect();
+        let [line] = lines[..] else {
+            panic!("{copied}")
+        };
+        assert!(
+            line.contains("n.ddsl:4:25: error[copied-component]"),
+            "{line}"
+        );
+        assert!(line.contains("first named here at"), "{line}");
+        // Two instances of one component have one program.
+        let twice = found(&["clock/clock.cdsl", "clock/../clock/clock.cdsl"]);
+        assert!(!twice.contains("copied-component"), "{twice}");
     }
 }

@@ -1,7 +1,7 @@
 //! `rcdeploy start`, `stop` and `restart`, and the commands of the life cycle.
 
 use super::arguments::{Managed, Named};
-use super::networks::network_of;
+use super::networks::{by_hand_or, network_of};
 use super::output::{Failure, print_failure, show};
 use rc_deploy_client::{Format, connection, lifecycle};
 use rc_management::lifecycle::Transition;
@@ -9,7 +9,9 @@ use rc_management::supervisor::{CommandResult, Verb};
 
 /// Starts, stops or restarts components, and prints the result.
 pub(super) fn control(verb: Verb, named: &Named) -> Result<u8, Failure> {
-    let result = connection::command(&network_of(&named.network)?, verb, &named.names)?;
+    let network = network_of(&named.network)?;
+    let result = connection::command(&network, verb, &named.names)
+        .map_err(|error| by_hand_or(&network, error))?;
     let word = match verb {
         Verb::Stop => "stopped",
         Verb::Restart => "ready again",

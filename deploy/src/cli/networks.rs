@@ -91,8 +91,8 @@ pub(super) fn network_of(argument: &str) -> Result<String, Failure> {
     }
 }
 
-/// The reason why a network without a supervisor cannot be stopped: its components were started by
-/// hand, if there are any.
+/// The reason why no supervisor starts or stops components of a network: they were started by hand,
+/// if there are any.
 pub(super) fn by_hand_or(network: &str, error: Error) -> Failure {
     let report = status::report(network).ok();
     let pids = report.iter().flat_map(status::NetworkReport::components);
@@ -104,7 +104,7 @@ pub(super) fn by_hand_or(network: &str, error: Error) -> Failure {
     Failure(
         3,
         format!(
-            "the components of network {network} were started by hand, and rcdeploy does not stop them; end them where they run, or with: kill {pids}"
+            "the components of network {network} were started by hand, and rcdeploy neither starts nor stops them; end them where they run, or with: kill {pids}"
         ),
     )
 }

@@ -302,6 +302,22 @@ fn components_that_were_started_by_hand_are_found_without_a_supervisor() {
     // The only network that runs needs no name.
     let status = site.rcdeploy(&["status"], false);
     assert_eq!(status.code, 0, "{status:?}");
+    // Each command that needs a supervisor says who started them.
+    let pids = [&avoider, &simulator].map(|of| of.pid().as_raw_nonzero().to_string());
+    let wanted = format!(
+        "the components of network {net} were started by hand, and rcdeploy neither starts nor stops them; end them where they run, or with: kill {}",
+        pids.join(" ")
+    );
+    for words in [
+        &["down", &net][..],
+        &["stop", &net, "avoider"],
+        &["start", &net, "avoider"],
+        &["restart", &net, "avoider"],
+    ] {
+        let refused = site.rcdeploy(words, false);
+        assert_eq!(refused.code, 3, "{words:?}: {refused:?}");
+        assert!(refused.stderr.contains(&wanted), "{words:?}: {refused:?}");
+    }
     for component in [avoider, simulator] {
         kill_process(component.pid(), Signal::TERM).expect("to end it");
         assert_eq!(component.end(), Some(0));
