@@ -111,9 +111,7 @@ pub fn of(
     let mut pieces = Vec::new();
     let lets_values_serve = |slot: &Slot| {
         let mut blocks = code.blocks.iter().filter(|b| b.worker == worker);
-        // A second slot with the same interface has a marker as a second argument.
-        let arguments = slot.generics.split(',').count();
-        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name) && b.arguments == arguments)
+        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name) && is_marked_for(b, slot))
     };
     for slot in component
         .implemented()
@@ -181,6 +179,15 @@ fn worker(code: &Code) -> String {
     match workers.next() {
         Some(first) if !usual(first) && !workers.any(usual) => first.worker.clone(),
         _ => WORKER.to_owned(),
+    }
+}
+
+/// Whether an implementation of an interface is that of this slot: the second argument of the trait
+/// is the marker that tells the slot from an earlier one with its interface.
+fn is_marked_for(block: &Block, slot: &Slot) -> bool {
+    match block.arguments.get(1) {
+        None => slot.marker.is_empty(),
+        Some(argument) => argument.as_ref().is_none_or(|name| *name == slot.marker),
     }
 }
 
@@ -266,7 +273,7 @@ fn contexts(component: &Component, code: &Code, worker: &str, found: &mut Diagno
             continue;
         };
         let is_ours = block.generated || block.worker == worker;
-        if !is_ours || block.arguments == generics.split(',').count() {
+        if !is_ours || block.arguments.len() == generics.split(',').count() {
             continue;
         }
         let message = format!("`{name}` needs the types `{generics}`: error E0107 of rustc");

@@ -71,7 +71,7 @@ struct Operation<'a> {
     own_result: bool,
     /// Members of the reply, in the order of the wire.
     replies: Vec<Member<'a>>,
-    /// The same variables in the order of the returned tuple, whose first is the value of the
+    /// Variables of the reply in the order of the returned tuple, whose first is the value of the
     /// operation.
     returned: Vec<String>,
     result: String,

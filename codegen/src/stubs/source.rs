@@ -21,8 +21,8 @@ pub(super) struct Code {
 pub(super) struct Block {
     /// The trait's name in its own crate.
     pub(super) name: String,
-    /// How many types the trait is given.
-    pub(super) arguments: usize,
+    /// The types that the trait is given. `None` is a parameter of the `impl`: any type.
+    pub(super) arguments: Vec<Option<String>>,
     /// The last name of the type.
     pub(super) worker: String,
     /// Whether the trait certainly comes from the generated crate.
@@ -263,8 +263,15 @@ impl Visitor<'_> {
         let (trait_name, span) = (home.unwrap_or(&local).clone(), self.span(&last.ident));
         let worker = name(&worker.ident);
         let arguments = match &last.arguments {
-            syn::PathArguments::AngleBracketed(list) => list.args.len(),
-            _ => 0,
+            syn::PathArguments::AngleBracketed(list) => {
+                let parameters: Vec<&syn::Ident> =
+                    item.generics.type_params().map(|p| &p.ident).collect();
+                let arguments = list.args.iter();
+                arguments
+                    .map(|argument| argument_name(argument, &parameters, imports))
+                    .collect()
+            }
+            _ => Vec::new(),
         };
         let methods = item.items.into_iter().filter_map(|item| match item {
             ImplItem::Fn(function) => Some(Method {
@@ -294,6 +301,29 @@ impl Visitor<'_> {
             self.before + range.end,
         )
     }
+}
+
+/// The last name of a type, as it is declared; `None` for a type parameter of the `impl`. A type
+/// without a name has an empty one.
+fn argument_name(
+    argument: &syn::GenericArgument,
+    parameters: &[&syn::Ident],
+    imports: &Scope,
+) -> Option<String> {
+    let syn::GenericArgument::Type(syn::Type::Path(path)) = argument else {
+        return Some(String::new());
+    };
+    let Some(last) = path.path.segments.last() else {
+        return Some(String::new());
+    };
+    if path.path.segments.len() > 1 {
+        return Some(name(&last.ident));
+    }
+    if parameters.contains(&&last.ident) {
+        return None;
+    }
+    let local = name(&last.ident);
+    Some(imports.names.get(&local).cloned().unwrap_or(local))
 }
 
 /// `r#match` is the name `match`.

@@ -234,6 +234,39 @@ fn a_value_that_serves_a_slot_needs_no_handlers() {
     assert_eq!(component.stubs().1, "");
 }
 
+/// Slots of one interface are told apart by their markers.
+#[test]
+fn a_value_that_serves_one_of_three_slots_leaves_the_handlers_of_the_others() {
+    let component = Component::new();
+    let text = component.text("c.cdsl");
+    let slots = "implements Voice, Voice as second, Voice as third;";
+    assert_eq!(text.matches("implements Voice;").count(), 1);
+    component.write("c.cdsl", &text.replace("implements Voice;", slots));
+    let text = component.text(WORKER);
+    let missing = |imports: &str, generics: &str, parameters: &str| {
+        let serving =
+            format!("{imports}\nimpl{parameters} ServeVoice{generics} for SpecificWorker {{}}\n");
+        component.write(WORKER, &format!("{text}{serving}"));
+        let (code, out, err) = component.stubs();
+        assert_eq!(code, 0, "{err}");
+        [
+            "impl Second<Context, SecondSlot>",
+            "impl Third<Context, ThirdSlot>",
+        ]
+        .map(|line| out.contains(line))
+    };
+    let serve = "use c_generated::interfaces::voice::ServeVoice;";
+    assert_eq!(missing(serve, "<Context>", ""), [true, true]);
+    assert_eq!(missing(serve, "<Context, ThirdSlot>", ""), [true, false]);
+    assert_eq!(
+        missing(serve, "<Context, slots::SecondSlot>", ""),
+        [false, true]
+    );
+    assert_eq!(missing(serve, "<C, S>", "<C, S>"), [false, false]);
+    let renamed = format!("{serve} use c_generated::slots::SecondSlot as Mark;");
+    assert_eq!(missing(&renamed, "<Context, Mark>", ""), [false, true]);
+}
+
 #[test]
 fn undeclared_handlers_are_reported() {
     let component = Component::new();
