@@ -4,11 +4,14 @@ use crate::inbox::Replies;
 use crate::names;
 use rc_ddsc::BEFORE_BODY;
 use rc_middleware::rpc;
-use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody};
+use rc_middleware::{
+    CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, Spin,
+};
 use rc_network::{
     CallState, Caller, ClientPorts, EndpointSpec, GuidPrefix, Opening, Role, Session, body,
     sample_header, signal, stamp,
 };
+use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -37,7 +40,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
             address,
             signal,
             wake_event: session.environment.wake_event.clone(),
-            spin: endpoint.qos.spin,
+            spin: Cell::new(Spin::new(endpoint.qos.spin)),
         },
         ports: ClientPorts { requests, replies },
         inbox,

@@ -202,23 +202,34 @@ impl SharedClient {
         limit: Duration,
     ) -> Result<bool, CallError> {
         let mut spin = self.spin.get();
-        let own = spin.begin();
-        let mut came = false;
-        let start = Instant::now();
+        let begin = Instant::now();
+        let own = spin.begin(begin);
+        // A poll that something else ends says nothing.
+        self.spin.set(spin);
         let limit = limit.min(own);
-        while start.elapsed() < limit && !self.session.environment.wake_event.is_stopping() {
-            if self.take(pending, take)? {
-                came = true;
+        while !limit.is_zero() && !self.session.environment.wake_event.is_stopping() {
+            let mut found = None;
+            let came = self.take(pending, &mut |header, body| {
+                found = Some(Instant::now());
+                take(header, body);
+            })?;
+            let now = found.unwrap_or_else(Instant::now);
+            if came {
+                spin.came(now);
+                self.spin.set(spin);
+                return Ok(true);
+            }
+            if now.saturating_duration_since(begin) >= limit {
                 break;
             }
+            spin.looked(now);
             std::hint::spin_loop();
         }
-        // A call with a shorter limit says nothing.
-        if came || (limit == own && !own.is_zero()) {
-            spin.ended(came);
+        if limit == own {
+            spin.in_vain();
+            self.spin.set(spin);
         }
-        self.spin.set(spin);
-        Ok(came)
+        Ok(false)
     }
 
     /// Whether the server that got the request, `asked`, is dead or no longer registered.

@@ -2,7 +2,8 @@
 
 use crate::{GuidPrefix, Peer, ReaderPort, ReplyQueue, Role, WriterPort};
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::{CallError, WakeEvent, wait};
+use rc_middleware::{CallError, Spin, WakeEvent, wait};
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
@@ -80,7 +81,7 @@ pub struct Caller {
     /// Stops the component.
     pub wake_event: WakeEvent,
     /// How long the client polls before it sleeps.
-    pub spin: Duration,
+    pub spin: Cell<Spin>,
 }
 
 impl Caller {
@@ -135,10 +136,19 @@ impl Caller {
     ) -> Result<(), CallError> {
         let address = || self.address.clone();
         let mut interrupted = false;
+        let mut spin = self.spin.get();
+        let begin = Instant::now();
+        let mut polls = Some(spin.begin(begin)).filter(|time| !time.is_zero());
+        // A poll that something else ends says nothing.
+        self.spin.set(spin);
         loop {
             self.signal.clear();
             let CallState { has_server, reply } = state();
             if let Some(result) = reply {
+                if polls.is_some() {
+                    spin.came(Instant::now());
+                    self.spin.set(spin);
+                }
                 return result;
             }
             if !has_server {
@@ -149,14 +159,21 @@ impl Caller {
             if self.wake_event.is_stopping() {
                 return Err(CallError::Stopping);
             }
-            let elapsed = start.elapsed();
+            let now = Instant::now();
+            let elapsed = now.saturating_duration_since(start);
             if elapsed >= limit {
                 let address = address();
                 return Err(CallError::Deadline { address, limit });
             }
-            if elapsed < self.spin {
-                std::hint::spin_loop();
-                continue;
+            if let Some(time) = polls {
+                if now.saturating_duration_since(begin) < time {
+                    spin.looked(now);
+                    std::hint::spin_loop();
+                    continue;
+                }
+                polls = None;
+                spin.in_vain();
+                self.spin.set(spin);
             }
             // The wake event stays readable for its owner: this call does not wait for it twice.
             let descriptors = [self.signal.as_fd(), self.wake_event.as_fd()];

@@ -8,12 +8,13 @@ use rc_ddsc::{BEFORE_BODY, Identity, Sample};
 use rc_diagnostics::foreign::clean;
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
 use rc_middleware::{
-    CallError, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody,
+    CallError, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody, Spin,
 };
 use rc_network::{
     Backlog, CallState, Caller, ClientPorts, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer,
     ROOM, RateLimit, ReplyQueue, Role, body, sample_header, signal, stamp,
 };
+use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -140,7 +141,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
             address,
             signal,
             wake_event: node.session.environment.wake_event.clone(),
-            spin: endpoint.qos.spin,
+            spin: Cell::new(Spin::new(endpoint.qos.spin)),
         }),
         services,
         _listed: listed,

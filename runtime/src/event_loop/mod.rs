@@ -341,8 +341,16 @@ impl<'a> EventLoop<'a> {
         let mut result: Result<(), NotHandled> = Ok(());
         let mut lost = 0;
         let gaps = &mut port.gaps;
+        let (spin, polls) = (&mut port.spin, port.spin_until.is_some());
+        // Before the handler, whose time is not that of the poll.
+        let mut came = || {
+            if polls {
+                spin.came(Instant::now());
+            }
+        };
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
+                came();
                 result = taps.serve(slot, header, body, reply, |reply| {
                     answer(*component, of, idle, header, body, reply)
                 });
@@ -351,6 +359,7 @@ impl<'a> EventLoop<'a> {
                 port, operation, ..
             } => {
                 let mut take = |header: Header, body: Body<'_>| {
+                    came();
                     lost = gaps.note(&header);
                     let kind = (TappedKind::Sample, Some(*operation));
                     taps.copy(slot, kind, header, Profile::Rpc, body.memory());
@@ -373,10 +382,7 @@ impl<'a> EventLoop<'a> {
             Ok(true) => {
                 port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
-                if port.spin_until.is_some() {
-                    port.spin.ended(true);
-                }
-                let spin = port.spin.begin();
+                let spin = port.spin.begin(now);
                 port.spin_until = (!spin.is_zero()).then(|| now + spin);
                 self.handled(at, start, now, lost, result);
             }

@@ -131,9 +131,10 @@ impl Port {
     pub(super) fn rest(&mut self, now: Instant) {
         if self.spin_until.is_some_and(|until| now < until) {
             // The wake-up stays set, so that senders need not set it again.
+            self.spin.looked(now);
             self.ready = false;
         } else if self.spin_until.take().is_some() {
-            self.spin.ended(false);
+            self.spin.in_vain();
             self.wake(false);
         } else if self.burst_until.is_some_and(|until| now < until) {
             // The wake-up stays set, and the loop looks again.

@@ -34,6 +34,7 @@ mod slots;
 mod soak;
 mod usage;
 mod variant;
+mod wake;
 
 use programs::Failure;
 use rc_deploy_network::Profile;
@@ -54,6 +55,8 @@ fn main() -> ExitCode {
         }
         ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
+        ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
+        ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
@@ -118,7 +121,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | python [--smoke] | record [exact] [--smoke] | time [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | languages | machine | observe [--smoke] | parameters | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

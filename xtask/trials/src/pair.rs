@@ -161,6 +161,16 @@ impl Pair {
         Self::components_under([&[], &[]], programs, more)
     }
 
+    /// A pong and a ping, each on one processor, with further arguments.
+    pub(crate) fn at(
+        [pong, ping]: [usize; 2],
+        programs: &[PathBuf; 2],
+        more: &[&str],
+    ) -> Result<Self, Failure> {
+        let tools = [ping, pong].map(|at| ["taskset", "-c", &at.to_string()].map(str::to_owned));
+        Self::components_under([&tools[0], &tools[1]], programs, more)
+    }
+
     fn components_under(
         tools: [&[String]; 2],
         programs: &[PathBuf; 2],
@@ -362,6 +372,11 @@ impl Times {
     /// The quantile `part`, in microseconds.
     pub(crate) fn quantile(&mut self, part: f64) -> f64 {
         quantile(&mut self.0, part) as f64 / 1000.0
+    }
+
+    /// The mean, in microseconds.
+    pub(crate) fn mean(&self) -> f64 {
+        self.0.iter().sum::<i64>() as f64 / self.0.len() as f64 / 1000.0
     }
 
     /// The number of messages.
