@@ -3,6 +3,7 @@
 
 use super::check::{BUS, PERIOD, load, read};
 use expect_test::expect;
+use rc_configuration::json_text;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use std::time::Duration;
@@ -261,4 +262,21 @@ fn a_schema_lists_settings_and_choices() {
     assert_eq!(parameters["mode"]["enum"], choices, "{parameters}");
     let pause = &parameters["pause"];
     assert!(pause.is_object() && pause.get("enum").is_none(), "{pause}");
+}
+
+/// A value of few tables in one another stands on one line, however long; a deeper one does not.
+#[test]
+fn deep_json_stands_on_several_lines() {
+    let word = "w".repeat(150);
+    let flat = serde_json::json!({ "a": { "b": [&word] } });
+    assert_eq!(
+        json_text(&flat),
+        format!("{{\"a\":{{\"b\":[\"{word}\"]}}}}\n")
+    );
+    let deep = serde_json::json!({ "a": [[[[&word]]]] });
+    let inner = format!("[[[\"{word}\"]]]");
+    assert_eq!(
+        json_text(&deep),
+        format!("{{\n  \"a\": [\n    {inner}\n  ]\n}}\n")
+    );
 }
