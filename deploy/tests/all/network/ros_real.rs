@@ -1,11 +1,12 @@
-//! The programs of an installed ROS 2. `RC_ROS2_SETUP` names the file to source, such as
-//! `/opt/ros/jazzy/setup.bash`. The tests need the packages `demo_nodes_cpp` and
-//! `example_interfaces`, and colcon.
+//! What users of ROS 2 do with a component. The first part of each test has rclpy of `PyPI`. The
+//! second one has the programs of an installed ROS 2: `RC_ROS2_SETUP` names the file to source, such
+//! as `/opt/ros/jazzy/setup.bash`. It needs the packages `demo_nodes_cpp` and `example_interfaces`,
+//! and colcon, none of which `PyPI` has.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
 use rc_test_site::site::{Ran, Site};
-use rc_test_support::python::skipped;
+use rc_test_support::python::{self, skipped};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -21,13 +22,13 @@ struct Ros {
 }
 
 impl Ros {
-    /// `None` without ROS 2: `test` is listed as skipped.
-    fn new(test: &str, id: u32) -> Option<Self> {
+    /// `None` without ROS 2: `part` of `test` is listed as skipped.
+    fn new(test: &str, domain: Domain, part: &str) -> Option<Self> {
         let Some(setup) = std::env::var_os("RC_ROS2_SETUP") else {
-            skipped(test, "RC_ROS2_SETUP names no setup file of ROS 2");
+            let reason = format!("{part} only: RC_ROS2_SETUP names no setup file of ROS 2");
+            skipped(test, &reason);
             return None;
         };
-        let domain = Domain::over(Over::Ros2, "ros_real", id);
         let setup = setup.into();
         Some(Self { setup, domain })
     }
@@ -102,11 +103,21 @@ impl Drop for Background {
 
 #[test]
 fn a_component_is_a_node_of_ros() {
-    let Some(ros) = Ros::new("a_component_is_a_node_of_ros", 15) else {
+    let test = "a_component_is_a_node_of_ros";
+    let domain = Domain::over(Over::Ros2, "ros_real", 15);
+    let remap = "ros2.remap=Talk/chatter:=/chatter";
+    if let Some(python) = python::ros(test) {
+        let component = domain.start_local(&["--set-middleware", remap]);
+        let said = domain.rclpy(python, "talk.py", &["/chatter"]).end();
+        let node = format!("node /{}/interop", domain.site.network);
+        assert_eq!(said, [&*node, "heard Hello World"], "{}", component.log());
+    }
+    let part = "`ros2 node|topic|service`, services of example_interfaces, nodes of demo_nodes_cpp";
+    let Some(ros) = Ros::new(test, domain, part) else {
         return;
     };
     let network = ros.domain.site.network.clone();
-    let _component = ros.domain.start(&["ros2.remap=Talk/chatter:=/chatter"]);
+    let _component = ros.domain.start(&[remap]);
     ros.says("ros2 node list", &format!("/{network}/interop"));
     let _talker = ros.start("talker", "ros2 run demo_nodes_cpp talker");
     Site::until("the component hears the talker", || {
@@ -139,7 +150,22 @@ fn a_component_is_a_node_of_ros() {
 /// others.
 #[test]
 fn parameters_are_those_of_a_node_of_ros() {
-    let Some(ros) = Ros::new("parameters_are_those_of_a_node_of_ros", 18) else {
+    let test = "parameters_are_those_of_a_node_of_ros";
+    let domain = Domain::over(Over::Ros2, "ros_real", 18);
+    if let Some(python) = python::ros(test) {
+        let component = domain.start_local(&[]);
+        let events = domain.rclpy(python, "parameter_events.py", &[]);
+        // A secret has no name in ROS.
+        let names = "names arm.joints count images.bytes images.count speed";
+        assert_eq!(events.line(), names, "{}", component.log());
+        // The event is published once, and discovery of the subscriber takes a moment.
+        Site::until("a change by rcdeploy is published", || {
+            set_speed(&domain, "4.25");
+            set_speed(&domain, "4.75");
+            events.has_said("speed 4.75")
+        });
+    }
+    let Some(ros) = Ros::new(test, domain, "`ros2 param` and `ros2 topic echo`") else {
         return;
     };
     let network = ros.domain.site.network.clone();
@@ -171,24 +197,28 @@ fn parameters_are_those_of_a_node_of_ros() {
     }
     let echo = "ros2 topic echo /parameter_events rcl_interfaces/msg/ParameterEvent";
     let echo = ros.start("events", echo);
-    let set = |value: &str| {
-        let change = format!("speed={value}");
-        let set = ["params", "set", &network, "interop", &change];
-        let ran = ros.domain.site.rcdeploy(&set, false);
-        assert_eq!(ran.code, 0, "{ran:?}");
-    };
-    // The event is published once, and discovery of the subscriber takes a moment.
     Site::until("a change by rcdeploy is published", || {
-        set("4.25");
-        set("4.75");
+        set_speed(&ros.domain, "4.25");
+        set_speed(&ros.domain, "4.75");
         echo.has_said("double_value: 4.75")
     });
+}
+
+/// Changes a parameter of the component with rcdeploy.
+fn set_speed(domain: &Domain, value: &str) {
+    let change = format!("speed={value}");
+    let set = ["params", "set", &domain.site.network, "interop", &change];
+    let ran = domain.site.rcdeploy(&set, false);
+    assert_eq!(ran.code, 0, "{ran:?}");
 }
 
 /// colcon builds the package that `rcgen export` writes.
 #[test]
 fn an_exported_package_is_one_of_ros() {
-    let Some(ros) = Ros::new("an_exported_package_is_one_of_ros", 16) else {
+    let domain = Domain::over(Over::Ros2, "ros_real", 16);
+    // `rosidl.rs` of codegen lets the packages of rosidl read what is exported.
+    let part = "`colcon build` and `ros2 interface show`";
+    let Some(ros) = Ros::new("an_exported_package_is_one_of_ros", domain, part) else {
         return;
     };
     let place = ros.domain.site.path("workspace");
