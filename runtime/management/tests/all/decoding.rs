@@ -116,3 +116,14 @@ fn only_texts_are_given_without_quotes() {
     assert!(is_text("tags[2]", "string[] of any length") && !is_text("tags", "string[]"));
     assert!(!is_text("gain", "float, from 0 to 1") && !is_text("gains[0]", "float[3]"));
 }
+
+#[test]
+fn notifications_of_a_supervisor_are_decoded() {
+    use rc_management::supervisor::Notification;
+    let missed = json!({ "events": 5 });
+    assert_eq!(
+        Notification::decode("missed", missed.clone()),
+        Some(Notification::Missed { events: 5 })
+    );
+    assert_eq!(Notification::decode("unknown", missed), None);
+}
