@@ -48,15 +48,15 @@ pub(crate) struct PythonComponent {
     _alive: Alive,
 }
 
-/// Core and machine while a function of the worker runs. A panic gives them back, too: the runtime
-/// reads the machine for its message.
-struct Taken<'j> {
+/// Lends core and machine to the session while a function of the worker runs. A panic gives them
+/// back, too: the runtime reads the machine for its message.
+struct Lending<'j> {
     component: &'j mut PythonComponent,
     core: Option<Core>,
     machine: Option<Machine<Number, Number>>,
 }
 
-impl Drop for Taken<'_> {
+impl Drop for Lending<'_> {
     fn drop(&mut self) {
         (self.component.core, self.component.machine) = (self.core.take(), self.machine.take());
     }
@@ -120,16 +120,16 @@ impl PythonComponent {
     /// Runs Python on behalf of the worker.
     pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
         let (core, machine) = (self.core.take(), self.machine.take());
-        let mut taken = Taken {
+        let mut lending = Lending {
             component: self,
             core,
             machine,
         };
-        let Taken {
+        let Lending {
             component,
             core,
             machine,
-        } = &mut taken;
+        } = &mut lending;
         session::lend(core, machine, || Python::attach(|py| run(py, component)))
     }
 
@@ -387,10 +387,10 @@ impl Joined for PythonComponent {
         session::count_peers(peers);
     }
 
-    fn states(&self, slot: usize) -> &[u16] {
-        let slot = self.program.slots.get(slot);
-        let states = slot.and_then(|slot| slot.available.as_deref());
-        states.unwrap_or_default()
+    fn availability(&mut self, slot: usize) -> Option<(&Parts, &[u16])> {
+        let states = self.program.slots.get(slot)?.available.as_deref()?;
+        let machine = self.machine.as_mut()?.parts();
+        (!states.is_empty()).then_some((&*machine, states))
     }
 
     fn serve(

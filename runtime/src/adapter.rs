@@ -58,8 +58,9 @@ pub trait Joined: Living {
     /// As [`Component::sending_peers`].
     fn sending_peers(&self, peers: &mut [usize]);
 
-    /// The states of the machine in which a slot serves requests; in all if there is none.
-    fn states(&self, slot: usize) -> &[u16];
+    /// The machine, and its states in which a slot serves requests. `None` if the slot serves them
+    /// in every state.
+    fn availability(&mut self, slot: usize) -> Option<(&Parts, &[u16])>;
 
     /// As [`Component::serve`].
     fn serve(
@@ -208,11 +209,8 @@ impl<J: Joined> Component for Adapter<J> {
     }
 
     fn unavailable(&mut self, slot: usize) -> Option<String> {
-        if self.0.states(slot).is_empty() {
-            return None;
-        }
-        let states = self.0.states(slot).to_vec();
-        self.0.machine()?.unavailable(&states)
+        let (machine, states) = self.0.availability(slot)?;
+        machine.unavailable(states)
     }
 
     fn serve(
@@ -352,9 +350,10 @@ where
         WorkerContext::sending_peers(&*self.ctx, peers);
     }
 
-    fn states(&self, slot: usize) -> &[u16] {
-        let entry = C::Target::SLOTS.get(slot);
-        entry.map_or(&[], |entry| entry.states)
+    fn availability(&mut self, slot: usize) -> Option<(&Parts, &[u16])> {
+        let states = C::Target::SLOTS.get(slot)?.states;
+        let machine = WorkerContext::machine(&mut *self.ctx)?;
+        (!states.is_empty()).then_some((&*machine, states))
     }
 
     fn serve(

@@ -159,7 +159,7 @@ impl<W, C> SlotEntry<W, C> {
         Self::new(Handler::Serve(serve))
     }
 
-    /// The same for an array.
+    /// An array whose requests `serve` answers, by the member.
     pub const fn serves_members(
         serve: fn(&mut W, &mut C, &Member, &mut Request<'_>) -> Result<(), HandlerError>,
     ) -> Self {
@@ -173,7 +173,7 @@ impl<W, C> SlotEntry<W, C> {
         Self::new(Handler::Receive(receive))
     }
 
-    /// The same for an array.
+    /// An array whose samples `receive` handles, by the member and the number of the topic.
     pub const fn receives_members(
         receive: fn(&mut W, &mut C, &Member, usize, &mut Reader<'_>) -> Result<(), HandlerError>,
     ) -> Self {

@@ -273,7 +273,7 @@ pub(super) fn show(network: &str, wanted: &str, format: Format) -> Result<u8, Fa
     print(format, &document, |_| text(item))
 }
 
-/// The same interface, or the same operation at several ends, looks the same.
+/// Picks one of several items of a name: an interface, or the operation that all of them are.
 fn one_of<'s, 'n>(many: &[&'s ShowTarget<'n>]) -> Option<&'s ShowTarget<'n>> {
     let interface = many
         .iter()

@@ -19,7 +19,7 @@ pub(super) struct Health {
     /// The conditions that hold.
     told: BTreeSet<&'static str>,
     disk: Disk,
-    /// The same disk for exact recordings, if there are some.
+    /// Free disk that exact recordings keep, if there are some.
     recordings: Option<Disk>,
     rounds: MemoryRounds,
 }

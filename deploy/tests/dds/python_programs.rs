@@ -224,7 +224,7 @@ fn an_exact_recording_repeats_a_worker_in_python_and_finds_another_one() {
     python.down();
     python.assert_repeats("wanderer");
 
-    // The same component with a worker that walks in one direction only.
+    // A worker of this component that walks in one direction only.
     let folder = Path::new(WANDERER).parent().expect("its folder");
     let other = site.path("other");
     let copied = Command::new("cp")

@@ -29,11 +29,11 @@ pub struct Part {
 pub enum Place {
     /// The parameters: a sample, or a request.
     Input,
-    /// The same as a memory image.
+    /// The parameters as a memory image.
     InputImage,
     /// The output parameters and the result: a reply.
     Output,
-    /// The same as a memory image.
+    /// The output parameters and the result as a memory image.
     OutputImage,
     /// The exception with this number among those that the operation throws.
     Exception(u32),

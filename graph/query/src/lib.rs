@@ -84,7 +84,7 @@ impl Query {
         Self::prepared(sources, source, schema, None)
     }
 
-    /// The same, for a query with these parameters and no others.
+    /// Prepares a query that has these parameters and no others.
     pub fn with_parameters(
         sources: &SourceMap,
         source: SourceId,

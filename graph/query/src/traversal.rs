@@ -15,7 +15,7 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// The same way, at another node.
+    /// Moves to another node and keeps the marks.
     fn at(self, node: NodeId) -> Self {
         Self {
             node,

@@ -41,7 +41,7 @@ const DESCRIPTORS: [&str; 11] = [
 ];
 const GUARDS: [&str; 4] = ["g1", "g2", "g3", "g4"];
 
-/// The same answer whenever a guard is asked within a step.
+/// Answers a guard alike throughout a step.
 fn guard(name: &str, step: usize) -> bool {
     let seed = name.bytes().map(u64::from).sum::<u64>() + 97 * step as u64;
     Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1).below(3) > 0

@@ -38,7 +38,7 @@ faces = model.mesh_facenum[0]
 print("| peer | measured |\n|---|---|")
 print(f"| MuJoCo {mujoco.mj_versionString()}: a ray that meets a mesh of {faces:,} triangles | {statistics.median(blocks) * 1e9:.0f} ns |")
 
-# The same view: a camera of 320 x 240 pixels with a focal length of 280, 3 m before the ball.
+# RoboComp's view in the other simulators: a camera of 320 x 240 pixels with a focal length of 280, 3 m before the ball.
 scene = mujoco.MjModel.from_xml_string(
     f"""<mujoco><compiler meshdir="{folder}"/>
     <asset><mesh name="ball" file="ball.obj" inertia="shell"/></asset>

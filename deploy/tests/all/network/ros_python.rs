@@ -101,7 +101,7 @@ fn the_first_call_gets_a_reply() {
     let said = domain.external(python, "first.py", &["40"]).end();
     assert_eq!(said, ["answered 40"]);
     drop(component);
-    // The same between components, which use the mapping of Fast DDS.
+    // A component finds the server, too: it uses the mapping of Fast DDS.
     let _component = domain.start(&[]);
     for number in 0..10 {
         let mut client = interop_client(&domain, &format!("client{number}"));
@@ -236,7 +236,7 @@ fn a_call_in_ros_ends_with_its_server() {
     };
     let mut client = interop_client(&domain, "client");
     attempt(&mut component, &mut client);
-    // The same client finds the next server, and the one after that.
+    // One client finds the next server, and the one after that.
     let mut component = domain.start(&[]);
     Site::until("the next server is found", || client.add(1, 2).is_ok());
     attempt(&mut component, &mut client);

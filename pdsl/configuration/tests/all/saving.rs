@@ -219,14 +219,14 @@ fn edits_of_other_programs_are_not_overwritten() {
         saved.contains("level = 3") && saved.contains("speed = 3.0       # rad/s"),
         "{saved}"
     );
-    // The same lines changed.
+    // Two editors changed one line.
     let same = FILE.replace("speed = 2.0 ", "speed = 2.5 ");
     let same = same.replace("log.level", "token = \"theirs\"\nlog.level");
     expect![[r#"
         `speed` was 2.0 when the file was read, is 2.5 in the file now, and 3.0 here
         `token` has another value in the file"#]]
     .assert_eq(&save(&same));
-    // The same value was set.
+    // Both set one value.
     let agreed = FILE.replace("speed = 2.0 ", "speed = 3 ");
     assert!(save(&agreed).contains("speed = 3    "), "{}", save(&agreed));
     // An error that is in the file already, or that both edits cause together.
