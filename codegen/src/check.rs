@@ -151,10 +151,7 @@ pub fn file(
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
-        Some("gdsl") => {
-            let source = sources.add(path, rc_files::read(path)?);
-            found.extend(graph_language::load(sources, loader, source).1);
-        }
+        Some("gdsl") => graphs::check_schema(path, sources, loader, found)?,
         Some("graph" | "json") => graphs::check(path, sources, loader, found)?,
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);

@@ -1,7 +1,9 @@
-//! Files of graphs: `.graph`, and the JSON of DSR.
+//! Files of graphs: `.graph`, the JSON of DSR, and `.gdsl` with the queries in it.
 
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
+use graph_language::ast::Item;
+use graph_query::Query;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::Loader;
 use std::io;
@@ -91,6 +93,60 @@ fn named(
     let right = !more.has_errors();
     found.extend(more);
     schema.filter(|_| right)
+}
+
+/// Adds all that is wrong with a `.gdsl` file to `found`, also in the texts of its queries.
+pub fn check_schema(
+    path: &Path,
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    found: &mut Diagnostics,
+) -> io::Result<()> {
+    let source = sources.add(path, rc_files::read(path)?);
+    let (schema, more) = graph_language::load(sources, loader, source);
+    // What is declared wrongly would be missed by queries once more.
+    let right = !more.has_errors();
+    found.extend(more);
+    if let Some(schema) = schema.filter(|_| right) {
+        found.extend(queries(sources, source, &schema));
+    }
+    Ok(())
+}
+
+/// Compares the queries of a file with its schema.
+fn queries(sources: &SourceMap, source: SourceId, schema: &Schema) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    let (file, _) = graph_language::parse(sources, source);
+    for item in file.domain.into_iter().flat_map(|domain| domain.items) {
+        let Item::Query(query) = item else { continue };
+        let names = query.parameters.into_iter().map(|(name, _)| name.text);
+        let mut inside = SourceMap::new();
+        let text = inside.add("query", query.text.text.as_str());
+        let names = names.collect();
+        let (_, more) = Query::with_parameters(&inside, text, schema, &names);
+        let written = query.text.span;
+        let quoted = sources.text(source).get(written.start..written.end);
+        // Where escapes stand, places inside do not agree: the finding is at the whole text.
+        let is_as_written = quoted
+            .and_then(|quoted| quoted.strip_prefix('"')?.strip_suffix('"'))
+            .is_some_and(|inner| inner == query.text.text);
+        let placed = |span: Span| {
+            if is_as_written {
+                let start = written.start + 1;
+                Span::new(source, start + span.start, start + span.end)
+            } else {
+                written
+            }
+        };
+        for mut finding in more {
+            finding.span = placed(finding.span);
+            for label in &mut finding.labels {
+                label.span = placed(label.span);
+            }
+            found.push(finding);
+        }
+    }
+    found
 }
 
 /// Adds all that is wrong with a graph to `found`.

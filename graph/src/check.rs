@@ -9,7 +9,20 @@ use crate::types::{RelationType, TreeOf, Types};
 use crate::value::Value;
 use graph_schema::{Attribute, Kind};
 use rc_diagnostics::foreign;
+use std::collections::HashSet;
 use std::sync::Arc;
+
+/// How many touched elements are checked without notes of what was seen before: notes need memory.
+const FEW: usize = 16;
+
+/// What the check of a large change has seen, so that it looks at a hub or a deep tree once.
+struct Seen {
+    is_kept: bool,
+    /// Nodes whose ports are right.
+    ports: HashSet<NodeId>,
+    /// Nodes that lead to a top of a tree.
+    trees: HashSet<(Symbol, NodeId)>,
+}
 
 /// Checks what a change touched, and brings keys up to date.
 pub(crate) fn check(edit: &mut Edit, before: &Snapshot) -> Result<(), Error> {
@@ -19,14 +32,19 @@ pub(crate) fn check(edit: &mut Edit, before: &Snapshot) -> Result<(), Error> {
     }
     let types = Arc::clone(&edit.next.types);
     let next = &edit.next;
+    let mut seen = Seen {
+        is_kept: edit.touched.len().max(edit.bared.len()) > FEW,
+        ports: HashSet::new(),
+        trees: HashSet::new(),
+    };
     for element in &edit.touched {
         match element {
-            Element::Node(node) => check_node(next, &types, *node)?,
-            Element::Edge(edge) => check_edge(next, &types, *edge)?,
+            Element::Node(node) => check_node(next, &types, *node, &mut seen)?,
+            Element::Edge(edge) => check_edge(next, &types, *edge, &mut seen)?,
         }
     }
     for node in &edit.bared {
-        check_ports(next, &types, *node)?;
+        check_ports(next, &types, *node, &mut seen)?;
     }
     if !edit.keyed.is_empty() {
         keys(edit, before, &types)?;
@@ -34,7 +52,7 @@ pub(crate) fn check(edit: &mut Edit, before: &Snapshot) -> Result<(), Error> {
     Ok(())
 }
 
-fn check_node(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error> {
+fn check_node(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> Result<(), Error> {
     let Ok(kind) = next.kind(node.into()) else {
         // It was removed again.
         return Ok(());
@@ -53,7 +71,7 @@ fn check_node(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error>
             return Err(missing(next, &about.name, *required));
         }
     }
-    check_ports(next, types, node)?;
+    check_ports(next, types, node, seen)?;
     // A rule compares attributes of both ends of an edge.
     let place = next.place(node)?;
     for half in place.out.all().iter().chain(next.incoming(node)) {
@@ -75,7 +93,10 @@ fn missing(next: &Snapshot, kind: &str, attribute: Symbol) -> Error {
     }
 }
 
-fn check_ports(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error> {
+fn check_ports(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> Result<(), Error> {
+    if seen.is_kept && !seen.ports.insert(node) {
+        return Ok(());
+    }
     let Ok(place) = next.place(node) else {
         return Ok(());
     };
@@ -191,7 +212,7 @@ pub fn fits(attribute: &Attribute, value: &Value) -> Result<(), (String, String)
     }
 }
 
-fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId) -> Result<(), Error> {
+fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId, seen: &mut Seen) -> Result<(), Error> {
     let Ok(here) = next.edge_of(edge) else {
         return Ok(());
     };
@@ -215,7 +236,7 @@ fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId) -> Result<(), Error>
                 found: foreign::clean(next.text(kind)),
             });
         }
-        check_ports(next, types, node)?;
+        check_ports(next, types, node, seen)?;
     }
     let places = &relation.attributes;
     check_attributes(next, types, &here.attributes, &about.name, |symbol| {
@@ -227,7 +248,7 @@ fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId) -> Result<(), Error>
         }
     }
     if let Some(tree) = relation.tree {
-        check_tree(next, here.relation, tree, [from, to])?;
+        check_tree(next, here.relation, tree, [from, to], seen)?;
     }
     check_rules(next, types, relation, [from, to])
 }
@@ -247,11 +268,13 @@ fn check_tree(
     relation: Symbol,
     tree: TreeOf,
     ends: [NodeId; 2],
+    seen: &mut Seen,
 ) -> Result<(), Error> {
     let child = ends[tree.child];
     let mut steps = 0;
     let mut here = child;
-    loop {
+    // A node that was seen has one parent, and so have all above it.
+    while !seen.is_kept || seen.trees.insert((relation, here)) {
         let halves = parents(next, tree, here);
         let mut of_tree = halves.iter().filter(|half| half.relation == relation);
         let Some(first) = of_tree.next() else {
@@ -268,6 +291,7 @@ fn check_tree(
             return Err(Error::Cycle(called(next, child), name));
         }
     }
+    Ok(())
 }
 
 /// The ends at which the parents of a node are.

@@ -319,7 +319,8 @@ impl Edit {
         let place = self.next.place(node)?;
         let halves = place.out.all().iter().chain(self.next.incoming(node));
         let edges: Vec<u32> = halves.map(|half| half.edge).collect();
-        for edge in edges {
+        // From the last one, so that those of a hub do not move up each time.
+        for edge in edges.into_iter().rev() {
             // An edge from a node to itself is on both sides.
             if let Some(edge) = self.next.edge_at(edge) {
                 self.remove_edge(edge)?;
@@ -369,13 +370,49 @@ impl Edit {
         self.step()?;
         let (element, value) = (element.into(), value.into());
         let attribute = self.name(attribute);
+        self.check_value(attribute, &value)?;
+        self.put(element, attribute, Some(value))
+    }
+
+    /// Sets many attributes of one element, in a time in proportion to their number. Of two with the
+    /// same name, the last one counts.
+    pub fn set_all<N: Named, V: Into<Value>>(
+        &mut self,
+        element: impl Into<Element>,
+        values: impl IntoIterator<Item = (N, V)>,
+    ) -> Result<(), Error> {
+        let element = element.into();
+        let before = self.next.attributes(element)?.clone();
+        let mut set = Vec::new();
+        for (attribute, value) in values {
+            self.step()?;
+            let (attribute, value) = (self.name(attribute), value.into());
+            self.check_value(attribute, &value)?;
+            set.push((attribute, value));
+        }
+        if set.is_empty() {
+            return Ok(());
+        }
+        let mut set = last_of_each(set);
+        for (attribute, value) in &set {
+            self.note(element, *attribute, Some(value))?;
+        }
+        if let Some(before) = before {
+            set = last_of_each(before.iter().cloned().chain(set).collect());
+        }
+        *self.attributes(element)? = Some(set.into());
+        self.touch(element);
+        Ok(())
+    }
+
+    fn check_value(&self, attribute: Symbol, value: &Value) -> Result<(), Error> {
         if !value.is_finite() {
             return Err(Error::NotFinite(self.cleaned(attribute)));
         }
         if value.size() > MOST_BYTES && !matches!(value, Value::Text(_) | Value::Texts(_)) {
             return Err(Error::TooManyBytes(self.cleaned(attribute)));
         }
-        self.put(element, attribute, Some(value))
+        Ok(())
     }
 
     /// Removes an attribute. It is no error if the element has none.
@@ -402,13 +439,40 @@ impl Edit {
         attribute: Symbol,
         value: Option<Value>,
     ) -> Result<(), Error> {
+        self.note(element, attribute, value.as_ref())?;
+        store(self.attributes(element)?, attribute, value);
+        self.touch(element);
+        Ok(())
+    }
+
+    fn attributes(&mut self, element: Element) -> Result<&mut Attributes, Error> {
+        let found = match element {
+            Element::Node(node) => {
+                let here = self.next.nodes.get_mut(node.place as usize);
+                here.map(|node| &mut node.attributes)
+            }
+            Element::Edge(edge) => {
+                let here = self.next.edges.get_mut(edge.place as usize);
+                here.map(|edge| &mut edge.attributes)
+            }
+        };
+        found.ok_or(Error::Removed)
+    }
+
+    /// Notes what else an attribute changes: names, keys, trees and histories.
+    fn note(
+        &mut self,
+        element: Element,
+        attribute: Symbol,
+        value: Option<&Value>,
+    ) -> Result<(), Error> {
         let types = Arc::clone(&self.next.types);
         let kind = self.next.kind(element)?;
         match element {
             Element::Node(node) => {
                 if attribute == types.name {
                     self.unname(node)?;
-                    if let Some(Value::Text(text)) = &value {
+                    if let Some(Value::Text(text)) = value {
                         self.rename(node, text)?;
                     }
                 }
@@ -416,12 +480,6 @@ impl Edit {
                 if entity.is_some_and(|e| e.keys.iter().any(|(key, _)| *key == attribute)) {
                     self.keyed.push(node.place);
                 }
-                let here = self.next.nodes.get_mut(node.place as usize);
-                store(
-                    &mut here.ok_or(Error::Removed)?.attributes,
-                    attribute,
-                    value,
-                );
                 if types.has_history
                     && types
                         .of_entity(kind, attribute)
@@ -431,9 +489,7 @@ impl Edit {
                 }
             }
             Element::Edge(edge) => {
-                let here = self.next.edges.get_mut(edge.place as usize);
-                let here = here.ok_or(Error::Removed)?;
-                store(&mut here.attributes, attribute, value);
+                let here = self.next.edge_of(edge)?;
                 let (from, to) = (here.from, here.to);
                 let ends = (self.next.node_at(from), self.next.node_at(to));
                 if let (Some(from), Some(to)) = ends {
@@ -448,7 +504,6 @@ impl Edit {
                 }
             }
         }
-        self.touch(element);
         Ok(())
     }
 
@@ -491,6 +546,20 @@ impl Edit {
         }
         Ok(())
     }
+}
+
+/// Attributes in the order of their symbols. Of several with one name, the last one stays.
+fn last_of_each(mut all: Vec<(Symbol, Value)>) -> Vec<(Symbol, Value)> {
+    // The sort is stable.
+    all.sort_by_key(|(attribute, _)| *attribute);
+    let mut kept: Vec<(Symbol, Value)> = Vec::with_capacity(all.len());
+    for entry in all {
+        match kept.last_mut() {
+            Some(last) if last.0 == entry.0 => *last = entry,
+            _ => kept.push(entry),
+        }
+    }
+    kept
 }
 
 /// Sets or removes one of the attributes. They stay in the order of their symbols.

@@ -143,7 +143,7 @@ impl Halves {
 
     /// Removes the end of an edge. The others keep their order.
     pub(crate) fn remove(&mut self, edge: u32) {
-        let Some(at) = self.all().iter().position(|half| half.edge == edge) else {
+        let Some(at) = self.all().iter().rposition(|half| half.edge == edge) else {
             return;
         };
         match self {

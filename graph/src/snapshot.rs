@@ -379,11 +379,19 @@ fn neighbours(halves: &[Half], relation: Symbol) -> impl Iterator<Item = NodeId>
         .map(|half| half.node)
 }
 
+/// How many attributes are looked through in their order.
+const FEW: usize = 16;
+
 #[inline]
 pub(crate) fn value(attributes: &Attributes, attribute: Symbol) -> Option<&Value> {
     let all = attributes.as_deref()?;
-    let found = all.iter().find(|(known, _)| *known == attribute);
-    found.map(|(_, value)| value)
+    // Of a few, a search from the start finds one sooner.
+    if all.len() <= FEW {
+        let found = all.iter().find(|(known, _)| *known == attribute);
+        return found.map(|(_, value)| value);
+    }
+    let at = all.binary_search_by_key(&attribute, |(known, _)| *known);
+    all.get(at.ok()?).map(|(_, value)| value)
 }
 
 /// A node of a version.

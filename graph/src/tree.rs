@@ -8,6 +8,7 @@ use crate::snapshot::Snapshot;
 use crate::types::TreeOf;
 use crate::{Point, Time};
 use innermodel::{InnerModel, NewNode, Pose, Transform};
+use std::collections::{HashMap, HashSet};
 
 /// A node of a tree with transforms, found without a look-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,8 +112,8 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
                 frames.move_to(*own, innermodel::NodeId::ROOT)?;
             }
         }
-        for (own, above) in &changed {
-            frames.move_to(*own, *above)?;
+        for (own, above) in from_the_leaves(&changed) {
+            frames.move_to(own, above)?;
         }
         for (own, _, pose) in held {
             frames.set_pose(own, pose)?;
@@ -130,6 +131,31 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
 pub(crate) fn frame(snapshot: &Snapshot, node: NodeId) -> Option<innermodel::NodeId> {
     snapshot.place(node).ok()?;
     snapshot.nodes.get(node.place as usize)?.frame
+}
+
+/// Frames with their parents, each before its parent: when a frame gets a parent, that one is still at
+/// the root, so nobody walks up a deep tree for each frame of it.
+fn from_the_leaves(
+    changed: &[(innermodel::NodeId, innermodel::NodeId)],
+) -> Vec<(innermodel::NodeId, innermodel::NodeId)> {
+    if changed.len() < 2 {
+        return changed.to_vec();
+    }
+    let parents: HashMap<_, _> = changed.iter().copied().collect();
+    let mut seen = HashSet::with_capacity(changed.len());
+    let mut ordered = Vec::with_capacity(changed.len());
+    let mut way = Vec::new();
+    for (own, _) in changed {
+        let mut here = *own;
+        while let Some(above) = parents.get(&here).filter(|_| seen.insert(here)) {
+            way.push((here, *above));
+            here = *above;
+        }
+        // Parents first; all are turned round at the end.
+        ordered.extend(way.drain(..).rev());
+    }
+    ordered.reverse();
+    ordered
 }
 
 /// The frame of a node. A node without one gets one at the root.

@@ -13,6 +13,36 @@ const KITCHEN: &str = r#"Domain kitchen
 };
 "#;
 
+/// A finding in the text of a query has its place in the file of the schema.
+#[test]
+fn queries_of_a_schema_are_checked_with_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("kitchen.gdsl");
+    std::fs::write(&path, KITCHEN).expect("a file");
+    let (code, out, err) = rcgen(folder.path(), &["check", "kitchen.gdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let more = [
+        r#"    query a() "MATCH (r:Rom) RETURN r.name";"#,
+        r#"    query b(room Room) "MATCH (r:Room) WHERE r = $rom RETURN r.nam";"#,
+        r#"    query c() "MATCH (r:Room RETURN r";"#,
+        r#"    query d() "MATCH (r:Room) WHERE r.name = \"x\" RETURN r.size";"#,
+    ];
+    let text = KITCHEN.replace("\n};\n", &format!("\n{}\n}};\n", more.join("\n")));
+    std::fs::write(&path, text).expect("a file");
+    let args = ["check", "--format", "short", "kitchen.gdsl"];
+    let (code, out, err) = rcgen(folder.path(), &args);
+    assert_eq!(code, 1, "{out}{err}");
+    for expected in [
+        "kitchen.gdsl:9:25: error[unknown-type]: the schema has no entity `Rom`",
+        "kitchen.gdsl:10:51: error[unknown-parameter]: unknown parameter `$rom`",
+        "kitchen.gdsl:10:64: error[unknown-attribute]: `Room` has no attribute `nam`",
+        "kitchen.gdsl:11:30: error[query-syntax]",
+        "kitchen.gdsl:12:15: error[unknown-attribute]: `Room` has no attribute `size`",
+    ] {
+        assert!(err.contains(expected), "{expected}\nin\n{out}{err}");
+    }
+}
+
 #[test]
 fn a_parameter_has_the_type_that_its_query_declares() {
     let folder = tempfile::tempdir().expect("a folder");

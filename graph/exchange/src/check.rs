@@ -21,6 +21,8 @@ struct Checker<'a> {
     document: &'a Document,
     /// The nodes by id.
     nodes: HashMap<Id, &'a Node>,
+    /// Attributes of nodes that rules compare.
+    compared: HashMap<(Id, &'a str), f64>,
     findings: Vec<Finding>,
 }
 
@@ -35,6 +37,7 @@ pub fn check(
         schema,
         document,
         nodes: HashMap::with_capacity(document.nodes.len()),
+        compared: compared(document, schema),
         findings: Vec::new(),
     };
     for node in &document.nodes {
@@ -77,6 +80,26 @@ pub fn check(
         }
     }
     found
+}
+
+/// The attributes of nodes that rules compare. An attribute that is there twice has its first value.
+fn compared<'a>(document: &'a Document, schema: &Schema) -> HashMap<(Id, &'a str), f64> {
+    let sides = schema.rules.iter().flat_map(|r| [&r.left.1, &r.right.1]);
+    let names: HashSet<&str> = sides.map(String::as_str).collect();
+    let mut all = HashMap::new();
+    if names.is_empty() {
+        return all;
+    }
+    for node in &document.nodes {
+        for (name, value, _) in &node.attributes {
+            if names.contains(name.as_str())
+                && let Some(number) = value.as_f64()
+            {
+                all.entry((node.id, name.as_str())).or_insert(number);
+            }
+        }
+    }
+    all
 }
 
 impl Checker<'_> {
@@ -154,15 +177,14 @@ impl Checker<'_> {
         } else {
             "attribute"
         };
-        let mut seen: Vec<&str> = Vec::new();
+        let mut seen: HashSet<&str> = HashSet::with_capacity(all.len());
         for (name, value, unit) in all {
             let path = path_of(above, member, name);
             let shown = foreign::clean(name);
-            if seen.contains(&name.as_str()) {
+            if !seen.insert(name) {
                 let message = format!("`{shown}` is there twice");
                 self.error("duplicate-member", &path, message);
             }
-            seen.push(name);
             let Some(attribute) = described.iter().find(|a| a.name == *name) else {
                 let known = described.iter().map(|a| a.name.as_str());
                 let near = nearest(name, known).map(str::to_owned);
@@ -189,7 +211,7 @@ impl Checker<'_> {
             }
         }
         for attribute in described.iter().filter(|a| !a.optional) {
-            if all.iter().all(|(name, ..)| *name != attribute.name) {
+            if !seen.contains(attribute.name.as_str()) {
                 let message = format!(
                     "`{kind}` has no `{}`, which is not optional",
                     attribute.name
@@ -256,9 +278,8 @@ impl Checker<'_> {
     fn rules(&mut self, edge: &Edge, kind: &str) {
         for rule in self.schema.rules.iter().filter(|r| r.relation == edge.kind) {
             let number = |(port, name): &(usize, String)| {
-                let node = self.nodes.get([&edge.from, &edge.to][*port])?;
-                let value = node.attributes.iter().find(|(known, ..)| known == name)?;
-                value.1.as_f64()
+                let node = *[edge.from, edge.to].get(*port)?;
+                self.compared.get(&(node, name.as_str())).copied()
             };
             let (Some(a), Some(b)) = (number(&rule.left), number(&rule.right)) else {
                 continue;

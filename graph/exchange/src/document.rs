@@ -72,9 +72,7 @@ impl Document {
         let mut places: HashMap<Id, NodeId> = HashMap::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let made = edit.add_node_as(node.id, node.kind.as_str())?;
-            for (name, value, _) in &node.attributes {
-                edit.set(made, name.as_str(), value.clone())?;
-            }
+            edit.set_all(made, named(&node.attributes))?;
             places.insert(node.id, made);
         }
         let known = |id: Id| places.get(&id).copied().ok_or(Error::UnknownId(id.0));
@@ -84,9 +82,7 @@ impl Document {
                 Some(id) => edit.add_edge_as(id, edge.kind.as_str(), from, to)?,
                 None => edit.add_edge(edge.kind.as_str(), from, to)?,
             };
-            for (name, value, _) in &edge.attributes {
-                edit.set(made, name.as_str(), value.clone())?;
-            }
+            edit.set_all(made, named(&edge.attributes))?;
         }
         Ok(())
     }
@@ -129,6 +125,11 @@ impl Document {
             edges,
         }
     }
+}
+
+fn named(all: &[(String, Value, Option<String>)]) -> impl Iterator<Item = (&str, Value)> {
+    all.iter()
+        .map(|(name, value, _)| (name.as_str(), value.clone()))
 }
 
 /// A schema that keeps everything, with the trees of another one: for files that are not checked,

@@ -58,8 +58,8 @@ pub struct Relation {
     pub doc: Vec<String>,
     /// Ports and attributes.
     pub members: Vec<Member>,
-    /// The clause `tree`.
-    pub tree: Option<Tree>,
+    /// The clauses `tree`. A relation may have one.
+    pub trees: Vec<Tree>,
 }
 
 /// An attribute, or a port.

@@ -142,6 +142,19 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
     attribute
 }
 
+/// Reports `key` at an attribute of a relation: keys find nodes.
+pub(crate) fn check_key_of_relation(member: &Member, found: &mut Diagnostics) {
+    let keys = member.flags.iter().filter(|f| f.kind == FlagKind::Key);
+    for flag in keys {
+        let message = format!(
+            "`{}` belongs to a relation, and only entities have keys",
+            member.name.text
+        );
+        let diagnostic = Diagnostic::error("key-of-relation", flag.span, message);
+        found.push(diagnostic.help("remove `key`, or make an entity of the relation"));
+    }
+}
+
 /// A port of a relation. Its range says how many edges a node has there.
 pub(crate) fn port(member: &Member, entity: &str, found: &mut Diagnostics) -> Port {
     check_repeated(member, found);

@@ -105,13 +105,13 @@ fn relation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Relation {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
         members: Vec::new(),
-        tree: None,
+        trees: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => relation.name = r.name(&part),
             Rule::member => relation.members.extend(member(r, part)),
-            Rule::tree => relation.tree = Some(tree(r, part)),
+            Rule::tree => relation.trees.push(tree(r, part)),
             Rule::skipped => r.report_skipped(&part, Rule::member),
             _ => {}
         }

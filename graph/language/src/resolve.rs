@@ -229,6 +229,7 @@ impl Resolver {
                 if let Some(kind) = members::kind(member, &mut self.found) {
                     let attribute = members::attribute(member, kind, &mut self.found);
                     made.attributes.push(attribute);
+                    members::check_key_of_relation(member, &mut self.found);
                 } else if let Type::Named(name, _) = &member.kind {
                     if self.schema.entity(&name.text).is_none() {
                         self.unknown_entity(name);
@@ -250,7 +251,16 @@ impl Resolver {
                     _ => diagnostic.help("write `PORT ENTITY;` for each end"),
                 });
             }
-            made.tree = relation.tree.as_ref().map(|tree| self.tree(&made, tree));
+            made.tree = relation.trees.first().map(|tree| self.tree(&made, tree));
+            if let [first, others @ ..] = relation.trees.as_slice() {
+                for other in others {
+                    let message = format!("`{}` is a tree already", relation.name.text);
+                    let diagnostic = Diagnostic::error("second-tree", other.span, message);
+                    let diagnostic = diagnostic.label(first.span, "first given here");
+                    self.found
+                        .push(diagnostic.help("remove one, or declare a second relation"));
+                }
+            }
             self.schema.relations.push(made);
         }
     }

@@ -310,6 +310,49 @@ fn deep_and_long_members_are_bounded() {
     assert!(findings(KITCHEN, &ours(&node, "")).contains("error[unknown-attribute]"));
 }
 
+/// The time of a check grows as the file does: sixteen times the file takes no 256 times as long.
+#[test]
+fn hubs_deep_trees_and_many_attributes_take_time_in_proportion() {
+    let attributes = |count: usize| {
+        let all: Vec<String> = (0..count).map(|at| format!("\"a{at}\": 1")).collect();
+        let all = all.join(",");
+        let grippers =
+            r#"{"id": "1:2", "type": "Gripper", "attributes": {"name": "g", "payload": 1}}"#;
+        let cup = format!(
+            r#"{{"id": "1:1", "type": "Cup", "attributes": {{"name": "cup", {all}, "mass": 0.5}}}}"#
+        );
+        let edges: Vec<String> = (3..count + 3)
+            .map(|at| edge(at as u32, "grasp", 2, 1))
+            .collect();
+        ours(&format!("{cup},\n{grippers}"), &edges.join(",\n"))
+    };
+    let deep = |count: usize| {
+        let nodes: Vec<String> = (1..=count)
+            .map(|at| {
+                format!(r#"{{"id": "1:{at}", "type": "Cup", "attributes": {{"name": "c{at}"}}}}"#)
+            })
+            .collect();
+        let edges: Vec<String> = (1..count)
+            .map(|at| edge((count + at) as u32, "near", at as u32, at as u32 + 1))
+            .collect();
+        ours(&nodes.join(",\n"), &edges.join(",\n"))
+    };
+    let open = KITCHEN.replace("Domain kitchen", "Domain kitchen open");
+    for text in [&attributes as &dyn Fn(usize) -> String, &deep] {
+        let time = |count| {
+            let text = text(count);
+            let started = std::time::Instant::now();
+            findings(&open, &text);
+            started.elapsed()
+        };
+        let (short, long) = (time(1_000), time(16_000));
+        assert!(
+            long < short * 60 + std::time::Duration::from_millis(200),
+            "1,000: {short:?}, 16,000: {long:?}"
+        );
+    }
+}
+
 #[test]
 fn faults_of_dsr_are_found_at_their_places() {
     let (_, dsr) = graph_language::DOMAINS[3];

@@ -90,6 +90,17 @@ fn domains_of_this_crate_are_right() {
 }
 
 #[test]
+fn keys_of_relations_and_second_trees_are_findings() {
+    check(
+        "entity A { }; relation r { what A; other A; number int key; tree; tree of other; };",
+        &expect![[r#"
+            a.gdsl:3:56: error[key-of-relation]: `number` belongs to a relation, and only entities have keys (remove `key`, or make an entity of the relation)
+            a.gdsl:3:67: error[second-tree]: `r` is a tree already; first given here at a.gdsl:3:61 (remove one, or declare a second relation)
+        "#]],
+    );
+}
+
+#[test]
 fn wrong_entities_are_findings() {
     check(
         "entity A { x int; x float; y strin; }; entity A { }; entity int { }; entity B : C { };",
