@@ -9,7 +9,7 @@ use crate::types::{RelationType, TreeOf, Types};
 use crate::value::Value;
 use graph_schema::{Attribute, Kind};
 use rc_diagnostics::foreign;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// How many touched elements are checked without notes of what was seen before: notes need memory.
@@ -20,8 +20,9 @@ struct Seen {
     is_kept: bool,
     /// Nodes whose ports are right.
     ports: HashSet<NodeId>,
-    /// Nodes that lead to a top of a tree.
-    trees: HashSet<(Symbol, NodeId)>,
+    /// The walk towards the top of a tree on which a node was met.
+    trees: HashMap<(Symbol, NodeId), usize>,
+    walks: usize,
 }
 
 /// Checks what a change touched, and brings keys up to date.
@@ -35,7 +36,8 @@ pub(crate) fn check(edit: &mut Edit, before: &Snapshot) -> Result<(), Error> {
     let mut seen = Seen {
         is_kept: edit.touched.len().max(edit.bared.len()) > FEW,
         ports: HashSet::new(),
-        trees: HashSet::new(),
+        trees: HashMap::new(),
+        walks: 0,
     };
     for element in &edit.touched {
         match element {
@@ -271,10 +273,20 @@ fn check_tree(
     seen: &mut Seen,
 ) -> Result<(), Error> {
     let child = ends[tree.child];
+    let cycle = |node| Error::Cycle(called(next, node), next.text(relation).to_owned());
     let mut steps = 0;
     let mut here = child;
-    // A node that was seen has one parent, and so have all above it.
-    while !seen.is_kept || seen.trees.insert((relation, here)) {
+    seen.walks += 1;
+    loop {
+        if seen.is_kept {
+            match seen.trees.insert((relation, here), seen.walks) {
+                // A cycle above the child.
+                Some(walk) if walk == seen.walks => return Err(cycle(here)),
+                // An earlier walk came to the top from here.
+                Some(_) => return Ok(()),
+                None => {}
+            }
+        }
         let halves = parents(next, tree, here);
         let mut of_tree = halves.iter().filter(|half| half.relation == relation);
         let Some(first) = of_tree.next() else {
@@ -287,11 +299,9 @@ fn check_tree(
         here = first.node;
         steps += 1;
         if here == child || steps > next.node_count() {
-            let name = next.text(relation).to_owned();
-            return Err(Error::Cycle(called(next, child), name));
+            return Err(cycle(child));
         }
     }
-    Ok(())
 }
 
 /// The ends at which the parents of a node are.

@@ -70,14 +70,18 @@ fn hub(graph: &Graph, count: usize) -> Result<(), Error> {
     Ok(())
 }
 
+fn place_below(edit: &mut Edit, child: NodeId, parent: NodeId) -> Result<(), Error> {
+    let edge = edit.add_edge("below", child, parent)?;
+    let pose = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    edit.set(edge, "pose", Value::Floats(pose.into()))
+}
+
 /// A chain of frames: each is below the one before it.
 fn chain(graph: &Graph, count: usize) -> Result<(), Error> {
     let (top, last) = graph.change(Time::ZERO, |edit| {
         let all = nodes(edit, count)?;
         for pair in all.windows(2) {
-            let edge = edit.add_edge("below", pair[1], pair[0])?;
-            let pose = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-            edit.set(edge, "pose", Value::Floats(pose.into()))?;
+            place_below(edit, pair[1], pair[0])?;
         }
         Ok::<_, Error>((all[0], all[count - 1]))
     })?;
@@ -90,9 +94,7 @@ fn chain(graph: &Graph, count: usize) -> Result<(), Error> {
         for node in more {
             edit.add_edge("near", node, top)?;
         }
-        let edge = edit.add_edge("below", top, last)?;
-        let pose = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        edit.set(edge, "pose", Value::Floats(pose.into()))
+        place_below(edit, top, last)
     });
     assert!(matches!(circle, Err(Error::Cycle(..))), "{circle:?}");
     Ok(())
@@ -133,4 +135,16 @@ fn hubs_deep_trees_and_many_attributes_take_time_in_proportion() {
             "{name}: 1,500 in {short:?}, 24,000 in {long:?}"
         );
     }
+}
+
+#[test]
+fn a_cycle_above_the_node_that_is_checked_first_is_found() {
+    let graph = Graph::new(places().into(), 1);
+    let changed = graph.change(Time::ZERO, |edit| {
+        let all = nodes(edit, 100)?;
+        place_below(edit, all[0], all[1])?;
+        place_below(edit, all[1], all[2])?;
+        place_below(edit, all[2], all[1])
+    });
+    assert!(matches!(changed, Err(Error::Cycle(..))), "{changed:?}");
 }
