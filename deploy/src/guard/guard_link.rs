@@ -47,7 +47,8 @@ pub(crate) struct Guard {
     /// After how many deaths it should clean up, and after how many it has.
     deaths: u64,
     cleaned: u64,
-    /// The components after whose last process it has cleaned up, until the supervisor or agent takes them.
+    /// The components after whose last process it has cleaned up, until the supervisor or agent
+    /// takes them.
     removed: Vec<String>,
     /// Some files of its services that were removed, until the supervisor or agent takes them.
     missing: Vec<String>,
