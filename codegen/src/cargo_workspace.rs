@@ -2,8 +2,8 @@
 
 use crate::files::GENERATED;
 use crate::generator;
-use crate::languages;
 use crate::paths::{absolute, normal, relative};
+use crate::source_files;
 use rc_vocabulary::Language;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ impl Workspace {
     /// The folder of a package below the root, if one has this name.
     pub fn package(&self, name: &str) -> io::Result<Option<PathBuf>> {
         let is_manifest = |path: &Path| path.file_name().is_some_and(|file| file == "Cargo.toml");
-        for path in languages::files(std::slice::from_ref(&self.root), &is_manifest)? {
+        for path in source_files::files(std::slice::from_ref(&self.root), &is_manifest)? {
             let folder = path.parent().unwrap_or(Path::new(""));
             // A manifest with a fault is not judged here.
             let Ok(Some(found)) = manifest(folder) else {
@@ -167,7 +167,7 @@ impl Workspace {
     /// manifest yet. The second list has those in new folders that no member names.
     pub fn components(&self, folder: &Path) -> io::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
-        let files = languages::files(&[folder.to_path_buf()], &is_component)?;
+        let files = source_files::files(&[folder.to_path_buf()], &is_component)?;
         let (mut components, mut unlisted) = (Vec::new(), Vec::new());
         for file in files {
             let own = absolute(file.parent().unwrap_or(Path::new("")))?;

@@ -20,7 +20,7 @@ pub fn own(cdsl: &Path) -> Option<PathBuf> {
 }
 
 /// The component in whose `etc/` a configuration lies; a finding where there is none.
-pub(crate) fn component(
+pub fn component(
     path: &Path,
     source: SourceId,
     found: &mut Diagnostics,
@@ -47,7 +47,7 @@ fn owner(path: &Path) -> io::Result<Option<PathBuf>> {
 
 /// The text of a configuration that belongs to another file, which is the one that a command line
 /// names; a finding where it is no text.
-pub(crate) fn read(
+pub fn read(
     path: &Path,
     sources: &mut SourceMap,
     found: &mut Diagnostics,
@@ -65,11 +65,7 @@ pub(crate) fn read(
 
 /// All that is wrong with a configuration, and what it leaves to defaults. Without a project its
 /// description has errors.
-pub(crate) fn check(
-    sources: &SourceMap,
-    source: SourceId,
-    project: Option<&Project>,
-) -> Vec<Diagnostic> {
+pub fn check(sources: &SourceMap, source: SourceId, project: Option<&Project>) -> Vec<Diagnostic> {
     let parameters = project.and_then(|project| project.parameters.as_ref());
     let (configuration, mut found) = rc_configuration::check(sources, source, parameters);
     if let Some(project) = project {

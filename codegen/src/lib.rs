@@ -7,21 +7,15 @@
 //! description changed; [`export`] writes interfaces in languages of other frameworks.
 
 pub mod cargo_workspace;
-pub mod check;
 mod collisions;
 pub mod configuration;
 pub mod dependencies;
-pub mod explain;
 pub mod export;
 pub mod files;
-pub mod format;
 pub mod generate;
 pub mod generation;
 mod generator;
-pub mod graphs;
-pub mod innermodel;
 pub mod interface_crate;
-pub mod languages;
 pub mod load;
 mod machine_names;
 mod markdown;
@@ -35,6 +29,7 @@ pub mod python;
 mod requirements;
 pub mod ros;
 pub mod rust;
+pub mod source_files;
 pub mod stubs;
 pub mod templates;
 mod type_names;

@@ -51,7 +51,7 @@ pub fn relative(from: &Path, to: &Path) -> PathBuf {
 }
 
 /// The error about a path where nothing is.
-pub(crate) fn missing() -> io::Error {
+pub fn missing() -> io::Error {
     io::Error::new(io::ErrorKind::NotFound, "there is no such file or folder")
 }
 

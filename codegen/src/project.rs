@@ -36,6 +36,19 @@ pub struct Project {
 }
 
 impl Project {
+    /// Compares the worker that is there with the description.
+    ///
+    /// # Errors
+    /// The system does not give a file of the worker.
+    pub fn check_worker(
+        &self,
+        sources: &mut SourceMap,
+        found: &mut Diagnostics,
+    ) -> std::io::Result<()> {
+        let language = self.language().unwrap_or(Language::Rust);
+        (generator::of(language).worker)(self, sources, found)
+    }
+
     /// Reads a component. There is one unless a file could not be read at all; it may be used only
     /// where no diagnostic is an error. An error is a `.cdsl` that the system does not give.
     pub fn load(
@@ -139,7 +152,7 @@ impl Project {
 
     /// Whether the code that was generated for it last is that of a node of ROS 2, also where no
     /// slot of it says so.
-    pub(crate) fn is_node(&self) -> bool {
+    pub fn is_node(&self) -> bool {
         let note = Note::of_generated(self.code());
         note.is_ok_and(|note| note.is_some_and(|note| note.middleware == Middleware::Ros2.word()))
     }

@@ -73,8 +73,7 @@ fn fuzz(seconds: &str) -> Result<(), String> {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seed = now.map_or(0, |since| since.as_secs() * 1_000_000);
     println!("+ RC_FUZZ_SEED={seed} RC_FUZZ_SECONDS={seconds}");
-    let test =
-        "test --release -p rc-codegen --test languages no_text_causes_a_panic -- --nocapture";
+    let test = "test --release -p rcgen --test languages no_text_causes_a_panic -- --nocapture";
     let words: Vec<&str> = test.split(' ').collect();
     let seed = seed.to_string();
     cargo_with(

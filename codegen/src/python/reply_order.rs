@@ -3,8 +3,8 @@
 
 use super::{handlers, interfaces, names};
 use crate::files::GENERATED;
-use crate::languages;
 use crate::project::Project;
+use crate::source_files;
 use crate::view;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::BTreeSet;
@@ -100,7 +100,7 @@ fn read(folder: &Path) -> io::Result<Vec<(PathBuf, String)>> {
         return Ok(Vec::new());
     }
     let is_python = |path: &Path| path.extension().is_some_and(|ending| ending == "py");
-    let files = languages::files(&folders, &is_python)?;
+    let files = source_files::files(&folders, &is_python)?;
     // What is no text is reported elsewhere.
     let texts = files.into_iter().filter_map(|path| {
         let text = rc_files::read(&path).ok()?;

@@ -184,7 +184,7 @@ pub(super) fn read(
 ) -> io::Result<Option<Code>> {
     const SCRIPT: &str = include_str!("read_worker.py");
     let is_python = |path: &Path| path.extension().is_some_and(|ending| ending == "py");
-    let paths = crate::languages::files(&[crate::paths::normal(src)], &is_python)?;
+    let paths = crate::source_files::files(&[crate::paths::normal(src)], &is_python)?;
     let python = interpreter::active();
     let read = interpreter::run(&python, SCRIPT, &paths).and_then(|json| {
         let read: Result<Read, _> = serde_json::from_slice(&json);

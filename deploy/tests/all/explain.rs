@@ -1,10 +1,10 @@
 //! Pages of `rcgen explain`: each code has one page, and its examples are accurate.
 
 use rc_cdsl::model::Middleware;
-use rc_codegen::explain::{Page, pages};
 use rc_codegen::{FileLoader, Project};
 use rc_deploy_network::{self as network, Profile};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rcgen::explain::{Page, pages};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -143,8 +143,7 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
             network.check_generated(&mut found);
         }
     } else {
-        rc_codegen::check::file(&path, false, &mut sources, &loader, &[], &mut found)
-            .expect("a file");
+        rcgen::check::file(&path, false, &mut sources, &loader, &[], &mut found).expect("a file");
     }
     if example.ending == "cdsl" && !found.has_errors() {
         let (project, _) = Project::load(&path, &mut sources, &loader).expect("a file");

@@ -26,7 +26,7 @@ fn describe(block: &Block, page: &[Block]) -> Result<(), String> {
     };
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
     let loader = FileLoader::new(&[Path::new(ROOT).join("components/networks")]);
-    rc_codegen::check::file(&path, false, &mut sources, &loader, &[], &mut found).expect("a file");
+    rcgen::check::file(&path, false, &mut sources, &loader, &[], &mut found).expect("a file");
     match render(&sources, &found, Format::Short) {
         told if told.is_empty() => Ok(()),
         told => Err(told),

@@ -149,7 +149,7 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
     // The saved file is valid, and the next start uses it.
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
     let loader = FileLoader::new(&[]);
-    rc_codegen::check::file(&file, false, &mut sources, &loader, &[], &mut found).expect("a file");
+    rcgen::check::file(&file, false, &mut sources, &loader, &[], &mut found).expect("a file");
     assert_eq!(render(&sources, &found, Format::Short), "");
     down(&site);
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);

@@ -151,7 +151,7 @@ fn the_graph_of_rclpy_has_the_component() {
     assert_eq!(topics, expected.iter().collect::<Vec<_>>());
     let services = said.iter().filter(|line| line.starts_with("service "));
     assert_eq!(services.count(), 8, "{said:?}");
-    // The subscription is rclpy's own. `codegen/tests/ros/hashes.py` printed the hash of the
+    // The subscription is rclpy's own. `codegen/rcgen/tests/ros/hashes.py` printed the hash of the
     // report.
     let string = "std_msgs/msg/String RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
     let report = "interop_msgs/msg/Report RIHS01_29b0b474199fd086b2e0c5dcad62e6d0b72f2a0ca13f4b9ab83d8b755af3fc74";

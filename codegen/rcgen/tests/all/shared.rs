@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use tempfile::TempDir;
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const BASE: &str = "module Base { struct Pose { float x; float y; }; };\n";
 const SCAN: &str =
     "import \"Base.idsl\";\nmodule Scan { interface Scans { void scan(Base::Pose from); }; };\n";

@@ -5,9 +5,9 @@ mod random;
 
 use grammar::{Grammar, lay_out};
 use random::Random;
-use rc_codegen::languages::{LANGUAGES, Language};
 use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, render};
 use rc_syntax::{MemoryLoader, Trivia};
+use rcgen::languages::{LANGUAGES, Language};
 use std::time::{Duration, Instant};
 
 /// The syntax tree of a text without locations, and whether it has errors.
@@ -58,12 +58,12 @@ fn comments(text: &str) -> Vec<String> {
 
 fn grammar_of(language: Language) -> Grammar {
     Grammar::new(match language.extension {
-        "idsl" => include_str!("../../../idsl/src/grammar.pest"),
-        "cdsl" => include_str!("../../../cdsl/src/grammar.pest"),
-        "pdsl" => include_str!("../../../pdsl/src/grammar.pest"),
-        "smdsl" => include_str!("../../../smdsl/src/grammar.pest"),
-        "ddsl" => include_str!("../../../ddsl/src/grammar.pest"),
-        "gdsl" => include_str!("../../../graph/language/src/grammar.pest"),
+        "idsl" => include_str!("../../../../idsl/src/grammar.pest"),
+        "cdsl" => include_str!("../../../../cdsl/src/grammar.pest"),
+        "pdsl" => include_str!("../../../../pdsl/src/grammar.pest"),
+        "smdsl" => include_str!("../../../../smdsl/src/grammar.pest"),
+        "ddsl" => include_str!("../../../../ddsl/src/grammar.pest"),
+        "gdsl" => include_str!("../../../../graph/language/src/grammar.pest"),
         other => panic!("no grammar of .{other}"),
     })
 }

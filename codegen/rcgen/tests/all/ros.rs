@@ -460,7 +460,7 @@ fn rosidl_accepts_every_file_with_the_same_bytes() {
     let Some(rosidl) = rosidl::rosidl("rosidl_accepts_every_file_with_the_same_bytes") else {
         return;
     };
-    let interfaces = std::fs::read_dir(Path::new(HERE).join("../components/interfaces"));
+    let interfaces = std::fs::read_dir(Path::new(HERE).join("../../components/interfaces"));
     let interfaces = interfaces.expect("the interfaces").flatten();
     let mut all: Vec<PathBuf> = interfaces
         .map(|file| file.path())

@@ -291,7 +291,7 @@ fn the_compiler_of_cyclone_accepts_every_file() {
     let Some(idlc) = idlc::idlc("the_compiler_of_cyclone_accepts_every_file") else {
         return;
     };
-    let interfaces = std::fs::read_dir(Path::new(HERE).join("../components/interfaces"));
+    let interfaces = std::fs::read_dir(Path::new(HERE).join("../../components/interfaces"));
     let interfaces = interfaces
         .expect("the interfaces")
         .flatten()

@@ -9,7 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::{FileLoader, Project, dependencies, languages, names, parallel, paths, stubs};
+use rc_codegen::{FileLoader, Project, dependencies, names, parallel, paths, source_files, stubs};
 use rc_diagnostics::{Diagnostic, Diagnostics, Format, Name, SourceMap};
 use rc_vocabulary::Language;
 use std::collections::BTreeMap;
@@ -163,7 +163,7 @@ pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failur
             files
         } else {
             let is_component = |path: &Path| path.extension().is_some_and(|e| e == "cdsl");
-            languages::files(std::slice::from_ref(path), &is_component).map_err(system)?
+            source_files::files(std::slice::from_ref(path), &is_component).map_err(system)?
         };
         if files.is_empty() && !whole {
             let path = path.display();

@@ -4,8 +4,8 @@ use crate::command_line::Target;
 use crate::export::Request;
 use crate::reports::{Failure, create, refused, report, write};
 use innermodel_exchange::{gltf, urdf};
-use rc_codegen::innermodel::Folders;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rcgen::innermodel::Folders;
 use std::io::ErrorKind;
 use std::path::Path;
 

@@ -2,9 +2,7 @@
 
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use rc_syntax::Style;
-use std::collections::BTreeSet;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A description language.
 #[derive(Clone, Copy, Debug)]
@@ -69,46 +67,4 @@ impl Language {
         }
         Ok(rc_syntax::format(sources.text(source), self.style))
     }
-}
-
-/// The files named on a command line, each once. A folder is replaced by its `wanted` files, except
-/// generated, built and hidden ones.
-pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let mut seen = BTreeSet::new();
-    for path in paths {
-        if path.is_dir() {
-            walk(path, wanted, &mut files)?;
-        } else {
-            files.push(path.clone());
-        }
-    }
-    files.retain(|file| {
-        let real = file.canonicalize().unwrap_or_else(|_| file.clone());
-        seen.insert(real)
-    });
-    Ok(files)
-}
-
-fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
-    let entries = std::fs::read_dir(folder).map_err(named)?;
-    let mut entries = entries.collect::<io::Result<Vec<_>>>().map_err(named)?;
-    entries.sort_by_key(std::fs::DirEntry::file_name);
-    for entry in entries {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        let left_out = name.starts_with('.') || name == "target" || name == "generated";
-        let path = entry.path();
-        // Links to folders are not followed: they could be cyclic.
-        if entry.file_type().map_err(named)?.is_dir() {
-            if !left_out {
-                walk(&path, wanted, files)?;
-            }
-        // Hidden files are often backups of editors. Reading a pipe would block.
-        } else if !name.starts_with('.') && wanted(&path) && path.is_file() {
-            files.push(path);
-        }
-    }
-    Ok(())
 }

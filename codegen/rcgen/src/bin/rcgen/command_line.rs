@@ -44,7 +44,7 @@ pub(crate) struct Cli {
 const FORMATS: [&str; 3] = ["human", "short", "json"];
 
 fn codes() -> Vec<CompletionCandidate> {
-    let pages = rc_codegen::explain::pages();
+    let pages = rcgen::explain::pages();
     pages
         .iter()
         .map(|page| CompletionCandidate::new(page.code))
@@ -52,7 +52,7 @@ fn codes() -> Vec<CompletionCandidate> {
 }
 
 /// The project that this program was built from.
-const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 #[derive(Subcommand)]
 pub(crate) enum Command {

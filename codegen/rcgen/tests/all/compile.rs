@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const RCGEN: &str = env!("CARGO_BIN_EXE_rcgen");
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 fn run(command: &mut Command) -> Output {
     let output = command.output().expect("a program that starts");

@@ -1,17 +1,12 @@
 //! Checks files of any of the languages, and configurations.
 
-use crate::configuration;
-use crate::graphs;
-use crate::innermodel;
-use crate::languages;
-use crate::project::Project;
-use crate::{generator, paths, ros};
+use crate::{graphs, innermodel};
 use rc_cdsl::model::{Role, Slot};
+use rc_codegen::{Project, configuration, paths, ros, source_files};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_idsl::Session;
 use rc_idsl::model::Operation;
 use rc_syntax::Loader;
-use rc_vocabulary::Language;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -40,7 +35,7 @@ pub fn files(
     let mut seen = BTreeSet::new();
     for path in paths {
         let wanted = |p: &Path| rank(p).is_some() && innermodel::is_wanted(p);
-        let files = languages::files(std::slice::from_ref(path), &wanted)?;
+        let files = source_files::files(std::slice::from_ref(path), &wanted)?;
         if files.is_empty() {
             let source = sources.add(path, "");
             let message = "there is nothing to check in this folder";
@@ -118,8 +113,7 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
-                let language = project.language().unwrap_or(Language::Rust);
-                (generator::of(language).worker)(project, sources, found)?;
+                project.check_worker(sources, found)?;
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(project), Some(own)) = (project.filter(|_| right), own)

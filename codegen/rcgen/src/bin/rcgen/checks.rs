@@ -3,7 +3,7 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, print_line, report, unreadable};
 use rc_codegen::FileLoader;
-use rc_codegen::languages;
+use rc_codegen::source_files;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::path::PathBuf;
 
@@ -13,10 +13,10 @@ pub(crate) fn check(files: &[PathBuf], robocomp: bool, common: &Common) -> Resul
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
     let system = |e: std::io::Error| Failure::System(e.to_string());
-    for file in rc_codegen::check::files(files, &mut sources, &mut found).map_err(system)? {
+    for file in rcgen::check::files(files, &mut sources, &mut found).map_err(system)? {
         let include = &common.include;
         let checked =
-            rc_codegen::check::file(&file, robocomp, &mut sources, &loader, include, &mut found);
+            rcgen::check::file(&file, robocomp, &mut sources, &loader, include, &mut found);
         if let Err(error) = checked {
             unreadable(&file, &error, &mut sources, &mut found, &mut refused);
         }
@@ -31,12 +31,12 @@ pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), 
     let mut found = Diagnostics::new();
     let mut refused = None;
     let mut differs = false;
-    let files = languages::files(paths, &rc_codegen::format::is_formatted).map_err(system)?;
+    let files = source_files::files(paths, &rcgen::format::is_formatted).map_err(system)?;
     if files.is_empty() {
         return Err(Failure::Usage("there is nothing to format".to_owned()));
     }
     for file in files {
-        match rc_codegen::format::file(&file, check, &mut sources, &mut found) {
+        match rcgen::format::file(&file, check, &mut sources, &mut found) {
             Ok(false) => {}
             Ok(true) => {
                 differs = true;
@@ -55,7 +55,7 @@ pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), 
 }
 
 pub(crate) fn explain(code: Option<&str>) -> Result<(), Failure> {
-    let pages = rc_codegen::explain::pages();
+    let pages = rcgen::explain::pages();
     let Some(code) = code else {
         pages
             .iter()

@@ -7,9 +7,9 @@ use graph_exchange::{Document, dsr, graph_json, graphml};
 use graph_query::{Budget, Cell, Query};
 use innermodel_exchange::urdf;
 use rc_codegen::FileLoader;
-use rc_codegen::graphs::{Loaded, load};
-use rc_codegen::innermodel::Folders;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rcgen::graphs::{Loaded, load};
+use rcgen::innermodel::Folders;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 

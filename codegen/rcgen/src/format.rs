@@ -20,7 +20,7 @@ pub fn file(
     let language = Language::of(path);
     if language.is_none() && !is_xml(path) {
         if !path.exists() {
-            return Err(crate::paths::missing());
+            return Err(rc_codegen::paths::missing());
         }
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");

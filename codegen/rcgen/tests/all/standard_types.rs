@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const TABLE: &str = include_str!("../../../middleware/ros2/types/src/standard.txt");
+const TABLE: &str = include_str!("../../../../middleware/ros2/types/src/standard.txt");
 /// `PyPI` has no wheels of these packages.
 const WITHOUT_WHEEL: [&str; 2] = ["tf2_msgs", "example_interfaces"];
 
@@ -105,7 +105,7 @@ fn hashes_of_exported_packages_are_those_of_ros() {
     for (idsl, least) in [
         ("tests/compile/everything/Everything.idsl", 20),
         ("tests/export/Exported.idsl", 20),
-        ("../components/interop/Interop.idsl", 20),
+        ("../../components/interop/Interop.idsl", 20),
     ] {
         let idsl = here.join(idsl);
         let folder = tempfile::tempdir().expect("a folder");

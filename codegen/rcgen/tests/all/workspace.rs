@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 const RCGEN: &str = env!("CARGO_BIN_EXE_rcgen");
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 /// Generates the component of `fixtures` in `folder` and runs its test. The test reads the Python
 /// program's `samples` and writes the component's bytes to `ours`.

@@ -15,7 +15,7 @@ from cyclonedds.idl.types import (
     uint64,
 )
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "middleware/dds/tests/stranger"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[4] / "middleware/dds/tests/stranger"))
 from rpc import (  # noqa: E402
     EntityId_t, GUID_t, RemoteExceptionCode_t, ReplyHeader, RequestHeader, SampleIdentity, SequenceNumber_t,
 )

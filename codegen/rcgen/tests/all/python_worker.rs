@@ -8,7 +8,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python");
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const WORKER: &str = "src/specific_worker.py";
 
 /// The generated component `guard`.

@@ -134,7 +134,7 @@ fn random_edits_do_not_change_user_files() {
 /// New workers of ten components of the same sequence compile without a warning.
 #[test]
 fn workers_of_ten_random_components_compile() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let folder = tempfile::tempdir().expect("a folder");
     assert_eq!(
         rcgen(folder.path(), &["init", "robot", "--framework", root]).0,

@@ -68,7 +68,7 @@ pub(crate) struct Grammar(HashMap<String, Rule>);
 impl Grammar {
     /// Reads the grammar in `text`. Adds the part that all languages share.
     pub(crate) fn new(text: &str) -> Self {
-        let common = include_str!("../../../syntax/src/common.pest");
+        let common = include_str!("../../../../syntax/src/common.pest");
         let text = format!("{common}\n{text}");
         let pairs = pest_meta::parser::parse(pest_meta::parser::Rule::grammar_rules, &text)
             .expect("a valid grammar");
