@@ -6,8 +6,10 @@ mod manager;
 mod service;
 
 use inner_model::SpecificWorker;
+use inner_model_generated::interfaces::inner_model::InnerModelErrorOrCall;
 use inner_model_generated::testing::TestContext;
-use inner_model_generated::{InnerModel, Params, Pose, Worker};
+use inner_model_generated::{InnerModel, Params, Pose, Reason, Worker};
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -55,4 +57,12 @@ fn place(worker: &mut SpecificWorker, test: &mut TestContext, id: &str) -> [f64;
     let there = InnerModel::get_pose(worker, test, "root".into(), id.into());
     let there = there.expect("a pose");
     [there.x, there.y, there.z]
+}
+
+/// The reason of an exception.
+fn reason<T: Debug>(call: Result<T, InnerModelErrorOrCall>) -> Reason {
+    match call {
+        Err(InnerModelErrorOrCall::InnerModelError(error)) => error.reason,
+        other => panic!("{other:?}"),
+    }
 }
