@@ -188,6 +188,51 @@ macro_rules! call_error {
 }
 
 /// Declares a client of an interface. Generated code adds its operations.
+///
+/// ```
+/// use rc_middleware::typed::{Operation, TypedClient};
+/// use rc_middleware::{CallError, Client, Header, RequestBody};
+/// use std::time::Duration;
+///
+/// const STOP: Operation = Operation::one_way("stop", 7, 0);
+/// rc_middleware::client!(BaseClient);
+///
+/// impl BaseClient {
+///     /// Stops the base.
+///     pub fn stop(&mut self) -> Result<(), CallError> {
+///         self.client.send(&STOP, ())
+///     }
+/// }
+///
+/// /// The port of a client whose server is not there.
+/// struct Alone;
+///
+/// impl Client for Alone {
+///     // …
+/// #     fn guid(&self) -> [u8; 16] {
+/// #         [1; 16]
+/// #     }
+/// #     fn peers(&self) -> usize {
+/// #         0
+/// #     }
+/// #     fn call(
+/// #         &mut self,
+/// #         _: Header,
+/// #         _: &dyn RequestBody,
+/// #         _: Duration,
+/// #         _: &mut dyn FnMut(Header, &[u8]),
+/// #     ) -> Result<(), CallError> {
+/// #         Err(CallError::NoServer("base".to_owned()))
+/// #     }
+///     fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
+///         Err(CallError::NoServer("base".to_owned()))
+///     }
+/// }
+///
+/// let mut base = BaseClient::new(TypedClient::new(Box::new(Alone), Duration::from_secs(1)));
+/// assert!(!base.is_connected());
+/// assert_eq!(base.stop(), Err(CallError::NoServer("base".to_owned())));
+/// ```
 #[macro_export]
 macro_rules! client {
     ($name:ident) => {
@@ -217,6 +262,39 @@ macro_rules! client {
 
 /// Declares a publisher of an interface with these topics. Generated code adds functions that
 /// publish.
+///
+/// ```
+/// use rc_middleware::typed::{Operation, TypedPublisher};
+/// use rc_middleware::{Header, Publisher, SendError};
+///
+/// const TOPICS: [Operation; 2] = [Operation::one_way("near", 1, 0), Operation::one_way("far", 2, 0)];
+/// rc_middleware::publisher!(RangePublisher: near, far);
+///
+/// impl RangePublisher {
+///     /// Publishes a near range in m.
+///     pub fn near(&mut self, range: f32) -> Result<(), SendError> {
+///         self.near.publish_with(|writer| writer.put(&range))
+///     }
+/// }
+///
+/// /// The port of a publisher with three subscribers.
+/// struct Port;
+///
+/// impl Publisher for Port {
+///     fn publish(&mut self, _: Header, _: &[u8]) -> Result<(), SendError> {
+///         Ok(())
+///     }
+///
+///     fn peers(&self) -> usize {
+///         3
+///     }
+/// }
+///
+/// let open = |topic: usize| Ok(TypedPublisher::new(Box::new(Port), TOPICS[topic]));
+/// let mut ranges = RangePublisher::new(open).expect("both topics open");
+/// assert_eq!(ranges.near(0.5), Ok(()));
+/// assert_eq!(ranges.subscribers(), 3);
+/// ```
 #[macro_export]
 macro_rules! publisher {
     ($name:ident: $($topic:ident),+ $(,)?) => {

@@ -310,6 +310,42 @@ impl Client for Port {
 
 /// Declares the fake server of an interface, whose calls are of the type `$call`. Generated code adds
 /// the functions that set its answers.
+///
+/// ```
+/// use rc_middleware::typed::{self, HandlerError, Operation, Request};
+/// use rc_runtime::testing::{FakeCall, unknown};
+///
+/// const IS_ENABLED: Operation = Operation::query("isEnabled", 7, 0, &[]);
+///
+/// #[derive(Clone, Debug, PartialEq)]
+/// pub enum Call {
+///     IsEnabled,
+/// }
+///
+/// impl FakeCall for Call {
+///     const ANSWERED: &'static [Operation] = &[IS_ENABLED];
+///
+///     fn read(request: &mut Request<'_>) -> Result<Self, HandlerError> {
+///         match request.place(Self::ANSWERED) {
+///             Some(_) => request.arguments(&IS_ENABLED, typed::read).map(|()| Self::IsEnabled),
+///             None => Err(unknown(request)),
+///         }
+///     }
+///
+///     fn default_reply(request: &mut Request<'_>) -> Result<(), HandlerError> {
+///         request.answer(&IS_ENABLED, typed::read, typed::reply, |(): ()| false)
+///     }
+/// }
+///
+/// rc_runtime::fake_server!(Fake: Call);
+///
+/// impl Fake {
+///     /// Answers `isEnabled` with what `answer` returns.
+///     pub fn on_is_enabled(&self, mut answer: impl FnMut() -> bool + 'static) {
+///         self.0.on_query(&IS_ENABLED, typed::read, typed::reply, move |()| answer());
+///     }
+/// }
+/// ```
 #[macro_export]
 macro_rules! fake_server {
     ($name:ident: $call:ident) => {
