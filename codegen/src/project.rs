@@ -248,7 +248,7 @@ fn read(
     let wanted = path.file_name().unwrap_or_default().to_string_lossy();
     let near = rc_diagnostics::nearest(&wanted, names.iter().map(String::as_str));
     found.push(match near {
-        Some(_) => diagnostic.did_you_mean(near),
+        Some(_) => diagnostic.did_you_mean(&wanted, near),
         None => diagnostic.help("the path is relative to the .cdsl file"),
     });
     None

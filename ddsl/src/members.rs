@@ -191,7 +191,7 @@ pub(crate) fn wrong_member(instance: &Instance, slot: &Name) -> Option<Diagnosti
     let all = all.collect::<Vec<_>>().join(", ");
     let error = error.label(instance.name.span, "the component");
     Some(match near {
-        Some(_) => error.did_you_mean(near),
+        Some(_) => error.did_you_mean(wanted, near),
         None => error.help(format!("list it there: `slots {{ {name} {all}; }}`")),
     })
 }
@@ -206,7 +206,7 @@ fn no_array(instance: &Instance, array: &str, slot: &Name) -> Diagnostic {
     );
     let arrays = instance.arrays.iter().map(|array| array.name.text.as_str());
     match rc_diagnostics::nearest(array, arrays) {
-        Some(near) => error.did_you_mean(Some(near)),
+        Some(near) => error.did_you_mean(array, Some(near)),
         None => error.help(format!("write `{path}.SLOT`")),
     }
 }

@@ -82,7 +82,8 @@ impl ModuleResolver<'_> {
                 let message = format!("unscoped name `{wanted}` refers to {}", paths[0]);
                 self.report(
                     Diagnostic::warning("unscoped-name", span, message)
-                        .help(format!("write {}", paths[0])),
+                        .help(format!("write {}", paths[0]))
+                        .mend(wanted, library.type_path(*one)),
                 );
                 return Some(*one);
             }
@@ -90,7 +91,8 @@ impl ModuleResolver<'_> {
                 let diagnostic = match module {
                     _ if foreign.is_some() => {
                         let message = format!("unknown type `{written}`");
-                        Diagnostic::error("unknown-type", span, message).did_you_mean(foreign)
+                        Diagnostic::error("unknown-type", span, message)
+                            .did_you_mean(&written, foreign)
                     }
                     Some(module) if modules.is_empty() => {
                         let known = reachable.iter().map(|m| &library.module(*m).name);
@@ -101,7 +103,7 @@ impl ModuleResolver<'_> {
                         let message = format!("module `{}` is not imported", module.text);
                         let diagnostic = Diagnostic::error("unknown-module", module.span, message);
                         match near {
-                            Some(_) => diagnostic.did_you_mean(near),
+                            Some(_) => diagnostic.did_you_mean(&module.text, near),
                             None if self.import_failed => {
                                 diagnostic.help("fix the failed import of this file first")
                             }
@@ -125,7 +127,7 @@ impl ModuleResolver<'_> {
                         };
                         let diagnostic = Diagnostic::error("unknown-type", span, message);
                         match near {
-                            Some(_) => diagnostic.did_you_mean(near),
+                            Some(_) => diagnostic.did_you_mean(wanted, near),
                             None => diagnostic.help("declare it, or import the file that does"),
                         }
                     }

@@ -102,7 +102,7 @@ impl MachineBuilder {
             near = rc_diagnostics::nearest(&name.text, names);
         }
         if near.is_some() {
-            self.found.push(diagnostic.did_you_mean(near));
+            self.found.push(diagnostic.did_you_mean(&name.text, near));
         } else if self.complete {
             self.found.push(diagnostic);
         }

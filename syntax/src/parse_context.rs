@@ -209,8 +209,8 @@ impl<'a> ParseContext<'a> {
             let end = self.trivia.end_of_token_before(pair.as_span().start());
             let span = Span::new(self.source, end, end);
             let message = "expected `;`";
-            self.found
-                .push(Diagnostic::error("missing-semicolon", span, message));
+            let error = Diagnostic::error("missing-semicolon", span, message);
+            self.found.push(error.mend("", ";"));
         }
     }
 

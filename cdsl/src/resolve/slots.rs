@@ -155,7 +155,7 @@ impl Resolver<'_> {
                 } else if (self.import_exists)(&name.text) {
                     diagnostic.help(format!("add {import}"))
                 } else if near.is_some() {
-                    diagnostic.did_you_mean(near)
+                    diagnostic.did_you_mean(&name.text, near)
                 } else {
                     let help = format!("import the file that declares it; {import} finds no file");
                     diagnostic.help(help)

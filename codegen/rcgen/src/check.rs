@@ -17,6 +17,12 @@ const ENDINGS: [&str; 10] = [
     "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
 ];
 
+/// Whether a file has one of the endings that are checked.
+pub(crate) fn is_known(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str());
+    ending.is_some_and(|ending| ENDINGS.contains(&ending))
+}
+
 /// Files to check: those of the command line as they are, and the description files of its folders,
 /// components first.
 pub fn files(

@@ -1,5 +1,6 @@
 //! What the program `rcgen` does with files, beside printing components: [`check`] judges files of
-//! any description language, [`format`](mod@format) lays them out, and [`explain`] has a page for each finding.
+//! any description language, [`format`](mod@format) lays them out, [`mend`] does
+//! what findings suggest, and [`explain`] has a page for each finding.
 //!
 //! It knows all languages, so the graph and InnerModel as well. Nothing that starts components links it.
 
@@ -9,3 +10,4 @@ pub mod format;
 pub mod graphs;
 pub mod innermodel;
 pub mod languages;
+pub mod mend;

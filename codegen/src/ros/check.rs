@@ -212,7 +212,7 @@ impl Checker<'_> {
             let message = format!("the fields of `{name}` are unknown and not compared");
             let note = Diagnostic::note("ros-unchecked", at, message);
             self.found
-                .push(note.did_you_mean(standard::elsewhere(name)));
+                .push(note.did_you_mean(&name.to_string(), standard::elsewhere(name)));
         } else {
             let message = format!(
                 "`{}` has no `{}/{}`",
@@ -222,7 +222,8 @@ impl Checker<'_> {
             );
             let near = rc_diagnostics::nearest(&name.to_string(), others);
             let diagnostic = Diagnostic::error("ros-type", at, message);
-            self.found.push(diagnostic.did_you_mean(near));
+            self.found
+                .push(diagnostic.did_you_mean(&name.to_string(), near));
         }
         None
     }

@@ -212,7 +212,7 @@ impl Resolver<'_> {
                 let known = of.exports.iter().map(|e| e.text.as_str());
                 let near = rc_diagnostics::nearest(&tree.slot.text, known);
                 self.found.push(match near {
-                    Some(_) => error.did_you_mean(near),
+                    Some(_) => error.did_you_mean(&tree.slot.text, near),
                     None => error.help(of.export_with(&tree.slot.text)),
                 });
                 return None;

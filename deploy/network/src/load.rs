@@ -195,7 +195,7 @@ fn projects(
                     let error = Diagnostic::error("component-not-found", named.span, message);
                     let near = nearest_file(&instance.folder, &named.text);
                     found.push(match near {
-                        Some(near) => error.did_you_mean(Some(&near)),
+                        Some(near) => error.did_you_mean(&named.text, Some(&near)),
                         None => error.help("the path is relative to this file"),
                     });
                     None

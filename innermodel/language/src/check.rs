@@ -17,6 +17,6 @@ pub(crate) fn allowed(words: &[Name], ids: &HashMap<String, Span>, found: &mut D
         let near = (count < SUGGESTIONS)
             .then(|| rc_diagnostics::nearest(&word.text, ids.keys().map(String::as_str)))
             .flatten();
-        found.push(finding.did_you_mean(near));
+        found.push(finding.did_you_mean(&word.text, near));
     }
 }

@@ -145,7 +145,8 @@ impl Reader<'_> {
                 let message = format!("the attribute `{}` has no effect here", text.slice(span));
                 let near = nearest(attribute.name(), ["units"]);
                 let finding = Diagnostic::warning("unused-attribute", span, message);
-                self.found.push(finding.did_you_mean(near));
+                self.found
+                    .push(finding.did_you_mean(attribute.name(), near));
             }
         }
         Units::of(text, top).map_or_else(

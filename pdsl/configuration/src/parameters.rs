@@ -89,7 +89,7 @@ impl Reader<'_> {
             let absent = parameters.iter().filter(|p| !table.contains_key(&p.name));
             let near = nearest(name, absent.map(|p| p.name.as_str()));
             self.found.push(match near {
-                Some(_) => diagnostic.did_you_mean(near),
+                Some(_) => diagnostic.did_you_mean(name, near),
                 None => diagnostic.suggest(name, parameters.iter().map(|p| p.name.as_str())),
             });
         }

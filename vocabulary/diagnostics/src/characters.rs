@@ -8,12 +8,20 @@ pub fn stray_character(c: char, span: Span) -> Option<Diagnostic> {
     if matches!(c, ' '..='~' | '\t' | '\n' | '\r') {
         return None;
     }
-    let (name, help) = match mistaken(c) {
-        Some((name, meant)) => (name, format!("write `{meant}`")),
-        None => (hidden(c)?, "delete it, or write a space".to_owned()),
+    let error = |name: &str| {
+        let message = format!("unexpected character U+{:04X} ({name})", u32::from(c));
+        Diagnostic::error("stray-character", span, message)
     };
-    let message = format!("unexpected character U+{:04X} ({name})", u32::from(c));
-    Some(Diagnostic::error("stray-character", span, message).help(help))
+    if let Some((name, meant)) = mistaken(c) {
+        let error = error(name).help(format!("write `{meant}`"));
+        return Some(error.mend(c, meant));
+    }
+    let error = error(hidden(c)?).help("delete it, or write a space");
+    Some(if c.is_whitespace() {
+        error.mend(c, " ")
+    } else {
+        error
+    })
 }
 
 /// Characters that look like those of the languages: their names, and what their writer means.

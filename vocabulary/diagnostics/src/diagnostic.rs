@@ -1,7 +1,7 @@
 //! A diagnostic, and the list of diagnostics of one run.
 
-use crate::Span;
 use crate::foreign::without_number;
+use crate::{Mend, Span};
 use std::collections::HashSet;
 
 /// The severity of a diagnostic.
@@ -50,6 +50,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// How to solve the problem, in the imperative.
     pub help: Option<String>,
+    /// The change of the text that solves it, where there is one.
+    pub mend: Option<Mend>,
     /// Locations of secret values. Renderers replace them by asterisks.
     pub secrets: Vec<Span>,
 }
@@ -64,6 +66,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
+            mend: None,
             secrets: Vec::new(),
         }
     }
@@ -101,13 +104,27 @@ impl Diagnostic {
         self
     }
 
-    /// Suggests `near` if it is `Some`.
+    /// Sets the mend of which only this one is right: `new` instead of `old` at the location.
     #[must_use]
-    pub fn did_you_mean(self, near: Option<&str>) -> Self {
-        match near {
-            Some(near) => self.help(format!("did you mean `{near}`?")),
-            None => self,
-        }
+    pub fn mend(mut self, old: impl Into<String>, new: impl Into<String>) -> Self {
+        self.mend = Some(Mend {
+            old: old.into(),
+            new: new.into(),
+            certain: true,
+        });
+        self
+    }
+
+    /// Suggests `near` instead of `name` if it is `Some`.
+    #[must_use]
+    pub fn did_you_mean(mut self, name: &str, near: Option<&str>) -> Self {
+        let Some(near) = near else { return self };
+        self.mend = Some(Mend {
+            old: name.to_owned(),
+            new: near.to_owned(),
+            certain: false,
+        });
+        self.help(format!("did you mean `{near}`?"))
     }
 
     /// Suggests the candidate nearest to `name`. If none is near, lists up to 12 candidates.
@@ -116,7 +133,7 @@ impl Diagnostic {
         let candidates: Vec<&str> = candidates.into_iter().collect();
         let near = crate::nearest(name, candidates.iter().copied());
         if near.is_some() {
-            return self.did_you_mean(near);
+            return self.did_you_mean(name, near);
         }
         if candidates.is_empty() || candidates.len() > 12 {
             return self;

@@ -29,7 +29,8 @@ pub enum Format {
     /// `file:line:column: error[code]: message`, one line each, for editors and scripts.
     Short,
     /// One JSON object per line: `code`, `severity`, `message`, `file`, `start` and `end` (`line`,
-    /// `column`), `labels` (locations with a `message`), `help`.
+    /// `column`), `labels` (locations with a `message`), `help`, `mend` (a location, the `text` that
+    /// belongs there, and whether that is `certain`; null if none is known).
     Json,
 }
 
@@ -218,6 +219,14 @@ fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
             place
         })
         .collect();
+    let mend = diagnostic.mend.as_ref();
+    let edit = mend.and_then(|mend| Some((mend.edit(sources, diagnostic.span)?, mend.certain)));
+    object["mend"] = json!(edit.map(|(edit, certain)| {
+        let mut place = range(edit.span);
+        place["text"] = json!(edit.text);
+        place["certain"] = json!(certain);
+        place
+    }));
     object.to_string()
 }
 

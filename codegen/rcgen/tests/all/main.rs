@@ -9,6 +9,7 @@ mod folders;
 mod graphs;
 mod idlc;
 mod layout;
+mod mend;
 mod mistakes;
 mod printing;
 mod python_checkers;

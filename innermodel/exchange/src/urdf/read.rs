@@ -140,7 +140,8 @@ impl Reader<'_> {
                 _ => {
                     let message = format!("InnerModel has no words for `<{tag}>`");
                     let finding = Diagnostic::warning("lost-on-import", span, message);
-                    self.found.push(finding.did_you_mean(nearest(tag, KNOWN)));
+                    self.found
+                        .push(finding.did_you_mean(tag, nearest(tag, KNOWN)));
                 }
             }
         }

@@ -1,32 +1,108 @@
 //! `rcgen check`, `rcgen fmt` and `rcgen explain`.
 
 use crate::command_line::Common;
-use crate::reports::{Failure, print_line, report, unreadable};
-use rc_codegen::FileLoader;
-use rc_codegen::source_files;
+use crate::reports::{Failure, print_line, report, system, tell, unreadable};
+use rc_codegen::{FileLoader, source_files};
+use rc_diagnostics::foreign::clean_lines;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rcgen::mend::{Change, Which};
 use std::path::PathBuf;
 
-pub(crate) fn check(files: &[PathBuf], robocomp: bool, common: &Common) -> Result<(), Failure> {
-    let mut sources = SourceMap::new();
-    let mut found = Diagnostics::new();
+/// How often files are checked again. A mend may make a text readable that has further ones.
+const ROUNDS: usize = 20;
+
+pub(crate) fn check(
+    files: &[PathBuf],
+    robocomp: bool,
+    fix: Option<&str>,
+    common: &Common,
+) -> Result<(), Failure> {
+    let which = match fix {
+        Some("likely") => Some(Which::Likely),
+        Some(_) => Some(Which::Certain),
+        None => None,
+    };
+    let mut rounds = 0;
+    loop {
+        let mut sources = SourceMap::new();
+        let mut found = Diagnostics::new();
+        let refused = look(files, robocomp, common, &mut sources, &mut found)?;
+        if let Some(which) = which.filter(|_| refused.is_none() && rounds < ROUNDS) {
+            rounds += 1;
+            let changes = rcgen::mend::files(&sources, &found, which).map_err(system)?;
+            for change in &changes {
+                print_line(format_args!("{}", line(change)));
+            }
+            if !changes.is_empty() {
+                continue;
+            }
+        }
+        let reported = report(&sources, &found, common.format);
+        if common.format == Format::Human {
+            offer(&sources, &found, which);
+        }
+        return refused.map_or(reported, |why| Err(Failure::System(why)));
+    }
+}
+
+/// Checks all files once. Returns what the system refused.
+fn look(
+    files: &[PathBuf],
+    robocomp: bool,
+    common: &Common,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Result<Option<String>, Failure> {
     let loader = FileLoader::new(&common.include);
     let mut refused = None;
-    let system = |e: std::io::Error| Failure::System(e.to_string());
-    for file in rcgen::check::files(files, &mut sources, &mut found).map_err(system)? {
+    for file in rcgen::check::files(files, sources, found).map_err(system)? {
         let include = &common.include;
-        let checked =
-            rcgen::check::file(&file, robocomp, &mut sources, &loader, include, &mut found);
-        if let Err(error) = checked {
-            unreadable(&file, &error, &mut sources, &mut found, &mut refused);
+        if let Err(error) = rcgen::check::file(&file, robocomp, sources, &loader, include, found) {
+            unreadable(&file, &error, sources, found, &mut refused);
         }
     }
-    let reported = report(&sources, &found, common.format);
-    refused.map_or(reported, |why| Err(Failure::System(why)))
+    Ok(refused)
+}
+
+/// A change, for people.
+fn line(change: &Change) -> String {
+    let shown = |text: &str| clean_lines(text, 80);
+    let Change {
+        file, line, column, ..
+    } = change;
+    let place = format!("mend {}:{line}:{column}:", shown(&file.to_string_lossy()));
+    // Nobody tells foreign spaces apart.
+    let old = match change.old.chars().next() {
+        Some(c) if c.is_whitespace() => format!("U+{:04X}", u32::from(c)),
+        _ => shown(&change.old),
+    };
+    let new = shown(&change.new);
+    if old.is_empty() {
+        format!("{place} add `{new}`")
+    } else {
+        format!("{place} `{old}` becomes `{new}`")
+    }
+}
+
+/// Says how many of the findings `--fix` mends.
+fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<Which>) {
+    let (certain, likely) = rcgen::mend::count(sources, found);
+    if certain > 0 && which.is_none() {
+        tell(format_args!("`rcgen check --fix` mends {certain} of these"));
+    }
+    if likely > 0 && which != Some(Which::Likely) {
+        let all = if which.is_none() {
+            certain + likely
+        } else {
+            likely
+        };
+        tell(format_args!(
+            "`rcgen check --fix=likely` mends {all} of these"
+        ));
+    }
 }
 
 pub(crate) fn fmt(paths: &[PathBuf], check: bool, format: Format) -> Result<(), Failure> {
-    let system = |e: std::io::Error| Failure::System(e.to_string());
     let mut sources = SourceMap::new();
     let mut found = Diagnostics::new();
     let mut refused = None;

@@ -94,6 +94,10 @@ pub(crate) enum Command {
         /// subscribesTo, with a warning. Generating code for it is still refused.
         #[arg(long)]
         robocomp: bool,
+        /// Mends files, and checks them again: `certain` does what can only be meant, such as a
+        /// missing `;`; `likely` takes near names as well.
+        #[arg(long, value_name = "WHICH", num_args = 0..=1, require_equals = true, default_missing_value = "certain", value_parser = ["certain", "likely"])]
+        fix: Option<String>,
         #[command(flatten)]
         common: Common,
     },

@@ -38,8 +38,9 @@ fn main() -> ExitCode {
         Some(Command::Check {
             files,
             robocomp,
+            fix,
             common,
-        }) => checks::check(&files, robocomp, &common),
+        }) => checks::check(&files, robocomp, fix.as_deref(), &common),
         Some(Command::Fmt {
             files,
             check,

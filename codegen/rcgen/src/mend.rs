@@ -1,0 +1,95 @@
+//! Mends files: does what findings suggest.
+
+use rc_diagnostics::{Diagnostics, SourceMap, mend};
+use std::collections::BTreeSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Which mends are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// Those of which only one is right.
+    Certain,
+    /// Near names, too.
+    Likely,
+}
+
+/// A change that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// The file.
+    pub file: PathBuf,
+    /// Its line, from 1.
+    pub line: usize,
+    /// Its column in characters, from 1.
+    pub column: usize,
+    /// What stood there.
+    pub old: String,
+    /// What stands there.
+    pub new: String,
+}
+
+/// Does the mends of `found` in the files that were read, and returns what was changed. Files that
+/// are not description files, and those that have changed since they were read, stay as they are.
+///
+/// # Errors
+/// The system does not write a file; those before it are written.
+pub fn files(sources: &SourceMap, found: &Diagnostics, which: Which) -> io::Result<Vec<Change>> {
+    let mut changes = Vec::new();
+    let mut seen = BTreeSet::new();
+    for source in sources.ids() {
+        let edits = mend::edits(sources, found, source, which == Which::Likely);
+        let path = sources.path(source);
+        if edits.is_empty() || !crate::check::is_known(path) {
+            continue;
+        }
+        // What `rcgen` contains has no file.
+        let Ok(real) = path.canonicalize() else {
+            continue;
+        };
+        let text = sources.text(source);
+        let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", path.display()));
+        let Some(before) = unchanged(&real, text).map_err(named)? else {
+            continue;
+        };
+        if !seen.insert(real.clone()) {
+            continue;
+        }
+        let mark = &before[..before.len() - text.len()];
+        let after = format!("{mark}{}", mend::edited(text, &edits));
+        rc_files::replace(&real, &before, &after).map_err(named)?;
+        changes.extend(edits.into_iter().map(|edit| {
+            let at = sources.position(source, edit.span.start);
+            Change {
+                file: path.to_path_buf(),
+                line: at.line,
+                column: at.column,
+                old: text[edit.span.start..edit.span.end].to_owned(),
+                new: edit.text,
+            }
+        }));
+    }
+    Ok(changes)
+}
+
+/// The content of a file, if it is still `text`, perhaps behind a byte order mark.
+fn unchanged(file: &Path, text: &str) -> io::Result<Option<String>> {
+    let now = rc_files::read(file)?;
+    let same = now.strip_prefix('\u{feff}').unwrap_or(&now) == text;
+    Ok(same.then_some(now))
+}
+
+/// How many findings can be mended: certainly, and by a suggestion.
+pub fn count(sources: &SourceMap, found: &Diagnostics) -> (usize, usize) {
+    let mut counts = (0, 0);
+    for diagnostic in found.iter() {
+        let mend = diagnostic.mend.as_ref();
+        let known = crate::check::is_known(sources.path(diagnostic.span.source));
+        match mend.filter(|mend| known && mend.edit(sources, diagnostic.span).is_some()) {
+            Some(mend) if mend.certain => counts.0 += 1,
+            Some(_) => counts.1 += 1,
+            None => {}
+        }
+    }
+    counts
+}

@@ -1,0 +1,169 @@
+//! Mends: changes of a text that solve a problem.
+
+use crate::{Diagnostics, SourceId, SourceMap, Span};
+
+/// The longest text that is mended, in bytes.
+const LONGEST: usize = 4096;
+
+/// What solves the problem of a diagnostic: one text instead of another, in its location.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mend {
+    /// What is replaced: the one place in the location of the diagnostic where it stands. Empty for
+    /// a text that is missing there.
+    pub old: String,
+    /// What stands there then.
+    pub new: String,
+    /// Whether only this can have been meant. A near name is a suggestion.
+    pub certain: bool,
+}
+
+impl Mend {
+    /// The edit of the diagnostic at `span`. `None` if the text there does not hold [`Mend::old`]
+    /// exactly once, as a whole word, or if the new text needs quotes of its own.
+    pub fn edit(&self, sources: &SourceMap, span: Span) -> Option<Edit> {
+        let text = sources.text(span.source).get(span.start..span.end)?;
+        // Looking for a word in many long texts, or printing one, would take for ever.
+        if text.len() > LONGEST || self.new.len() > LONGEST {
+            return None;
+        }
+        let plain = |c: char| !c.is_control() && !matches!(c, '"' | '\\' | '`');
+        let quotes = self.new == "\"" && self.certain;
+        if !quotes && !self.new.chars().all(plain) {
+            return None;
+        }
+        let mut places = text.match_indices(&self.old).map(|(at, _)| at);
+        let mut places = places.by_ref().filter(|at| self.is_whole(text, *at));
+        let start = span.start + places.next()?;
+        // An empty text is found behind each character.
+        let only = self.old.is_empty() || places.next().is_none();
+        only.then(|| Edit {
+            span: Span::new(span.source, start, start + self.old.len()),
+            text: self.new.clone(),
+        })
+    }
+
+    /// Whether no letter before or behind continues the word at `at`.
+    fn is_whole(&self, text: &str, at: usize) -> bool {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let (before, behind) = (&text[..at], &text[at + self.old.len()..]);
+        let begins = self.old.starts_with(is_word) && before.ends_with(is_word);
+        let ends = self.old.ends_with(is_word) && behind.starts_with(is_word);
+        !begins && !ends
+    }
+}
+
+/// A replacement of a part of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Edit {
+    /// What is replaced. Empty for an insertion.
+    pub span: Span,
+    /// What stands there then.
+    pub text: String,
+}
+
+/// The edits of all diagnostics about one text, in its order; with `likely`, also suggestions.
+///
+/// Of edits that overlap, the first counts: the other one may be right only without it.
+pub fn edits(
+    sources: &SourceMap,
+    found: &Diagnostics,
+    source: SourceId,
+    likely: bool,
+) -> Vec<Edit> {
+    let mut edits: Vec<Edit> = found
+        .iter()
+        .filter(|diagnostic| diagnostic.span.source == source)
+        .filter_map(|diagnostic| {
+            let mend = diagnostic.mend.as_ref()?;
+            let wanted = likely || mend.certain;
+            wanted.then(|| mend.edit(sources, diagnostic.span))?
+        })
+        .collect();
+    edits.sort_by_key(|edit| edit.span);
+    let mut end = None;
+    edits.retain(|edit| {
+        let free = end.is_none_or(|end| edit.span.start >= end);
+        let repeated = end == Some(edit.span.start) && edit.span.end == edit.span.start;
+        let kept = free && !repeated;
+        if kept {
+            end = Some(edit.span.end);
+        }
+        kept
+    });
+    edits
+}
+
+/// A text with `edits`, which are in its order and do not overlap.
+pub fn edited(text: &str, edits: &[Edit]) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut at = 0;
+    for edit in edits {
+        out.push_str(text.get(at..edit.span.start).unwrap_or_default());
+        out.push_str(&edit.text);
+        at = edit.span.end;
+    }
+    out.push_str(text.get(at..).unwrap_or_default());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Diagnostic;
+
+    /// The text after the mends of findings at ranges of bytes.
+    fn mended(text: &str, finds: &[(usize, usize, &str, &str, bool)], likely: bool) -> String {
+        let mut sources = SourceMap::new();
+        let source = sources.add("a.idsl", text);
+        let mut found = Diagnostics::new();
+        for (start, end, old, new, certain) in finds {
+            let span = Span::new(source, *start, *end);
+            let mut one = Diagnostic::error("syntax-error", span, format!("{start} {old} {new}"));
+            one.mend = Some(Mend {
+                old: (*old).to_owned(),
+                new: (*new).to_owned(),
+                certain: *certain,
+            });
+            found.push(one);
+        }
+        edited(text, &edits(&sources, &found, source, likely))
+    }
+
+    #[test]
+    fn certain_mends_and_suggestions_are_told_apart() {
+        let finds = [(6, 6, "", ";", true), (0, 3, "abc", "abd", false)];
+        assert_eq!(mended("abc xy", &finds, false), "abc xy;");
+        assert_eq!(mended("abc xy", &finds, true), "abd xy;");
+    }
+
+    #[test]
+    fn only_a_whole_word_that_stands_there_once_is_replaced() {
+        for (text, expected) in [
+            ("\"Lasr\"", "\"Laser\""),
+            ("a.Lasr", "a.Laser"),
+            ("Lasr Lasr", "Lasr Lasr"),
+            ("Lasrs", "Lasrs"),
+            ("xLasr Lasr", "xLasr Laser"),
+            ("none", "none"),
+        ] {
+            let find = [(0, text.len(), "Lasr", "Laser", false)];
+            assert_eq!(mended(text, &find, true), expected);
+        }
+    }
+
+    #[test]
+    fn of_overlapping_edits_the_first_counts() {
+        let finds = [(0, 3, "abc", "x", true), (1, 2, "b", "y", true)];
+        assert_eq!(mended("abc", &finds, false), "x");
+        let finds = [(3, 3, "", ";", true), (3, 3, "", ";;", true)];
+        assert_eq!(mended("abc", &finds, false), "abc;");
+    }
+
+    #[test]
+    fn a_text_that_needs_escapes_is_not_written() {
+        for new in ["a\"b", "a\nb", "a\\b"] {
+            assert_eq!(mended("abc", &[(0, 3, "abc", new, false)], true), "abc");
+        }
+        assert_eq!(mended("“", &[(0, 3, "“", "\"", true)], false), "\"");
+    }
+}
