@@ -17,6 +17,20 @@ const ENDINGS: [&str; 10] = [
     "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
 ];
 
+/// The place of a file in the order of checks. None for one that is not checked.
+fn rank(path: &Path) -> Option<usize> {
+    let ending = path.extension().and_then(|e| e.to_str())?;
+    // Other .toml files are other programs'.
+    let in_etc = || path.parent().and_then(Path::file_name) == Some("etc".as_ref());
+    let rank = ENDINGS.iter().position(|e| *e == ending);
+    rank.filter(|_| ending != "toml" || in_etc())
+}
+
+/// Whether a file is checked where its folder is.
+pub(crate) fn is_wanted(path: &Path) -> bool {
+    rank(path).is_some() && innermodel::is_wanted(path)
+}
+
 /// Whether a file has one of the endings that are checked.
 pub(crate) fn is_known(path: &Path) -> bool {
     let ending = path.extension().and_then(|e| e.to_str());
@@ -30,18 +44,10 @@ pub fn files(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<Vec<PathBuf>> {
-    let rank = |path: &Path| {
-        let ending = path.extension().and_then(|e| e.to_str())?;
-        // Other .toml files are other programs'.
-        let in_etc = || path.parent().and_then(Path::file_name) == Some("etc".as_ref());
-        let rank = ENDINGS.iter().position(|e| *e == ending);
-        rank.filter(|_| ending != "toml" || in_etc())
-    };
     let mut all: Vec<PathBuf> = Vec::new();
     let mut seen = BTreeSet::new();
     for path in paths {
-        let wanted = |p: &Path| rank(p).is_some() && innermodel::is_wanted(p);
-        let files = source_files::files(std::slice::from_ref(path), &wanted)?;
+        let files = source_files::files(std::slice::from_ref(path), &is_wanted)?;
         if files.is_empty() {
             let source = sources.add(path, "");
             let message = "there is nothing to check in this folder";

@@ -99,7 +99,7 @@ fn check(block: &Block, page: &[Block]) -> Result<(), String> {
             describe(block, page)
         }
         "toml" => configuration(block),
-        "rust" => rust(block),
+        "rust" | "lua" => rust(block),
         // `book.rs` runs it.
         "console" => Ok(()),
         // Grammars, output, types of other languages.

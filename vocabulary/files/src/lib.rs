@@ -6,6 +6,8 @@ mod output;
 
 pub use disk::{Disk, DiskChange};
 pub use output::write;
+pub mod unsaved;
+
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions, Permissions};
@@ -47,6 +49,9 @@ pub fn words_of_command_line() -> impl Iterator<Item = OsString> {
 /// `InvalidInput` for pipes, devices, folders and files larger than [`LARGEST`]; `InvalidData` for
 /// text that is not UTF-8; otherwise the error of the system.
 pub fn read(path: &Path) -> io::Result<String> {
+    if let Some(text) = unsaved::get(path) {
+        return Ok(text);
+    }
     // Check before opening: opening a device can have side effects.
     check(&fs::metadata(path)?)?;
     text(&open(path, false)?)

@@ -9,6 +9,7 @@ mod folders;
 mod graphs;
 mod idlc;
 mod layout;
+mod lsp;
 mod mend;
 mod mistakes;
 mod printing;

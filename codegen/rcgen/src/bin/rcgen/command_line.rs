@@ -101,6 +101,13 @@ pub(crate) enum Command {
         #[command(flatten)]
         common: Common,
     },
+    /// Serves an editor by the Language Server Protocol, over standard input and output: findings of
+    /// what is typed and of all files that read it, mends, layout, and the pages of findings.
+    Lsp {
+        /// Looks for imported files here, too.
+        #[arg(short = 'I', value_name = "DIR")]
+        include: Vec<PathBuf>,
+    },
     /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).

@@ -41,6 +41,12 @@ fn main() -> ExitCode {
             fix,
             common,
         }) => checks::check(&files, robocomp, fix.as_deref(), &common),
+        Some(Command::Lsp { include }) => match rcgen::server::run(&include) {
+            Ok(true) => Ok(()),
+            // The protocol wants this code.
+            Ok(false) => Err(Failure::Input),
+            Err(error) => Err(system(error)),
+        },
         Some(Command::Fmt {
             files,
             check,

@@ -1,0 +1,146 @@
+//! Places of files and texts as the protocol has them: addresses, and lines with characters from 0.
+
+use rc_diagnostics::{SourceMap, Span};
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::path::{Path, PathBuf};
+
+/// What a client counts in a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Utf8,
+    /// What a client counts that says nothing.
+    #[default]
+    Utf16,
+    Utf32,
+}
+
+impl Encoding {
+    /// The best of those that a client offers.
+    pub(super) fn of(offered: &Value) -> Self {
+        let has = |word: &str| {
+            offered
+                .as_array()
+                .is_some_and(|all| all.contains(&json!(word)))
+        };
+        match () {
+            () if has("utf-8") => Self::Utf8,
+            () if has("utf-32") => Self::Utf32,
+            () => Self::Utf16,
+        }
+    }
+
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Utf8 => "utf-8",
+            Self::Utf16 => "utf-16",
+            Self::Utf32 => "utf-32",
+        }
+    }
+
+    fn count(self, text: &str) -> usize {
+        match self {
+            Self::Utf8 => text.len(),
+            Self::Utf16 => text.encode_utf16().count(),
+            Self::Utf32 => text.chars().count(),
+        }
+    }
+
+    /// A range of a text.
+    pub(super) fn range(self, sources: &SourceMap, span: Span) -> Value {
+        let text = sources.text(span.source);
+        let position = |at: usize| {
+            let at = at.min(text.len());
+            let line = sources.position(span.source, at).line - 1;
+            let (start, _) = sources.lines(Span::new(span.source, at, at));
+            let before = text.get(start..at).unwrap_or_default();
+            json!({ "line": line, "character": self.count(before) })
+        };
+        json!({ "start": position(span.start), "end": position(span.end) })
+    }
+
+    /// The range of a whole text.
+    pub(super) fn whole(self, text: &str) -> Value {
+        let mut sources = SourceMap::new();
+        let source = sources.add("", text);
+        let end = sources.text(source).len();
+        self.range(&sources, Span::new(source, 0, end))
+    }
+}
+
+/// The path of a file by its address, `file://…`.
+pub(super) fn path(uri: &str) -> Option<PathBuf> {
+    let rest = uri.strip_prefix("file://")?;
+    // A host stands before the path; only the own one has files.
+    let rest = rest.strip_prefix("localhost").unwrap_or(rest);
+    if !rest.starts_with('/') {
+        return None;
+    }
+    let mut bytes = Vec::with_capacity(rest.len());
+    let mut all = rest.bytes();
+    while let Some(byte) = all.next() {
+        bytes.push(match byte {
+            b'%' => {
+                let mut digit = || char::from(all.next()?).to_digit(16);
+                let (high, low) = (digit()?, digit()?);
+                u8::try_from(high * 16 + low).ok()?
+            }
+            byte => byte,
+        });
+    }
+    Some(OsString::from_vec(bytes).into())
+}
+
+/// The address of a file.
+pub(super) fn uri(path: &Path) -> String {
+    let mut out = "file://".to_owned();
+    for byte in path.as_os_str().as_bytes() {
+        let plain = byte.is_ascii_alphanumeric() || b"/-._~".contains(byte);
+        if plain {
+            out.push(char::from(*byte));
+        } else {
+            out.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_and_paths_are_inverse() {
+        for text in ["/a/b.cdsl", "/a b/é%/c#d?.idsl", "/"] {
+            let address = uri(Path::new(text));
+            assert!(address.is_ascii(), "{address}");
+            assert_eq!(path(&address), Some(PathBuf::from(text)));
+        }
+        for wrong in [
+            "http://a/b",
+            "file://host/a",
+            "file:///%",
+            "file:///%g0",
+            "",
+        ] {
+            assert_eq!(path(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn characters_are_counted_as_the_client_does() {
+        let mut sources = SourceMap::new();
+        let source = sources.add("a", "x\r\né😀y\n");
+        let span = Span::new(source, 9, 10);
+        for (encoding, column) in [
+            (Encoding::Utf8, 6),
+            (Encoding::Utf16, 3),
+            (Encoding::Utf32, 2),
+        ] {
+            let range = encoding.range(&sources, span);
+            assert_eq!(range["start"], json!({ "line": 1, "character": column }));
+            assert_eq!(range["end"]["character"], column + 1);
+        }
+    }
+}

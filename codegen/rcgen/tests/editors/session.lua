@@ -1,0 +1,46 @@
+-- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it.
+local function fail(why)
+  io.stderr:write(why .. "\n")
+  vim.cmd("cquit")
+end
+
+local function await(what, is_so)
+  if not vim.wait(60000, is_so, 10) then
+    fail("no " .. what .. ": " .. vim.inspect(vim.diagnostic.get(0)))
+  end
+end
+
+local function codes()
+  local all = vim.tbl_map(function(found) return found.code end, vim.diagnostic.get(0))
+  table.sort(all)
+  return table.concat(all, " ")
+end
+
+local function run()
+  vim.cmd("edit m.idsl")
+  await("findings", function() return codes() == "missing-semicolon unknown-type" end)
+  local client = vim.lsp.get_client_by_id(vim.lsp.get_active_clients()[1].id)
+  for _ = 1, 2 do
+    local before = codes()
+    local parameters = vim.lsp.util.make_range_params()
+    parameters.range["end"] = { line = 9, character = 0 }
+    parameters.range.start = { line = 0, character = 0 }
+    parameters.context = { diagnostics = {} }
+    local answer = client.request_sync("textDocument/codeAction", parameters, 60000, 0)
+    vim.lsp.util.apply_workspace_edit(answer.result[1].edit, client.offset_encoding)
+    await("other findings", function() return codes() ~= before end)
+  end
+  if codes() ~= "" then
+    fail("left: " .. codes())
+  end
+  local parameters = vim.lsp.util.make_formatting_params()
+  local answer = client.request_sync("textDocument/formatting", parameters, 60000, 0)
+  vim.lsp.util.apply_text_edits(answer.result, 0, client.offset_encoding)
+  vim.cmd("write")
+end
+
+local done, why = pcall(run)
+if not done then
+  fail(tostring(why))
+end
+vim.cmd("qall!")
