@@ -107,6 +107,77 @@ fn a_graph_of_dsr_is_written_and_read_equal() {
     assert_eq!(dsr::write(&again).0, printed);
 }
 
+/// Random bits of finite floats, a tenth of them subnormal, and the numbers at the borders.
+fn random_floats(count: usize) -> Vec<f64> {
+    let mut random = fastrand::Rng::with_seed(40);
+    let borders = [
+        0.0,
+        -0.0,
+        f64::MAX,
+        f64::MIN,
+        f64::MIN_POSITIVE,
+        f64::EPSILON,
+        f64::from_bits(1),
+        f64::from_bits((1 << 52) - 1),
+        0.1 + 0.2,
+        9_007_199_254_740_993.0,
+        1e23,
+    ];
+    let drawn = std::iter::repeat_with(|| {
+        let bits = random.u64(..);
+        // Without an exponent, a float is subnormal.
+        let exponent = if random.u32(0..10) == 0 {
+            0x7ff << 52
+        } else {
+            0
+        };
+        f64::from_bits(bits & !exponent)
+    });
+    let drawn = drawn.filter(|number| number.is_finite());
+    borders.into_iter().chain(drawn).take(count).collect()
+}
+
+#[test]
+fn floats_keep_all_their_bits_in_files() {
+    let numbers = random_floats(100_000);
+    let tiny = numbers.iter().filter(|number| number.is_subnormal());
+    assert!(tiny.count() > 5_000);
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        for some in numbers.chunks(1000) {
+            let node = edit.add_node("thing")?;
+            edit.set(node, "all", some)?;
+            edit.set(node, "one", some[0])?;
+        }
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let document = Document::of(&graph.snapshot());
+    let bits = |read: &Document| -> Vec<u64> {
+        let nodes = read.nodes.iter();
+        let values = nodes.flat_map(|node| node.attributes.iter().map(|(_, value, _)| value));
+        let bits = values.flat_map(|value| match value {
+            Value::Float(number) => vec![number.to_bits()],
+            Value::Floats(all) => all.iter().map(|number| number.to_bits()).collect(),
+            _ => Vec::new(),
+        });
+        bits.collect()
+    };
+    let expected = bits(&document);
+    assert_eq!(expected.len(), 100_100);
+    let mut sources = SourceMap::new();
+    let ours = sources.add("a.graph", graph_json::write(&document));
+    let (read, found) = graph_json::read(&sources, ours);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    assert!(bits(&read.expect("a document")) == expected);
+    let (text, lost) = dsr::write(&document);
+    assert_eq!(lost.len(), 1, "{lost:?}");
+    let theirs = sources.add("a.json", text);
+    let (read, found) = dsr::read(&sources, theirs);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    assert!(bits(&plain(&read.expect("a document"))) == expected);
+}
+
 #[test]
 fn graphml_has_all_nodes_and_edges() {
     let text = graphml::write(&Document::of(&all_values().snapshot()));
