@@ -2,6 +2,7 @@
 
 mod changes;
 mod large;
+mod oracle;
 mod random;
 mod threads;
 mod transforms;
