@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-const ENDINGS: [&str; 10] = [
-    "cdsl", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
+const ENDINGS: [&str; 11] = [
+    "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
 ];
 
 /// The place of a file in the order of checks. None for one that is not checked.
@@ -135,7 +135,8 @@ pub fn file(
                 found.extend(configuration::check(sources, source, Some(&project)));
             }
         }
-        Some("idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "toml") if was_read(path, sources) => {}
+        Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "toml")
+            if was_read(path, sources) => {}
         Some("idsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
@@ -158,6 +159,10 @@ pub fn file(
             found.extend(rc_ddsl::load(sources, loader, source).1);
         }
         Some("gdsl") => graphs::check_schema(path, sources, loader, found)?,
+        Some("dproto") => {
+            let source = sources.add(path, rc_files::read(path)?);
+            found.extend(rc_prototypes::load(sources, loader, source).1);
+        }
         Some("graph" | "json") => graphs::check(path, sources, loader, found)?,
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
@@ -180,7 +185,7 @@ pub fn file(
         _ if !path.exists() => return Err(paths::missing()),
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .graph, .json, .xml and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .graph, .json, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

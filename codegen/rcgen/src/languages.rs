@@ -1,7 +1,6 @@
 //! The description languages, for code that handles all of them alike.
 
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
-use rc_syntax::Style;
 use std::path::Path;
 
 /// A description language.
@@ -9,43 +8,48 @@ use std::path::Path;
 pub struct Language {
     /// The extension of its files, without the dot.
     pub extension: &'static str,
-    /// The formatting options.
-    pub style: Style,
+    /// Prints one text in the style of its language.
+    pub print: fn(&str) -> String,
     /// Parses one text and returns its diagnostics.
     pub parse: fn(&SourceMap, SourceId) -> Diagnostics,
 }
 
 /// All description languages.
-pub const LANGUAGES: [Language; 6] = [
+pub const LANGUAGES: [Language; 7] = [
     Language {
         extension: "idsl",
-        style: rc_idsl::STYLE,
+        print: |text| rc_syntax::format(text, rc_idsl::STYLE),
         parse: |sources, source| rc_idsl::parse(sources, source).1,
     },
     Language {
         extension: "cdsl",
-        style: rc_cdsl::STYLE,
+        print: |text| rc_syntax::format(text, rc_cdsl::STYLE),
         parse: |sources, source| rc_cdsl::parse(sources, source).1,
     },
     Language {
         extension: "pdsl",
-        style: rc_pdsl::STYLE,
+        print: |text| rc_syntax::format(text, rc_pdsl::STYLE),
         parse: |sources, source| rc_pdsl::parse(sources, source).1,
     },
     Language {
         extension: "smdsl",
-        style: rc_smdsl::STYLE,
+        print: |text| rc_syntax::format(text, rc_smdsl::STYLE),
         parse: |sources, source| rc_smdsl::parse(sources, source).1,
     },
     Language {
         extension: "ddsl",
-        style: rc_ddsl::STYLE,
+        print: |text| rc_syntax::format(text, rc_ddsl::STYLE),
         parse: |sources, source| rc_ddsl::parse(sources, source).1,
     },
     Language {
         extension: "gdsl",
-        style: graph_language::STYLE,
+        print: |text| rc_syntax::format(text, graph_language::STYLE),
         parse: |sources, source| graph_language::parse(sources, source).1,
+    },
+    Language {
+        extension: "dproto",
+        print: rc_prototypes::format,
+        parse: |sources, source| rc_prototypes::parse(sources, source).1,
     },
 ];
 
@@ -65,6 +69,6 @@ impl Language {
         if found.has_errors() {
             return Err(found);
         }
-        Ok(rc_syntax::format(sources.text(source), self.style))
+        Ok((self.print)(sources.text(source)))
     }
 }

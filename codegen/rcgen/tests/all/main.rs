@@ -13,6 +13,7 @@ mod lsp;
 mod mend;
 mod mistakes;
 mod printing;
+mod prototypes;
 mod python_checkers;
 mod python_environment;
 mod python_worker;

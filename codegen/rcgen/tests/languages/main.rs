@@ -21,6 +21,7 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "smdsl" => debug(rc_smdsl::parse(&sources, source)),
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         "gdsl" => debug(graph_language::parse(&sources, source)),
+        "dproto" => debug(rc_prototypes::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
     (without_locations(&tree), found.has_errors())
@@ -64,6 +65,7 @@ fn grammar_of(language: Language) -> Grammar {
         "smdsl" => include_str!("../../../../smdsl/src/grammar.pest"),
         "ddsl" => include_str!("../../../../ddsl/src/grammar.pest"),
         "gdsl" => include_str!("../../../../graph/language/src/grammar.pest"),
+        "dproto" => include_str!("../../../../prototypes/src/grammar.pest"),
         other => panic!("no grammar of .{other}"),
     })
 }
@@ -86,7 +88,7 @@ fn formatting_keeps_tree_and_comments_and_is_idempotent() {
                 continue;
             }
             read += 1;
-            let printed = rc_syntax::format(&text, language.style);
+            let printed = (language.print)(&text);
             let (after, _) = tree(language, &printed);
             let what = format!(
                 ".{}, seed {seed}:\n{text}\n---\n{printed}",
@@ -94,7 +96,7 @@ fn formatting_keeps_tree_and_comments_and_is_idempotent() {
             );
             assert_eq!(before, after, "the meaning of {what}");
             assert_eq!(comments(&text), comments(&printed), "comments of {what}");
-            let again = rc_syntax::format(&printed, language.style);
+            let again = (language.print)(&printed);
             assert_eq!(printed, again, "formatted twice, {what}");
         }
         assert!(
@@ -114,7 +116,7 @@ fn process(language: Language, text: &str) {
     for format in [Format::Human, Format::Short, Format::Json] {
         render(&sources, &found, format);
     }
-    rc_syntax::format(sources.text(source), language.style);
+    (language.print)(sources.text(source));
 }
 
 fn check(
@@ -134,6 +136,7 @@ fn check(
         "pdsl" => rc_pdsl::load(sources, loader, source).1,
         "smdsl" => rc_smdsl::load(sources, source).1,
         "gdsl" => graph_language::load(sources, loader, source).1,
+        "dproto" => rc_prototypes::load(sources, loader, source).1,
         _ => rc_ddsl::load(sources, loader, source).1,
     }
 }

@@ -86,9 +86,9 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .graph files, .json files of DSR, .xml files of
-        /// InnerModel, .toml files that lie in a component's etc/, and folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "json", "xml", "toml"]))]
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .graph files, .json files of DSR,
+        /// .xml files of InnerModel, .toml files that lie in a component's etc/, and folders with any of them.
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Takes files as RoboComp does: an operation that returns a value may stand under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -111,7 +111,7 @@ pub(crate) enum Command {
     /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "xml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, fails with 1 if there is one, and writes
         /// nothing.
@@ -238,10 +238,17 @@ pub(crate) enum Command {
         #[arg(short, long, value_name = "FILE.svg")]
         output: Option<PathBuf>,
     },
-    /// Prints a component as JSON, neutral of the language that is generated: for other generators.
+    /// Lists what the tools know about the meaning of values.
+    Convert {
+        /// Prints the domain `geometry`: meanings, parts, coordinates and their conventions.
+        #[arg(long, required = true)]
+        list: bool,
+    },
+    /// Prints a component, neutral of the language that is generated, or the data prototypes of a
+    /// file as JSON: for other generators.
     View {
-        /// The component.
-        #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
+        /// The component, or the prototypes.
+        #[arg(value_name = "FILE.cdsl|FILE.dproto", add = files(&["cdsl", "dproto"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,

@@ -106,6 +106,15 @@ fn main() -> ExitCode {
             common,
             output,
         }) => graph::graph(&file, &common, output.as_deref()),
+        Some(Command::Convert { list: _ }) => {
+            print(&rc_prototypes::listing());
+            Ok(())
+        }
+        Some(Command::View { file, common, .. })
+            if file.extension().is_some_and(|ending| ending == "dproto") =>
+        {
+            component::print_prototypes(&file, &common)
+        }
         Some(Command::View {
             file,
             common,

@@ -1,0 +1,183 @@
+//! What a `.dproto` file and its imports declare, with all names resolved.
+
+use rc_diagnostics::Span;
+use serde::Serialize;
+
+/// The declarations of a file and of all that it imports.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Library {
+    /// Domains besides `geometry`.
+    pub domains: Vec<Domain>,
+    /// Axes.
+    pub axes: Vec<NamedAxes>,
+    /// Abstract types.
+    pub algebraics: Vec<Algebraic>,
+    /// Abstract types that mean the same.
+    pub aliases: Vec<Alias>,
+    /// Prototypes.
+    pub prototypes: Vec<Prototype>,
+    /// Parts of prototypes whose coordinates hold several meanings.
+    pub views: Vec<View>,
+    /// Conversions by functions.
+    pub conversions: Vec<Conversion>,
+}
+
+/// `domain NAME :: { … }`
+#[derive(Clone, Debug, Serialize)]
+pub struct Domain {
+    /// The name.
+    pub name: String,
+    /// What its values may mean.
+    pub semantics: Vec<String>,
+    /// Coordinates of its values.
+    pub coordinates: Vec<String>,
+}
+
+/// `axes NAME :: right, ahead, up`
+#[derive(Clone, Debug, Serialize)]
+pub struct NamedAxes {
+    /// The name.
+    pub name: String,
+    /// The directions of x, y and z.
+    pub directions: String,
+    /// Whether they are a right-handed system.
+    pub is_right_handed: bool,
+}
+
+/// How the values of an abstract type are named.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Algebraic {
+    /// The name.
+    pub name: String,
+    /// The names of the values, in order: `x`, `0`, `{0,1}`.
+    pub symbols: Vec<String>,
+}
+
+/// `alias LEFT <-> RIGHT { … }`
+#[derive(Clone, Debug, Serialize)]
+pub struct Alias {
+    /// An abstract type.
+    pub left: String,
+    /// The other one.
+    pub right: String,
+    /// The values that are equal.
+    pub pairs: Vec<(String, String)>,
+}
+
+/// `dproto NAME :: DOMAIN { … }`
+#[derive(Clone, Debug, Serialize)]
+pub struct Prototype {
+    /// The name.
+    pub name: String,
+    /// Its place.
+    #[serde(skip)]
+    pub span: Span,
+    /// The domain.
+    pub domain: String,
+    /// What it means.
+    pub semantic: String,
+    /// Its values, or its parts.
+    pub content: Content,
+    /// The name of its axes.
+    pub axes: Option<String>,
+    /// Names of frames, or members with them: `of`, `with_respect_to`, `stamp`.
+    pub frames: Vec<(String, String)>,
+    /// The member whose elements are values.
+    pub sequence: Option<String>,
+    /// The covariance.
+    pub covariance: Option<Covariance>,
+    /// How far the norm of a quaternion may be from 1.
+    pub tolerance: Option<f64>,
+    /// The relative error that a conversion may have.
+    pub loss: Option<f64>,
+}
+
+/// What a prototype holds.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Content {
+    /// Numbers of one type.
+    Values {
+        /// The coordinates.
+        coordinate: String,
+        /// The abstract type.
+        algebraic: String,
+        /// The language of the type.
+        language: String,
+        /// The type.
+        ty: String,
+        /// Its numbers, in the order of the abstract type.
+        data: Vec<Datum>,
+    },
+    /// Other prototypes: the name of the part, the prototype, and the member that holds it.
+    Parts(Vec<Part>),
+}
+
+/// A number of a type.
+#[derive(Clone, Debug, Serialize)]
+pub struct Datum {
+    /// Its name in the abstract type.
+    pub symbol: String,
+    /// Its place in the type.
+    pub member: String,
+    /// Its unit.
+    pub unit: Option<String>,
+}
+
+/// A part of a composite.
+#[derive(Clone, Debug, Serialize)]
+pub struct Part {
+    /// The name in the domain.
+    pub name: String,
+    /// The prototype.
+    pub prototype: String,
+    /// The member that holds it, where one is named.
+    pub member: Option<String>,
+}
+
+/// The covariance of a prototype.
+#[derive(Clone, Debug, Serialize)]
+pub struct Covariance {
+    /// The member with the matrix, one row after the other.
+    pub member: String,
+    /// The order of its rows.
+    pub order: Option<String>,
+    /// Whether its turns are about the fixed or the moving axes.
+    pub rotation: Option<String>,
+}
+
+/// `view OF.PART -> TARGET { … }`
+#[derive(Clone, Debug, Serialize)]
+pub struct View {
+    /// The prototype with the whole.
+    pub of: String,
+    /// The part of its meaning.
+    pub part: String,
+    /// The prototype of the part.
+    pub target: String,
+    /// Values of the whole, and of the part.
+    pub pairs: Vec<(String, String)>,
+}
+
+/// `conversion FROM -> TO = FUNCTION`
+#[derive(Clone, Debug, Serialize)]
+pub struct Conversion {
+    /// The prototype that is converted.
+    pub from: String,
+    /// The prototype that it becomes.
+    pub to: String,
+    /// The function.
+    pub function: String,
+}
+
+impl Library {
+    /// The prototype with this name.
+    pub fn prototype(&self, name: &str) -> Option<&Prototype> {
+        self.prototypes.iter().find(|found| found.name == name)
+    }
+
+    /// The abstract type with this name.
+    pub fn algebraic(&self, name: &str) -> Option<&Algebraic> {
+        self.algebraics.iter().find(|found| found.name == name)
+    }
+}

@@ -1,0 +1,502 @@
+//! Resolves prototypes.
+
+use super::{Kind, Resolver};
+use crate::ast::{Item, ItemKind, Operand, OperandKind};
+use crate::fields::Fields;
+use crate::geometry::{Coordinate, coordinate, semantic};
+use crate::interface::Interface;
+use crate::maps::{Side, pairs, sides};
+use crate::model::{Content, Covariance, Datum, Part, Prototype};
+use rc_diagnostics::{Diagnostic, Span};
+use rc_quantity::Unit;
+use rc_syntax::Name;
+use std::collections::{HashMap, HashSet};
+
+/// All fields of a prototype.
+const FIELDS: [&str; 14] = [
+    "semantic",
+    "coord",
+    "algebraic",
+    "ddr",
+    "dr",
+    "units",
+    "composes",
+    "usingddr",
+    "axes",
+    "frames",
+    "sequence",
+    "covariance",
+    "tolerance",
+    "loss",
+];
+
+/// The deepest composition.
+const DEEPEST: usize = 16;
+
+/// Known coordinates.
+enum Coordinates {
+    /// Those of `geometry`.
+    Geometry(Coordinate),
+    /// Those of a domain of the file.
+    Own,
+}
+
+impl<'f> Resolver<'f> {
+    pub(super) fn prototype(&mut self, item: &'f Item) {
+        let ItemKind::Prototype(name, domain, fields) = &item.kind else {
+            return;
+        };
+        if self.declared.get(&(Kind::Prototype, &name.text)) != Some(&name.span) {
+            return;
+        }
+        let in_geometry = domain.text == "geometry";
+        if !in_geometry && !self.is_known(Kind::Domain, &domain.text, domain.span) {
+            return;
+        }
+        let fields = Fields::new(&name.text, name.span, fields, &FIELDS, &mut self.found);
+        fields.must_have("semantic", &mut self.found);
+        let meaning = fields.name("semantic", &mut self.found);
+        let Some(meaning) = meaning.filter(|meaning| self.is_meaning(domain, meaning)) else {
+            return;
+        };
+        let content = if fields.has("composes") {
+            for field in ["coord", "algebraic", "ddr", "units", "sequence"] {
+                if fields.has(field) {
+                    let message = format!("`{}` composes others; it has no `{field}`", name.text);
+                    self.error("conflicting-fields", name.span, message);
+                }
+            }
+            self.parts(&fields, domain, meaning)
+        } else {
+            self.values(&fields, name, domain, meaning)
+        };
+        let Some(content) = content else { return };
+        let axes = fields.name("axes", &mut self.found);
+        let axes = axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span));
+        let tolerance = fields.number("tolerance", &mut self.found);
+        let loss = fields.number("loss", &mut self.found);
+        let sequence = fields.member("sequence", &mut self.found);
+        if meaning.text() == "PointSet" && in_geometry {
+            fields.must_have("sequence", &mut self.found);
+        }
+        let prototype = Prototype {
+            name: name.text.clone(),
+            span: name.span,
+            domain: domain.text.clone(),
+            semantic: meaning.text(),
+            content,
+            axes: axes.map(Operand::text),
+            frames: self.frames(&fields),
+            sequence: sequence.map(|(path, _)| path.to_owned()),
+            covariance: self.covariance(&fields),
+            tolerance,
+            loss,
+        };
+        self.library.prototypes.push(prototype);
+    }
+
+    /// Whether the domain has a meaning. Reports an unknown one.
+    fn is_meaning(&mut self, domain: &Name, meaning: &Operand) -> bool {
+        let name = meaning.text();
+        let own = self.library.domains.iter().find(|d| d.name == domain.text);
+        let known: Vec<&str> = match own {
+            Some(own) => own.semantics.iter().map(String::as_str).collect(),
+            None => crate::GEOMETRY
+                .iter()
+                .map(|semantic| semantic.name)
+                .collect(),
+        };
+        if known.contains(&name.as_str()) {
+            return true;
+        }
+        let message = format!("`{}` has no meaning `{name}`", domain.text);
+        let diagnostic = Diagnostic::error("unknown-semantic", meaning.span, message);
+        self.found.push(diagnostic.suggest(&name, known));
+        false
+    }
+
+    /// The coordinates. Reports an unknown name.
+    fn coordinates(
+        &mut self,
+        domain: &Name,
+        meaning: &str,
+        wanted: &Operand,
+    ) -> Option<Coordinates> {
+        let name = wanted.text();
+        let own = self.library.domains.iter().find(|d| d.name == domain.text);
+        let known: Vec<&str> = match own {
+            Some(own) if own.coordinates.contains(&name) => return Some(Coordinates::Own),
+            Some(own) => own.coordinates.iter().map(String::as_str).collect(),
+            None => {
+                let of = semantic(meaning)?;
+                if of.has(&name) {
+                    return coordinate(&name).map(Coordinates::Geometry);
+                }
+                of.coordinate_names().collect()
+            }
+        };
+        let message = format!("{meaning} has no coordinates `{name}`");
+        let diagnostic = Diagnostic::error("unknown-coordinate", wanted.span, message);
+        self.found.push(diagnostic.suggest(&name, known));
+        None
+    }
+
+    fn values(
+        &mut self,
+        fields: &Fields<'f>,
+        name: &Name,
+        domain: &Name,
+        meaning: &Operand,
+    ) -> Option<Content> {
+        for field in ["coord", "algebraic", "ddr", "dr"] {
+            fields.must_have(field, &mut self.found);
+        }
+        let wanted = fields.name("coord", &mut self.found);
+        let coordinates =
+            wanted.map(|wanted| (wanted, self.coordinates(domain, &meaning.text(), wanted)));
+        let algebraic = fields.name("algebraic", &mut self.found)?;
+        let symbols = self.symbols_of(&algebraic.text(), algebraic.span)?;
+        let (wanted, coordinates) = coordinates?;
+        let coordinates = match coordinates? {
+            Coordinates::Geometry(of) => Some(of),
+            Coordinates::Own => None,
+        };
+        if let Some(of) = coordinates.filter(|of| !fits(of, symbols.len())) {
+            let message = format!(
+                "`{}` has {} values, `{}` has {}",
+                wanted.text(),
+                of.values.len(),
+                algebraic.text(),
+                symbols.len()
+            );
+            self.error("wrong-count", algebraic.span, message);
+            return None;
+        }
+        let ddr = match fields.representation("ddr", &mut self.found)? {
+            Ok(of) => of,
+            Err(of) => {
+                if !self.is_known(Kind::Ddr, &of.text(), of.span) {
+                    return None;
+                }
+                *self.ddrs.get(of.text().as_str())?
+            }
+        };
+        let map = fields.map("dr", &mut self.found)?;
+        let kind = algebraic.text();
+        let (left, right) = (Side::any("the type"), Side::all(&kind, &symbols));
+        let pairs = pairs(map, &left, &right, &mut self.found);
+        let interface = (ddr.language.text == "IDSL")
+            .then(|| {
+                let ty = &ddr.model;
+                Interface::find(self.idsl, &ty.text, ty.span, &mut self.found)
+            })
+            .flatten();
+        self.members(fields, interface.as_ref());
+        let elements = match (&interface, fields.member("sequence", &mut self.found)) {
+            (Some(of), Some((path, at))) => of.elements(path, at, &mut self.found),
+            _ => None,
+        };
+        let interface = elements.or(interface);
+        let mut by_symbol: HashMap<String, (Datum, Span)> = HashMap::new();
+        for (member, symbol) in pairs {
+            let path = member.text();
+            let unit = interface
+                .as_ref()
+                .and_then(|of| of.number(&path, member.span, &mut self.found));
+            let datum = Datum {
+                symbol: symbol.text(),
+                member: path,
+                unit,
+            };
+            by_symbol.insert(symbol.text(), (datum, member.span));
+        }
+        self.add_units(fields, &kind, &mut by_symbol);
+        let order = order_of(coordinates.as_ref(), &symbols);
+        let unit = semantic(&meaning.text()).map_or("1", |semantic| semantic.unit);
+        let mut data = Vec::new();
+        for symbol in &symbols {
+            let Some((datum, at)) = by_symbol.remove(symbol) else {
+                continue;
+            };
+            let role = order.iter().position(|own| own == symbol);
+            let value = coordinates.zip(role).and_then(|(of, at)| of.values.get(at));
+            if let Some((_, wanted)) = value {
+                self.dimension(&datum, at, wanted.unwrap_or(unit));
+            }
+            data.push(datum);
+        }
+        if data.is_empty() {
+            self.error("missing-symbol", name.span, "the prototype has no values");
+        }
+        Some(Content::Values {
+            coordinate: wanted.text(),
+            algebraic: kind,
+            language: ddr.language.text.clone(),
+            ty: ddr.model.text.clone(),
+            data,
+        })
+    }
+
+    /// Adds the units of the field `units`.
+    fn add_units(
+        &mut self,
+        fields: &Fields<'f>,
+        algebraic: &str,
+        data: &mut HashMap<String, (Datum, Span)>,
+    ) {
+        let Some(name) = fields.name("units", &mut self.found) else {
+            return;
+        };
+        if !self.is_known(Kind::Units, &name.text(), name.span) {
+            return;
+        }
+        let Some(units) = self.units.get(name.text().as_str()) else {
+            return;
+        };
+        if units.of != algebraic {
+            let message = format!("`{}` are units of `{}`", name.text(), units.of);
+            self.error("wrong-units", name.span, message);
+            return;
+        }
+        let mut differing = Vec::new();
+        for (symbol, unit) in &units.by_symbol {
+            let Some((datum, at)) = data.get_mut(symbol) else {
+                continue;
+            };
+            match &datum.unit {
+                Some(own) if own != unit => differing.push((*at, own.clone(), unit.clone())),
+                _ => datum.unit = Some(unit.clone()),
+            }
+        }
+        differing.sort_by_key(|(at, ..)| at.start);
+        for (at, own, unit) in differing {
+            let message = format!("the member has the unit {own}, the prototype says {unit}");
+            self.error("wrong-units", at, message);
+        }
+    }
+
+    /// Reports a unit of another dimension.
+    fn dimension(&mut self, datum: &Datum, at: Span, wanted: &str) {
+        let Some(unit) = &datum.unit else { return };
+        let (Ok(own), Ok(of)) = (Unit::parse(unit), Unit::parse(wanted)) else {
+            return;
+        };
+        if own.conversion_to(&of).is_none() {
+            let message = format!("`{}` is in {unit}, which is no {wanted}", datum.member);
+            self.error("wrong-units", at, message);
+        }
+    }
+
+    /// Reports members of `frames` and `covariance` that the type does not have.
+    fn members(&mut self, fields: &Fields<'f>, interface: Option<&Interface<'f>>) {
+        let Some(interface) = interface else { return };
+        for field in ["frames", "covariance"] {
+            let Some(map) = fields.map(field, &mut self.found) else {
+                continue;
+            };
+            for entry in &map.entries {
+                let right = entry.right.as_ref().map(|(_, right)| right);
+                for operand in [Some(&entry.left), right].into_iter().flatten() {
+                    if let OperandKind::Member(path) = &operand.kind {
+                        interface.path(path, operand.span, &mut self.found);
+                    }
+                }
+            }
+        }
+    }
+
+    fn parts(&mut self, fields: &Fields<'f>, domain: &Name, meaning: &Operand) -> Option<Content> {
+        let map = fields.map("composes", &mut self.found)?;
+        let kind = meaning.text();
+        let geometry = (domain.text == "geometry")
+            .then(|| semantic(&kind))
+            .flatten();
+        let known: Vec<String> = if let Some(of) = geometry {
+            let names = of.parts.iter().map(|(name, _)| (*name).to_owned());
+            names.collect()
+        } else {
+            let domains = &self.library.domains;
+            let own = domains.iter().find(|own| own.name == domain.text);
+            own.map(|own| own.semantics.clone()).unwrap_or_default()
+        };
+        if geometry.is_some() && known.is_empty() {
+            let message = format!("{kind} has no parts");
+            self.error("unknown-part", meaning.span, message);
+            return None;
+        }
+        let all = Side::all(&kind, &known);
+        let left = if geometry.is_some() {
+            all
+        } else {
+            Side::some(&kind, &known)
+        };
+        let right = Side::free("a prototype");
+        let composed = pairs(map, &left, &right, &mut self.found);
+        let mut parts = Vec::new();
+        for (part, prototype) in composed {
+            let name = prototype.text();
+            if !self.is_known(Kind::Prototype, &name, prototype.span) {
+                continue;
+            }
+            let wanted = geometry.and_then(|of| of.parts.iter().find(|(p, _)| *p == part.text()));
+            let wanted = wanted.map_or(part.text(), |(_, wanted)| (*wanted).to_owned());
+            self.is_part(&name, prototype.span, domain, &wanted);
+            parts.push(Part {
+                name: part.text(),
+                prototype: name,
+                member: None,
+            });
+        }
+        if let Some(map) = fields.map("dr", &mut self.found) {
+            let names: Vec<String> = parts.iter().map(|part| part.name.clone()).collect();
+            let (left, right) = (Side::any("the type"), Side::all(&kind, &names));
+            for (member, part) in pairs(map, &left, &right, &mut self.found) {
+                let part = part.text();
+                if let Some(own) = parts.iter_mut().find(|own| own.name == part) {
+                    own.member = Some(member.text());
+                }
+            }
+        }
+        if let Some(map) = fields.map("usingddr", &mut self.found) {
+            let known = ["mid", "mmid"].map(str::to_owned);
+            let (left, right) = (Side::all("usingddr", &known), Side::free("a name"));
+            pairs(map, &left, &right, &mut self.found);
+        }
+        Some(Content::Parts(parts))
+    }
+
+    /// Reports a prototype that does not mean what the part does.
+    fn is_part(&mut self, prototype: &str, at: Span, domain: &Name, wanted: &str) {
+        let Some(meaning) = self.prototypes.get(prototype) else {
+            return;
+        };
+        let semantic = meaning.semantic.map(Operand::text).unwrap_or_default();
+        if meaning.domain != domain.text || semantic != wanted {
+            let message = format!("`{prototype}` is {semantic}, the part is {wanted}");
+            self.error("semantic-mismatch", at, message);
+        }
+    }
+
+    fn frames(&mut self, fields: &Fields<'f>) -> Vec<(String, String)> {
+        let Some(map) = fields.map("frames", &mut self.found) else {
+            return Vec::new();
+        };
+        let known = ["of", "with_respect_to", "stamp"].map(str::to_owned);
+        let (left, right) = (Side::some("frames", &known), Side::free("a frame"));
+        let pairs = pairs(map, &left, &right, &mut self.found);
+        pairs
+            .iter()
+            .map(|(name, of)| (name.text(), of.text()))
+            .collect()
+    }
+
+    /// `{ member covariance, order = xyz_rpy, rotation = fixed }`
+    fn covariance(&mut self, fields: &Fields<'f>) -> Option<Covariance> {
+        let map = fields.map("covariance", &mut self.found)?;
+        let (first, rest) = map.entries.split_first()?;
+        let OperandKind::Member(member) = &first.left.kind else {
+            let message = "expected `member NAME` first";
+            self.error("wrong-entry", first.span, message);
+            return None;
+        };
+        let mut covariance = Covariance {
+            member: member.clone(),
+            order: None,
+            rotation: None,
+        };
+        for entry in rest {
+            let Some((name, value)) = sides(entry, &mut self.found) else {
+                continue;
+            };
+            match (name.text().as_str(), value.text()) {
+                ("order", value) if ["xyz_rpy", "rpy_xyz"].contains(&value.as_str()) => {
+                    covariance.order = Some(value);
+                }
+                ("rotation", value) if ["fixed", "moving"].contains(&value.as_str()) => {
+                    covariance.rotation = Some(value);
+                }
+                _ => {
+                    let message = "expected `order = xyz_rpy`, `order = rpy_xyz`, \
+                                   `rotation = fixed` or `rotation = moving`";
+                    self.error("wrong-entry", entry.span, message);
+                }
+            }
+        }
+        Some(covariance)
+    }
+
+    /// Reports prototypes that compose themselves, and compositions that are too deep.
+    pub(super) fn compose(&mut self) {
+        let prototypes = &self.library.prototypes;
+        let parts: HashMap<&str, Vec<&str>> = prototypes
+            .iter()
+            .map(|prototype| {
+                let parts = match &prototype.content {
+                    Content::Parts(parts) => parts.iter().map(|p| p.prototype.as_str()).collect(),
+                    Content::Values { .. } => Vec::new(),
+                };
+                (prototype.name.as_str(), parts)
+            })
+            .collect();
+        // Those with this many levels below them.
+        let mut deep: HashSet<&str> = parts.keys().copied().collect();
+        for _ in 0..=DEEPEST {
+            deep = parts
+                .iter()
+                .filter(|(_, parts)| parts.iter().any(|part| deep.contains(part)))
+                .map(|(name, _)| *name)
+                .collect();
+        }
+        let wrong = prototypes
+            .iter()
+            .filter(|prototype| deep.contains(prototype.name.as_str()))
+            .map(|prototype| {
+                let (code, message) = if composes_itself(&prototype.name, &parts) {
+                    let message = format!("`{}` composes itself", prototype.name);
+                    ("circular-prototypes", message)
+                } else {
+                    let message =
+                        format!("prototypes are composed more than {DEEPEST} levels deep");
+                    ("nested-too-deep", message)
+                };
+                Diagnostic::error(code, prototype.span, message)
+            });
+        self.found.extend(wrong.collect::<Vec<_>>());
+    }
+}
+
+/// Whether a prototype is among its parts, their parts and so on.
+fn composes_itself(name: &str, parts: &HashMap<&str, Vec<&str>>) -> bool {
+    let mut seen = HashSet::new();
+    let mut open = vec![name];
+    while let Some(next) = open.pop() {
+        for part in parts.get(next).into_iter().flatten() {
+            if *part == name {
+                return true;
+            }
+            if seen.insert(*part) {
+                open.push(part);
+            }
+        }
+    }
+    false
+}
+
+/// Whether an abstract type has room for the coordinates. A position in a plane may leave out z.
+fn fits(coordinates: &Coordinate, values: usize) -> bool {
+    coordinates.values.len() == values || coordinates.name == "cartesian" && values == 2
+}
+
+/// The names of the values in the order of the coordinates: by their own names if the abstract type
+/// has these, whatever their case; else in its order.
+fn order_of(coordinates: Option<&Coordinate>, symbols: &[String]) -> Vec<String> {
+    let by_name = coordinates.and_then(|of| {
+        let own = of.values.iter().take(symbols.len()).map(|(name, _)| {
+            let mut symbols = symbols.iter();
+            symbols.find(|symbol| symbol.eq_ignore_ascii_case(name))
+        });
+        own.map(Option::<&String>::cloned)
+            .collect::<Option<Vec<String>>>()
+    });
+    by_name.unwrap_or_else(|| symbols.to_vec())
+}

@@ -1,0 +1,174 @@
+//! What is wrong with a file, and where.
+
+use crate::loaded;
+use expect_test::{Expect, expect};
+
+/// The findings of a file that imports `common.dproto`.
+fn check(text: &str, expected: &Expect) {
+    let (_, found) = loaded(&format!("import \"common.dproto\";\n{text}"));
+    expected.assert_eq(&found);
+}
+
+/// Listing 10 of the paper has the values 3 and 4 of a `Vector{4}`.
+#[test]
+fn an_alias_names_each_value_once() {
+    check(
+        "alias quat_named <-> quat { x=0, y=1, z=3, w=4 }",
+        &expect![[r#"
+            a.dproto:2:27: error[missing-symbol]: the map lacks `2` of quat
+            a.dproto:2:46: error[unknown-symbol]: quat has no value `4` (expected one of `0`, `1`, `2`, `3`)
+        "#]],
+    );
+}
+
+/// Listing 5 of the paper has the unit first.
+#[test]
+fn units_name_each_value_once() {
+    check(
+        "units metres :: qudt, position_named {m = X, m = Y, m = Z}\nunits odd :: qudt, position3 { 0 = banana }\nunits own :: si, position { 0 = m }",
+        &expect![[r#"
+            a.dproto:2:39: error[unknown-symbol]: position_named has no value `m` (expected one of `X`, `Y`, `Z`)
+            a.dproto:2:46: error[repeated-key]: `m` is here twice; first named here at a.dproto:2:39
+            a.dproto:2:53: error[repeated-key]: `m` is here twice; first named here at a.dproto:2:39
+            a.dproto:3:36: warning[unknown-unit]: unknown unit `banana`
+            a.dproto:4:14: error[unknown-vocabulary]: unknown vocabulary of units `si` (write `qudt`)
+            a.dproto:4:18: error[unknown-algebraic]: unknown abstract type `position` (did you mean `position3`?)
+        "#]],
+    );
+}
+
+/// Listing 8 of the paper names Z twice, and one value not at all.
+#[test]
+fn a_view_names_all_values_of_its_part() {
+    check(
+        "dproto pose2 :: geometry { semantic = Pose coord = homogeneous_transformation algebraic = ht_matrix ddr = :: c99{double[16]} dr = {
+0={0,0}, 1={0,1}, 2={0,2}, 3={0,3}, 4={1,0}, 5={1,1}, 6={1,2}, 7={1,3}, 8={2,0}, 9={2,1}, 10={2,2}, 11={2,3}, 12={3,0}, 13={3,1}, 14={3,2}, 15={3,3} } }
+view pose2.Position -> ros_position { {3,0} = X, {3,1} = Z, {3,2} = Z }
+view pose2.Orientation -> ros_position { {3,0} = X, {3,1} = Y, {3,2} = Z }
+view pose2.Wheel -> ros_position { {3,0} = X, {3,1} = Y, {3,2} = Z }
+view ros_pose.Position -> ros_position { {4,0} = X }",
+        &expect![[r#"
+            a.dproto:4:37: error[missing-symbol]: the map lacks `Y` of position_named
+            a.dproto:4:69: error[repeated-key]: `Z` is here twice; first named here at a.dproto:4:58
+            a.dproto:5:27: error[semantic-mismatch]: `ros_position` is Position, the part is Orientation
+            a.dproto:6:12: error[unknown-part]: Pose has no part `Wheel` (expected one of `Position`, `Orientation`)
+            a.dproto:7:6: error[wrong-type]: `ros_pose` composes others; a view needs values
+        "#]],
+    );
+}
+
+#[test]
+fn wrong_fields_are_findings() {
+    check(
+        "dproto a :: geometry { semantic = Position coord = cartesian ddr = point dr = { x = X } }
+dproto b :: geometry { semantic = Position coord = quaternion algebraic = position3 ddr = point dr = { 0 = 0, 1 = 1, 2 = 2 } }
+dproto c :: geometri { semantic = Position }
+dproto d :: geometry { semantic = Positon }
+dproto e :: geometry { coord = cartesian colour = red coord = polar }
+dproto f :: geometry { semantic = Orientation coord = quaternion algebraic = position3 ddr = point dr = { 0 = 0, 1 = 1, 2 = 2 } }
+dproto g :: geometry { semantic = Position coord = cartesian algebraic = position3 ddr = piont dr = { 0 = 0, 1 = 1, 2 = 2 } }
+dproto h :: geometry { semantic = Position coord = cartesian algebraic = position3 ddr = point dr = { x = 0, x = 1, y } tolerance = \"wide\" axes = robocomp }
+dproto i :: geometry { semantic = Pose composes = { Position = ros_quaternion, Orientation = nothing } coord = cartesian }
+dproto j :: geometry { semantic = Pose composes = { Position = ros_position } }
+dproto ros_pose :: geometry { }",
+        &expect![[r#"
+            a.dproto:2:8: error[missing-field]: `a` has no field `algebraic` (add `algebraic = …`)
+            a.dproto:3:52: error[unknown-coordinate]: Position has no coordinates `quaternion` (expected one of `cartesian`, `polar`, `cylindrical`, `spherical`)
+            a.dproto:4:13: error[unknown-domain]: unknown domain `geometri` (did you mean `geometry`?)
+            a.dproto:5:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)
+            a.dproto:6:8: error[missing-field]: `e` has no field `semantic` (add `semantic = …`)
+            a.dproto:6:42: error[unknown-field]: unknown field `colour`
+            a.dproto:6:55: error[repeated-key]: `e` has a field `coord` already; first given here at a.dproto:6:24
+            a.dproto:7:78: error[wrong-count]: `quaternion` has 4 values, `position3` has 3
+            a.dproto:8:90: error[unknown-type]: unknown type `piont` (did you mean `point`?)
+            a.dproto:9:110: error[repeated-key]: `x` is here twice; first named here at a.dproto:9:103
+            a.dproto:9:117: error[wrong-entry]: expected `y = VALUE`
+            a.dproto:9:133: error[wrong-value]: `tolerance` is a number, not below 0
+            a.dproto:9:147: error[unknown-axes]: unknown axes `robocomp`
+            a.dproto:10:8: error[conflicting-fields]: `i` composes others; it has no `coord`
+            a.dproto:10:64: error[semantic-mismatch]: `ros_quaternion` is Orientation, the part is Position
+            a.dproto:10:94: error[unknown-prototype]: unknown prototype `nothing`
+            a.dproto:11:51: error[missing-symbol]: the map lacks `Orientation` of Pose
+            a.dproto:12:8: error[duplicate-name]: `ros_pose` is declared twice; first declared here at common.dproto:34:8
+        "#]],
+    );
+}
+
+#[test]
+fn wrong_declarations_are_findings() {
+    check(
+        "axes bent :: right, left, up
+algebraic huge :: Vector{4294967296}
+algebraic wide :: Matrix{100, 100}
+algebraic twice :: Scalar{x, x}
+domain geometry :: { semantic = { A } coord = { b } }
+conversion ros_position -> ros_quaternion = f
+conversion ros_position -> other = f
+dproto a :: geometry { semantic = PairPose composes = { Obj1 = b, Obj2 = ros_pose } }
+dproto b :: geometry { semantic = PairPose composes = { Obj1 = a, Obj2 = ros_pose } }
+dprot c :: geometry { }
+alias position3 <- position_named { 0 = X }
+dproto d :: geometry { semantic Position }",
+        &expect![[r#"
+            a.dproto:2:1: error[bad-axes]: expected the directions of x, y and z along three lines, as in `ahead, left, up`; there are ahead, back, left, right, up and down
+            a.dproto:3:26: error[bad-length]: expected a number from 1 to 1024
+            a.dproto:4:26: error[bad-length]: a matrix has 1024 numbers at most
+            a.dproto:5:30: error[repeated-key]: `x` is here twice
+            a.dproto:6:8: error[reserved-name]: the domain `geometry` comes with the tools
+            a.dproto:7:28: error[semantic-mismatch]: `ros_position` is Position, `ros_quaternion` is Orientation
+            a.dproto:8:28: error[unknown-prototype]: unknown prototype `other` (expected one of `a`, `b`, `plain_position`, `ros_pose`, `ros_position`, `ros_quaternion`)
+            a.dproto:9:8: error[circular-prototypes]: `a` composes itself
+            a.dproto:9:64: error[semantic-mismatch]: `b` is PairPose, the part is Pose
+            a.dproto:10:8: error[circular-prototypes]: `b` composes itself
+            a.dproto:10:64: error[semantic-mismatch]: `a` is PairPose, the part is Pose
+            a.dproto:11:1: error[unknown-declaration]: expected a declaration, found `dprot` (did you mean `dproto`?)
+            a.dproto:12:17: error[syntax-error]: expected `<->`, found `<`
+            a.dproto:13:33: error[syntax-error]: expected `=`, found `Position`
+        "#]],
+    );
+}
+
+#[test]
+fn an_interface_has_the_members_that_a_prototype_names() {
+    let head = "import \"Lidar.idsl\";\nalgebraic named :: Scalar{x, y, z}\n";
+    let (_, found) = loaded(&format!(
+        "{head}dproto a :: geometry {{ semantic = Position coord = cartesian algebraic = named ddr = :: IDSL{{RoboCompLidar::Pont}} dr = {{ X = x, Y = y, Z = z }} }}
+dproto b :: geometry {{ semantic = Position coord = cartesian algebraic = named ddr = :: IDSL{{RoboCompLidar::Point}} dr = {{ x = x, Y = y, Z = z }} frames = {{ of = member frame }} }}
+dproto c :: geometry {{ semantic = LinearVelocity coord = cartesian algebraic = named ddr = :: IDSL{{RoboCompLidar::Point}} dr = {{ X = x, Y = y, Z = z }} }}
+dproto d :: geometry {{ semantic = PointSet coord = cartesian algebraic = named ddr = :: IDSL{{RoboCompLidar::Scan}} dr = {{ header = x, Y = y, Z = z }} sequence = member header }}
+dproto e :: geometry {{ semantic = PointSet coord = cartesian algebraic = named ddr = :: IDSL{{RoboCompLidar::Scan}} dr = {{ covariance.0 = x, covariance.1 = y, covariance.36 = z }} }}"
+    ));
+    expect![[r#"
+        a.dproto:3:94: error[unknown-type]: unknown type `RoboCompLidar::Pont` (did you mean `RoboCompLidar::Point`?)
+        a.dproto:4:123: error[unknown-member]: the type has no member `x` (did you mean `X`?)
+        a.dproto:4:161: error[unknown-member]: the type has no member `frame` (expected one of `X`, `Y`, `Z`, `intensity`)
+        a.dproto:5:129: error[wrong-units]: `X` is in mm, which is no m/s
+        a.dproto:5:136: error[wrong-units]: `Y` is in mm, which is no m/s
+        a.dproto:5:143: error[wrong-units]: `Z` is in mm, which is no m/s
+        a.dproto:6:122: error[wrong-type]: `header` is no number
+        a.dproto:6:134: error[unknown-member]: the type has no member `Y` (expected one of `header`, `points`, `covariance`)
+        a.dproto:6:141: error[unknown-member]: the type has no member `Z` (expected one of `header`, `points`, `covariance`)
+        a.dproto:6:160: error[wrong-type]: `header` is no sequence
+        a.dproto:7:8: error[missing-field]: `e` has no field `sequence` (add `sequence = …`)
+        a.dproto:7:158: error[unknown-member]: the type has no member `36`
+    "#]].assert_eq(&found);
+}
+
+/// Time and memory of compositions are bounded.
+#[test]
+fn deep_compositions_are_refused() {
+    let pairs: String = (1..40)
+        .map(|at| {
+            let part = at - 1;
+            format!("dproto p{at} :: deep {{ semantic = Both composes = {{ Both = p{part} }} }}\n")
+        })
+        .collect();
+    let text = format!(
+        "import \"common.dproto\";\ndomain deep :: {{ semantic = {{ Both }} coord = {{ any }} }}
+dproto p0 :: deep {{ semantic = Both coord = any algebraic = position3 ddr = point dr = {{ x = 0, y = 1, z = 2 }} }}
+{pairs}"
+    );
+    let (_, found) = loaded(&text);
+    assert!(found.contains("error[nested-too-deep]"), "{found}");
+    assert_eq!(found.lines().count(), 23, "{found}");
+}
