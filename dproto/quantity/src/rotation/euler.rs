@@ -1,9 +1,9 @@
 //! Three turns about axes, in one of 24 orders.
 
 use super::{Matrix, about, product};
+use crate::Real;
 use core::fmt;
 use core::str::FromStr;
-use libm::{atan2, cos, hypot, sin};
 
 /// Which axes the turns are about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl EulerOrder {
 
     /// The rotation by three angles.
     #[must_use]
-    pub fn matrix(self, angles: [f64; 3]) -> Matrix {
+    pub fn matrix<T: Real>(self, angles: [T; 3]) -> Matrix<T> {
         let (axes, is_reversed) = self.moving();
         let [a, b, c] = angles;
         let angles = if is_reversed { [c, b, a] } else { angles };
@@ -98,45 +98,50 @@ impl EulerOrder {
     /// The angles of a rotation.
     #[must_use]
     pub fn angles(self, r: &Matrix) -> Euler {
+        let (angles, size) = self.solved(r);
+        Euler {
+            angles,
+            is_locked: size < LOCKED,
+        }
+    }
+
+    /// The angles of a rotation, and the size of the cosine, or of the sine, of the middle one. Where
+    /// that is 0, the outer turns are about one line, and the first turn about the moving frame is 0.
+    #[must_use]
+    pub fn solved<T: Real>(self, r: &Matrix<T>) -> ([T; 3], T) {
         let ([i, j, last], is_reversed) = self.moving();
         let k = 3 - i - j;
         // 1 if i, j, k follow each other as x, y, z do.
-        let sense = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+        let sense = T::constant(if (i + 1) % 3 == j { 1.0 } else { -1.0 });
         let is_proper = i == last;
         let (middle, size, first) = if is_proper {
-            let size = hypot(r[i][j], r[i][k]);
-            (atan2(size, r[i][i]), size, (r[j][i], -sense * r[k][i]))
+            let size = r[i][j].length_with(r[i][k]);
+            (size.angle_over(r[i][i]), size, (r[j][i], -sense * r[k][i]))
         } else {
-            let size = hypot(r[i][i], r[i][j]);
+            let size = r[i][i].length_with(r[i][j]);
             (
-                atan2(sense * r[i][k], size),
+                (sense * r[i][k]).angle_over(size),
                 size,
                 (-sense * r[j][k], r[k][k]),
             )
         };
-        let is_locked = size < LOCKED;
-        let first = if is_locked {
-            0.0
-        } else {
-            atan2(first.0, first.1)
-        };
+        let zero = T::constant(0.0);
+        let first = size.if_below(T::constant(LOCKED), zero, first.0.angle_over(first.1));
         // The first turn is taken back before the last one is read, so that both fit each other
         // where they are nearly about one line.
-        let (sine, cosine) = (sin(first), cos(first));
+        let (sine, cosine) = (first.sine(), first.cosine());
         let row = |column: usize| cosine * r[j][column] + sense * sine * r[k][column];
         let last = if is_proper {
-            atan2(-sense * row(k), row(j))
+            (-sense * row(k)).angle_over(row(j))
         } else {
-            atan2(sense * row(i), row(j))
+            (sense * row(i)).angle_over(row(j))
         };
-        Euler {
-            angles: if is_reversed {
-                [last, middle, first]
-            } else {
-                [first, middle, last]
-            },
-            is_locked,
-        }
+        let angles = if is_reversed {
+            [last, middle, first]
+        } else {
+            [first, middle, last]
+        };
+        (angles, size)
     }
 }
 

@@ -1,17 +1,17 @@
 //! Unit quaternions.
 
 use super::Matrix;
+use crate::Real;
 use core::fmt;
-use libm::sqrt;
 
 /// A unit quaternion: `w + x i + y j + z k`. It and its negative are one rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the names of the parts are those of the field")]
-pub struct Quaternion {
-    pub w: f64,
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
+pub struct Quaternion<T = f64> {
+    pub w: T,
+    pub x: T,
+    pub y: T,
+    pub z: T,
 }
 
 /// Numbers are no unit quaternion.
@@ -29,38 +29,94 @@ impl fmt::Display for NoRotation {
 
 impl core::error::Error for NoRotation {}
 
-impl Quaternion {
+impl<T: Real> Quaternion<T> {
     /// The quaternion with the real part first, as in Eigen's constructor and transforms3d.
     #[must_use]
-    pub const fn wxyz([w, x, y, z]: [f64; 4]) -> Self {
+    pub const fn wxyz([w, x, y, z]: [T; 4]) -> Self {
         Self { w, x, y, z }
     }
 
     /// The quaternion with the real part last, as in messages of ROS and in scipy.
     #[must_use]
-    pub const fn xyzw([x, y, z, w]: [f64; 4]) -> Self {
+    pub const fn xyzw([x, y, z, w]: [T; 4]) -> Self {
         Self { w, x, y, z }
     }
 
     /// The numbers with the real part first.
     #[must_use]
-    pub const fn to_wxyz(self) -> [f64; 4] {
+    pub const fn to_wxyz(self) -> [T; 4] {
         [self.w, self.x, self.y, self.z]
     }
 
     /// The numbers with the real part last.
     #[must_use]
-    pub const fn to_xyzw(self) -> [f64; 4] {
+    pub const fn to_xyzw(self) -> [T; 4] {
         [self.x, self.y, self.z, self.w]
     }
 
     /// The norm.
     #[must_use]
-    pub fn norm(self) -> f64 {
+    pub fn norm(self) -> T {
         let Self { w, x, y, z } = self;
-        sqrt(w * w + x * x + y * y + z * z)
+        (w * w + x * x + y * y + z * z).root()
     }
 
+    /// The rotation of a unit quaternion.
+    #[must_use]
+    pub fn matrix(self) -> Matrix<T> {
+        let Self { w, x, y, z } = self;
+        let (one, two) = (T::constant(1.0), T::constant(2.0));
+        [
+            [
+                one - two * (y * y + z * z),
+                two * (x * y - w * z),
+                two * (x * z + w * y),
+            ],
+            [
+                two * (x * y + w * z),
+                one - two * (x * x + z * z),
+                two * (y * z - w * x),
+            ],
+            [
+                two * (x * z - w * y),
+                two * (y * z + w * x),
+                one - two * (x * x + y * y),
+            ],
+        ]
+    }
+
+    /// The unit quaternion of a rotation, whose real part is not negative. It divides by the
+    /// greatest of its parts (Shepperd, 1978).
+    #[must_use]
+    pub fn of_matrix(r: &Matrix<T>) -> Self {
+        let (one, two) = (T::constant(1.0), T::constant(2.0));
+        let trace = r[0][0] + r[1][1] + r[2][2];
+        let mut most = trace;
+        let mut parts = [
+            r[2][1] - r[1][2],
+            r[0][2] - r[2][0],
+            r[1][0] - r[0][1],
+            one + trace,
+        ];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let mut of_axis = parts;
+            of_axis[i] = one - trace + two * r[i][i];
+            of_axis[j] = r[j][i] + r[i][j];
+            of_axis[k] = r[k][i] + r[i][k];
+            of_axis[3] = r[k][j] - r[j][k];
+            for (part, other) in parts.iter_mut().zip(of_axis) {
+                *part = most.if_below(r[i][i], other, *part);
+            }
+            most = most.if_below(r[i][i], r[i][i], most);
+        }
+        let norm = Self::xyzw(parts).norm();
+        let norm = parts[3].if_below(T::constant(0.0), -norm, norm);
+        Self::xyzw(parts.map(|part| part / norm))
+    }
+}
+
+impl Quaternion {
     /// The quaternion of norm 1 in the same direction.
     ///
     /// # Errors
@@ -76,59 +132,5 @@ impl Quaternion {
             z: z / norm,
         })
         .ok_or(NoRotation { norm })
-    }
-
-    /// The rotation of a unit quaternion.
-    #[must_use]
-    pub fn matrix(self) -> Matrix {
-        let Self { w, x, y, z } = self;
-        [
-            [
-                1.0 - 2.0 * (y * y + z * z),
-                2.0 * (x * y - w * z),
-                2.0 * (x * z + w * y),
-            ],
-            [
-                2.0 * (x * y + w * z),
-                1.0 - 2.0 * (x * x + z * z),
-                2.0 * (y * z - w * x),
-            ],
-            [
-                2.0 * (x * z - w * y),
-                2.0 * (y * z + w * x),
-                1.0 - 2.0 * (x * x + y * y),
-            ],
-        ]
-    }
-
-    /// The unit quaternion of a rotation, whose real part is not negative. It divides by the
-    /// greatest of its parts (Shepperd, 1978).
-    #[must_use]
-    pub fn of_matrix(r: &Matrix) -> Self {
-        let trace = r[0][0] + r[1][1] + r[2][2];
-        let mut greatest = 3;
-        let mut most = trace;
-        for (axis, row) in r.iter().enumerate() {
-            if row[axis] > most {
-                most = row[axis];
-                greatest = axis;
-            }
-        }
-        let mut parts = [0.0; 4];
-        if greatest == 3 {
-            parts[3] = 1.0 + trace;
-            parts[0] = r[2][1] - r[1][2];
-            parts[1] = r[0][2] - r[2][0];
-            parts[2] = r[1][0] - r[0][1];
-        } else {
-            let (i, j, k) = (greatest, (greatest + 1) % 3, (greatest + 2) % 3);
-            parts[i] = 1.0 - trace + 2.0 * r[i][i];
-            parts[j] = r[j][i] + r[i][j];
-            parts[k] = r[k][i] + r[i][k];
-            parts[3] = r[k][j] - r[j][k];
-        }
-        let norm = Self::xyzw(parts).norm();
-        let norm = if parts[3] < 0.0 { -norm } else { norm };
-        Self::xyzw(parts.map(|part| part / norm))
     }
 }

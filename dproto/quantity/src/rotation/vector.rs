@@ -1,68 +1,61 @@
 //! An axis and an angle.
 
 use super::{Matrix, Quaternion};
-use libm::{atan2, cos, sin, sqrt};
+use crate::Real;
 
 /// A turn about an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisAngle {
+pub struct AxisAngle<T = f64> {
     /// Of length 1. It is x for a rotation that changes nothing.
-    pub axis: [f64; 3],
+    pub axis: [T; 3],
     /// In radians, from 0 to π.
-    pub angle: f64,
+    pub angle: T,
 }
 
-fn length([x, y, z]: [f64; 3]) -> f64 {
-    sqrt(x * x + y * y + z * z)
+fn length<T: Real>([x, y, z]: [T; 3]) -> T {
+    (x * x + y * y + z * z).root()
 }
 
-impl AxisAngle {
+impl<T: Real> AxisAngle<T> {
     /// The turn of a rotation.
     #[must_use]
-    pub fn of_matrix(matrix: &Matrix) -> Self {
+    pub fn of_matrix(matrix: &Matrix<T>) -> Self {
         let Quaternion { w, x, y, z } = Quaternion::of_matrix(matrix);
         let size = length([x, y, z]);
-        if size == 0.0 {
-            return Self {
-                axis: [1.0, 0.0, 0.0],
-                angle: 0.0,
-            };
-        }
+        let (zero, one) = (T::constant(0.0), T::constant(1.0));
+        let part = |part: T, otherwise: T| zero.if_below(size, part / size, otherwise);
         Self {
-            axis: [x / size, y / size, z / size],
-            angle: 2.0 * atan2(size, w),
+            axis: [part(x, one), part(y, zero), part(z, zero)],
+            angle: T::constant(2.0) * size.angle_over(w),
         }
     }
 
     /// The rotation.
     #[must_use]
-    pub fn matrix(&self) -> Matrix {
-        let half = self.angle / 2.0;
-        let [x, y, z] = self.axis.map(|part| part * sin(half));
-        let w = cos(half);
+    pub fn matrix(&self) -> Matrix<T> {
+        let half = self.angle / T::constant(2.0);
+        let [x, y, z] = self.axis.map(|part| part * half.sine());
+        let w = half.cosine();
         Quaternion { w, x, y, z }.matrix()
     }
 }
 
 /// The rotation of a rotation vector: its direction is the axis, its length the angle.
 #[must_use]
-pub fn from_rotation_vector(vector: [f64; 3]) -> Matrix {
+pub fn from_rotation_vector<T: Real>(vector: [T; 3]) -> Matrix<T> {
     let angle = length(vector);
-    let half = angle / 2.0;
+    let half = angle / T::constant(2.0);
     // sin(angle / 2) / angle, whose series is exact to the last bit below.
-    let factor = if angle < 1e-4 {
-        0.5 - angle * angle / 48.0
-    } else {
-        sin(half) / angle
-    };
+    let series = T::constant(0.5) - angle * angle / T::constant(48.0);
+    let factor = angle.if_below(T::constant(1e-4), series, half.sine() / angle);
     let [x, y, z] = vector.map(|part| part * factor);
-    let w = cos(half);
+    let w = half.cosine();
     Quaternion { w, x, y, z }.matrix()
 }
 
 /// The rotation vector of a rotation.
 #[must_use]
-pub fn to_rotation_vector(matrix: &Matrix) -> [f64; 3] {
+pub fn to_rotation_vector<T: Real>(matrix: &Matrix<T>) -> [T; 3] {
     let turn = AxisAngle::of_matrix(matrix);
     turn.axis.map(|part| part * turn.angle)
 }
