@@ -30,7 +30,15 @@ impl<'a> Imports<'a> {
         }
     }
 
-    pub(crate) fn file(&mut self, source: SourceId) {
+    /// Reads a file that no import names, unless it was read.
+    pub(crate) fn root(&mut self, source: SourceId) {
+        let path = self.session.sources.path(source);
+        if !self.read.contains(&self.session.loader.identity(path)) {
+            self.file(source);
+        }
+    }
+
+    fn file(&mut self, source: SourceId) {
         let path = self.session.sources.path(source).to_path_buf();
         let (file, found) = parse(self.session.sources, source);
         self.session.found.extend(found);

@@ -99,17 +99,24 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// The unit of a number. Reports a member that is none.
-    pub(crate) fn number(&self, path: &str, at: Span, found: &mut Diagnostics) -> Option<String> {
-        let member = self.path(path, at, found)?;
-        let is_number = match self.library.resolved(&member.ty) {
-            Type::Primitive(primitive) => !matches!(primitive, Primitive::Bool),
-            _ => false,
+    /// The unit of a number, and how it is stored. Reports a member that is none.
+    pub(crate) fn number(
+        &self,
+        path: &str,
+        at: Span,
+        found: &mut Diagnostics,
+    ) -> (Option<String>, Option<Primitive>) {
+        let Some(member) = self.path(path, at, found) else {
+            return (None, None);
         };
-        if !is_number {
+        let number = match self.library.resolved(&member.ty) {
+            Type::Primitive(primitive) if *primitive != Primitive::Bool => Some(*primitive),
+            _ => None,
+        };
+        if number.is_none() {
             let message = format!("`{path}` is no number");
             found.push(Diagnostic::error("wrong-type", at, message));
         }
-        member.unit
+        (member.unit, number)
     }
 }

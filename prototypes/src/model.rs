@@ -1,7 +1,8 @@
 //! What a `.dproto` file and its imports declare, with all names resolved.
 
 use rc_diagnostics::Span;
-use serde::Serialize;
+use rc_vocabulary::Primitive;
+use serde::{Serialize, Serializer};
 
 /// The declarations of a file and of all that it imports.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -122,6 +123,18 @@ pub struct Datum {
     pub member: String,
     /// Its unit.
     pub unit: Option<String>,
+    /// How it is stored, where that is known: for types of interfaces, and of C.
+    #[serde(serialize_with = "word")]
+    pub number: Option<Primitive>,
+}
+
+#[expect(
+    clippy::ref_option,
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes it so"
+)]
+fn word<S: Serializer>(number: &Option<Primitive>, to: S) -> Result<S::Ok, S::Error> {
+    number.map(Primitive::word).serialize(to)
 }
 
 /// A part of a composite.

@@ -17,14 +17,14 @@ use std::collections::{BTreeMap, HashMap};
 /// The most values of an abstract type.
 const MOST_VALUES: u32 = 1024;
 
-/// Loads one `.dproto` text with its imports. Use the library only if no diagnostic is an error.
+/// Loads `.dproto` texts with their imports. Use the library only if no diagnostic is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
-    source: SourceId,
+    texts: &[SourceId],
 ) -> (Library, Diagnostics) {
     let mut imports = Imports::new(Session::new(sources, loader));
-    imports.file(source);
+    texts.iter().for_each(|text| imports.root(*text));
     let files = imports.files;
     let mut resolver = Resolver {
         idsl: &imports.session.library,

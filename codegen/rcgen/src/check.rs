@@ -161,7 +161,7 @@ pub fn file(
         Some("gdsl") => graphs::check_schema(path, sources, loader, found)?,
         Some("dproto") => {
             let source = sources.add(path, rc_files::read(path)?);
-            found.extend(rc_prototypes::load(sources, loader, source).1);
+            found.extend(rc_prototypes::load(sources, loader, &[source]).1);
         }
         Some("graph" | "json") => graphs::check(path, sources, loader, found)?,
         Some("xml") => {

@@ -1,5 +1,6 @@
 //! A conversion as numbers of the machine, for programs that convert many values.
 
+use crate::Real;
 use core::f64::consts::PI;
 
 /// `value × numerator / denominator × π^pi + offset`, in this order. It gives the same bits as
@@ -17,17 +18,17 @@ impl Factor {
     /// The number in the other unit. NaN stays NaN.
     #[inline]
     #[must_use]
-    pub fn apply(&self, value: f64) -> f64 {
-        let mut value = value * self.numerator / self.denominator;
+    pub fn apply<T: Real>(&self, value: T) -> T {
+        let mut value = value * T::constant(self.numerator) / T::constant(self.denominator);
         for _ in 0..self.pi.unsigned_abs() {
-            if self.pi > 0 {
-                value *= PI;
+            value = if self.pi > 0 {
+                value * T::constant(PI)
             } else {
-                value /= PI;
-            }
+                value / T::constant(PI)
+            };
         }
         match self.offset {
-            Some(offset) => value + offset,
+            Some(offset) => value + T::constant(offset),
             None => value,
         }
     }

@@ -10,6 +10,7 @@ use crate::model::{Content, Covariance, Datum, Part, Prototype};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_quantity::Unit;
 use rc_syntax::Name;
+use rc_vocabulary::Primitive;
 use std::collections::{HashMap, HashSet};
 
 /// All fields of a prototype.
@@ -200,13 +201,15 @@ impl<'f> Resolver<'f> {
         let mut by_symbol: HashMap<String, (Datum, Span)> = HashMap::new();
         for (member, symbol) in pairs {
             let path = member.text();
-            let unit = interface
-                .as_ref()
-                .and_then(|of| of.number(&path, member.span, &mut self.found));
+            let (unit, number) = match &interface {
+                Some(of) => of.number(&path, member.span, &mut self.found),
+                None => (None, of_c(&ddr.language.text, &ddr.model.text)),
+            };
             let datum = Datum {
                 symbol: symbol.text(),
                 member: path,
                 unit,
+                number,
             };
             by_symbol.insert(symbol.text(), (datum, member.span));
         }
@@ -480,6 +483,25 @@ fn composes_itself(name: &str, parts: &HashMap<&str, Vec<&str>>) -> bool {
         }
     }
     false
+}
+
+/// The numbers of a type of C, such as `float[3]`.
+fn of_c(language: &str, ty: &str) -> Option<Primitive> {
+    let element = ty.split('[').next().unwrap_or_default().trim();
+    let number = match element {
+        "double" => Primitive::F64,
+        "float" => Primitive::F32,
+        "int8_t" => Primitive::I8,
+        "uint8_t" => Primitive::U8,
+        "int16_t" => Primitive::I16,
+        "uint16_t" => Primitive::U16,
+        "int" | "int32_t" => Primitive::I32,
+        "uint32_t" => Primitive::U32,
+        "int64_t" => Primitive::I64,
+        "uint64_t" => Primitive::U64,
+        _ => return None,
+    };
+    (language == "c99").then_some(number)
 }
 
 /// Whether an abstract type has room for the coordinates. A position in a plane may leave out z.

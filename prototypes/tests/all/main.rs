@@ -70,6 +70,6 @@ fn loaded(text: &str) -> (Library, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("a.dproto", text);
     let loader = MemoryLoader::new([("Lidar.idsl", LIDAR), ("common.dproto", COMMON)]);
-    let (library, found) = load(&mut sources, &loader, source);
+    let (library, found) = load(&mut sources, &loader, &[source]);
     (library, render(&sources, &found, Format::Short))
 }

@@ -47,16 +47,19 @@ fn prototypes_are_checked_formatted_and_printed() {
               "data": [
                 {
                   "member": "X",
+                  "number": "float32",
                   "symbol": "x",
                   "unit": "mm"
                 },
                 {
                   "member": "Y",
+                  "number": "float32",
                   "symbol": "y",
                   "unit": "mm"
                 },
                 {
                   "member": "Z",
+                  "number": "float32",
                   "symbol": "z",
                   "unit": "mm"
                 }
@@ -99,4 +102,145 @@ fn prototypes_are_checked_formatted_and_printed() {
     let list = succeeds(path, &["convert", "--list"]);
     assert!(list.starts_with("geometry\n    Position "), "{list}");
     assert!(list.contains("    quaternion_wxyz "), "{list}");
+}
+
+const ROS: &str = "\
+algebraic named_too :: Scalar{x, y, z}
+axes ros :: ahead, left, up
+dproto ros_point :: geometry
+{
+    semantic  = Position
+    coord     = cartesian
+    algebraic = named_too
+    ddr       = :: ROS{geometry_msgs/Point}
+    dr        = { x = x, y = y, z = z }
+    axes      = ros
+    frames    = { with_respect_to = map }
+}
+dproto odom_point :: geometry
+{
+    semantic  = Position
+    coord     = cartesian
+    algebraic = named_too
+    ddr       = :: ROS{geometry_msgs/Point}
+    dr        = { x = x, y = y, z = z }
+    frames    = { with_respect_to = odom }
+}
+";
+
+#[test]
+fn a_conversion_is_told_printed_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(path.join(name), text).expect("a file");
+    write("Lidar.idsl", LIDAR);
+    write("points.dproto", POINTS);
+    write("ros.dproto", ROS);
+    let files = ["points.dproto", "ros.dproto"];
+    let convert = |from: &str, to: &str, more: &[&str]| {
+        rcgen(path, &[&["convert", from, to], &files[..], more].concat())
+    };
+    let out = |more: &[&str]| {
+        let (code, out, err) = convert("point", "ros_point", more);
+        assert_eq!((code, err.as_str()), (0, ""), "{out}");
+        out
+    };
+    expect![[r"
+        point -> ros_point
+        type      axes
+        distance  1
+        steps     ros_point (alias, unit, axes)
+        cost      5: 4 operations, 0 transcendental functions
+        lost      rounding of float64 only
+    "]]
+    .assert_eq(&out(&[]));
+    expect![[r#"
+        /// Converts `point` into `ros_point`.
+        ///
+        /// - from[0]: X in mm, float32
+        /// - from[1]: Y in mm, float32
+        /// - from[2]: Z in mm, float32
+        /// - to[0]: x in m, float64
+        /// - to[1]: y in m, float64
+        /// - to[2]: z in m, float64
+        #[allow(clippy::all, clippy::pedantic, reason = "generated")]
+        pub fn point_to_ros_point(from: &[f64; 3]) -> Option<[f64; 3]> {
+            let v0: f64 = from[0];
+            let v1: f64 = from[1];
+            let v2: f64 = from[2];
+            let v3: f64 = v1 / 1000.0;
+            let v4: f64 = -v0;
+            let v5: f64 = v4 / 1000.0;
+            let v6: f64 = v2 / 1000.0;
+            Some([v3, v5, v6])
+        }
+    "#]]
+    .assert_eq(&out(&["--to", "rust"]));
+    expect![[r"
+        #include <math.h>
+
+        /* Converts point into ros_point.
+         * from[0]: X in mm, float32
+         * from[1]: Y in mm, float32
+         * from[2]: Z in mm, float32
+         * to[0]: x in m, float64
+         * to[1]: y in m, float64
+         * to[2]: z in m, float64
+         * Returns 0, or 1 for numbers that are refused. */
+        int point_to_ros_point(const double from[3], double to[3])
+        {
+            const double v0 = from[0];
+            const double v1 = from[1];
+            const double v2 = from[2];
+            const double v3 = v1 / 1000.0;
+            const double v4 = -v0;
+            const double v5 = v4 / 1000.0;
+            const double v6 = v2 / 1000.0;
+            to[0] = v3;
+            to[1] = v5;
+            to[2] = v6;
+            return 0;
+        }
+    "]]
+    .assert_eq(&out(&["--to", "c"]));
+    expect![[r#"
+        import math
+
+
+        def point_to_ros_point(values):
+            """Converts point into ros_point.
+
+            values[0]: X in mm, float32
+            values[1]: Y in mm, float32
+            values[2]: Z in mm, float32
+            result[0]: x in m, float64
+            result[1]: y in m, float64
+            result[2]: z in m, float64
+            """
+            if len(values) != 3:
+                raise ValueError("3 values are expected")
+            v0 = float(values[0])
+            v1 = float(values[1])
+            v2 = float(values[2])
+            v3 = v1 / 1000.0
+            v4 = -v0
+            v5 = v4 / 1000.0
+            v6 = v2 / 1000.0
+            return [v3, v5, v6]
+    "#]]
+    .assert_eq(&out(&["--to", "python"]));
+
+    let (code, _, err) = convert("ros_point", "odom_point", &["--format", "short"]);
+    let expected = "ros.dproto:13:8: error[frame-mismatch]: `ros_point` does not convert into `odom_point`: the frames differ: `with_respect_to` is `map` and `odom`, and no transform between them is known; converted from this one at ros.dproto:3:8\n";
+    assert_eq!((code, err.as_str()), (1, expected));
+    let (code, _, err) = convert("point", "ros_pont", &[]);
+    assert_eq!(code, 2);
+    assert!(
+        err.contains("there is no prototype `ros_pont`; there are `point`, "),
+        "{err}"
+    );
+    let (code, _, err) = rcgen(path, &["convert", "point", "ros_point", "none.dproto"]);
+    assert_eq!(code, 3);
+    assert!(err.contains("none.dproto: No such file"), "{err}");
+    assert_eq!(rcgen(path, &["convert", "point"]).0, 2);
 }

@@ -136,7 +136,7 @@ fn check(
         "pdsl" => rc_pdsl::load(sources, loader, source).1,
         "smdsl" => rc_smdsl::load(sources, source).1,
         "gdsl" => graph_language::load(sources, loader, source).1,
-        "dproto" => rc_prototypes::load(sources, loader, source).1,
+        "dproto" => rc_prototypes::load(sources, loader, &[source]).1,
         _ => rc_ddsl::load(sources, loader, source).1,
     }
 }

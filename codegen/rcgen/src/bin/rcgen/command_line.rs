@@ -1,7 +1,7 @@
 //! The command line of `rcgen`.
 
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
 use rc_diagnostics::Format;
 use rc_vocabulary::{Language, Middleware, listed};
@@ -238,10 +238,24 @@ pub(crate) enum Command {
         #[arg(short, long, value_name = "FILE.svg")]
         output: Option<PathBuf>,
     },
-    /// Lists what the tools know about the meaning of values.
+    /// Prints how one data prototype becomes another one: type, distance, cost, and what is lost.
     Convert {
+        /// The prototype that is converted.
+        #[arg(value_name = "FROM", required_unless_present = "list")]
+        from: Option<String>,
+        /// The prototype that it becomes.
+        #[arg(value_name = "TO", required_unless_present = "list")]
+        to: Option<String>,
+        /// Files with prototypes.
+        #[arg(value_name = "FILE.dproto", required_unless_present = "list", add = files(&["dproto"]))]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+        /// Prints the conversion as a function in this language instead.
+        #[arg(long = "to", value_name = "LANGUAGE")]
+        language: Option<PrintedLanguage>,
         /// Prints the domain `geometry`: meanings, parts, coordinates and their conventions.
-        #[arg(long, required = true)]
+        #[arg(long, conflicts_with_all = ["from", "to", "files", "language"])]
         list: bool,
     },
     /// Prints a component, neutral of the language that is generated, or the data prototypes of a
@@ -258,6 +272,14 @@ pub(crate) enum Command {
     },
     #[command(flatten)]
     Common(rc_command_line::Common),
+}
+
+/// The languages of printed conversions.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum PrintedLanguage {
+    Rust,
+    C,
+    Python,
 }
 
 #[derive(Args)]

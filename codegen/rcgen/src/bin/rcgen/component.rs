@@ -1,9 +1,9 @@
-//! `rcgen stubs` and `rcgen view`, about one component or the prototypes of one file.
+//! `rcgen stubs` and `rcgen view`, about one component.
 
 use crate::command_line::Common;
-use crate::reports::{Failure, load, print, report, tell, unreadable};
+use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Middleware;
-use rc_codegen::{FileLoader, Project, generate, python, stubs};
+use rc_codegen::{Project, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rc_vocabulary::Language;
 use std::path::{Path, PathBuf};
@@ -22,27 +22,6 @@ pub(crate) fn print_view(
     found.extend(more);
     report(&sources, &found, common.format)?;
     print(&json);
-    Ok(())
-}
-
-pub(crate) fn print_prototypes(file: &Path, common: &Common) -> Result<(), Failure> {
-    let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
-    let loader = FileLoader::new(&common.include);
-    let text = match rc_files::read(file) {
-        Ok(text) => text,
-        Err(error) => {
-            let mut refused = None;
-            unreadable(file, &error, &mut sources, &mut found, &mut refused);
-            report(&sources, &found, common.format)?;
-            return Err(refused.map_or(Failure::Input, Failure::System));
-        }
-    };
-    let source = sources.add(file, text);
-    let (library, found) = rc_prototypes::load(&mut sources, &loader, source);
-    report(&sources, &found, common.format)?;
-    let json = serde_json::to_string_pretty(&library);
-    print(&json.map_err(|e| Failure::System(e.to_string()))?);
-    print("\n");
     Ok(())
 }
 

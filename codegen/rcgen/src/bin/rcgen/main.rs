@@ -12,6 +12,7 @@ mod generation;
 mod graph;
 mod graphs;
 mod innermodel;
+mod prototypes;
 mod reports;
 mod start;
 mod venv;
@@ -106,14 +107,22 @@ fn main() -> ExitCode {
             common,
             output,
         }) => graph::graph(&file, &common, output.as_deref()),
-        Some(Command::Convert { list: _ }) => {
+        Some(Command::Convert {
+            from: Some(from),
+            to: Some(to),
+            files,
+            common,
+            language,
+            list: _,
+        }) => prototypes::convert(&from, &to, &files, &common, language),
+        Some(Command::Convert { .. }) => {
             print(&rc_prototypes::listing());
             Ok(())
         }
         Some(Command::View { file, common, .. })
             if file.extension().is_some_and(|ending| ending == "dproto") =>
         {
-            component::print_prototypes(&file, &common)
+            prototypes::view(&file, &common)
         }
         Some(Command::View {
             file,

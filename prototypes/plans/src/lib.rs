@@ -1,0 +1,25 @@
+//! Plans of conversions between data prototypes: which steps take the numbers of one prototype to
+//! those of another one that means the same, what they cost, and what they lose.
+//!
+//! A [`Network`] finds a [`Plan`] for two prototypes of a library. The [`Program`] of a plan is a
+//! formula: [`Program::run`] computes it, [`rust`], [`c`] and [`python`] print it as a function.
+
+mod edge;
+mod loss;
+mod network;
+mod plan;
+mod print;
+mod program;
+mod recorder;
+mod refusal;
+mod rotation;
+mod shape;
+mod values;
+mod vector;
+
+pub use loss::{Bound, Loss};
+pub use network::Network;
+pub use plan::{Cost, Kind, Plan, Step};
+pub use print::{c, python, rust};
+pub use program::{Program, Rejected};
+pub use refusal::Refusal;

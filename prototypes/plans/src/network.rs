@@ -1,0 +1,415 @@
+//! The network of prototypes: which of them convert into each other by one step, and the cheapest
+//! way between two of them.
+
+use crate::edge::convert;
+use crate::loss::Bound;
+use crate::plan::{Cost, Kind, Plan, Step};
+use crate::program::Program;
+use crate::recorder::{Recorder, Term};
+use crate::refusal::Refusal;
+use crate::shape::{Shape, Shapes, Value};
+use crate::values::Notes;
+use rc_prototypes::model::{Content, Library, Prototype};
+use std::cell::RefCell;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use std::rc::Rc;
+
+/// The prototypes of a library.
+pub struct Network<'l> {
+    library: &'l Library,
+    shapes: Shapes<'l>,
+    /// The shape of each prototype.
+    known: HashMap<&'l str, Shape>,
+    /// The prototypes of each meaning in each domain, in the order of their names.
+    by_meaning: BTreeMap<(&'l str, &'l str), Vec<&'l str>>,
+    /// The functions of the user from one prototype to another one, in the order of their names.
+    functions: BTreeMap<(&'l str, &'l str), Vec<&'l str>>,
+    /// The steps that were asked for.
+    steps: RefCell<HashMap<(String, String), Result<Rc<Edge>, Refusal>>>,
+    /// The steps from each prototype that was on a way: where to among those of its meaning, and the cost.
+    neighbours: RefCell<HashMap<&'l str, Rc<[(usize, u64)]>>>,
+}
+
+/// How one step is done.
+enum Way {
+    Direct,
+    /// By this function of the user.
+    Function(String),
+    /// Each part by a plan of its own.
+    Parts(Vec<Found>),
+}
+
+/// A step between two prototypes.
+struct Edge {
+    way: Way,
+    notes: Notes,
+    cost: Cost,
+}
+
+/// The cheapest way: its prototypes, the first one included, and its steps.
+struct Found {
+    names: Vec<String>,
+    edges: Vec<Rc<Edge>>,
+}
+
+impl<'l> Network<'l> {
+    /// The network of a library whose resolution found no errors.
+    pub fn new(library: &'l Library) -> Self {
+        let shapes = Shapes::new(library);
+        let mut known = HashMap::new();
+        let mut by_meaning: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+        for prototype in &library.prototypes {
+            if let Some(shape) = shapes.shape(&prototype.name, None) {
+                known.insert(prototype.name.as_str(), shape);
+                let meaning = (prototype.domain.as_str(), prototype.semantic.as_str());
+                by_meaning.entry(meaning).or_default().push(&prototype.name);
+            }
+        }
+        for names in by_meaning.values_mut() {
+            names.sort_unstable();
+        }
+        let mut functions: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+        for conversion in &library.conversions {
+            let ends = (conversion.from.as_str(), conversion.to.as_str());
+            functions
+                .entry(ends)
+                .or_default()
+                .push(&conversion.function);
+        }
+        for names in functions.values_mut() {
+            names.sort_unstable();
+        }
+        Self {
+            library,
+            shapes,
+            known,
+            by_meaning,
+            functions,
+            steps: RefCell::default(),
+            neighbours: RefCell::default(),
+        }
+    }
+
+    /// The cheapest plan from one prototype to another one. Of plans that cost the same, it is the
+    /// one with fewer steps, and then the one whose prototypes have the first names.
+    ///
+    /// # Errors
+    /// One of them is unknown, they do not mean the same, or no rule leads from one to the other.
+    pub fn plan(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
+        let found = self.find(from, to)?;
+        let (input, output) = (self.shape(from)?, self.shape(to)?);
+        let recorder = Recorder::new(input.len());
+        let inputs = self::inputs(&recorder, input);
+        let terms = self.follow(&recorder, &found, &inputs)?;
+        let program = recorder.program(&terms);
+        let (mut cost, mut notes) = (Cost::default(), Notes::default());
+        let mut steps = Vec::new();
+        for (edge, name) in found.edges.iter().zip(found.names.iter().skip(1)) {
+            cost = cost + edge.cost;
+            steps.push(Step {
+                to: name.clone(),
+                kinds: edge.notes.kinds.iter().copied().collect(),
+            });
+            notes.add(edge.notes.clone());
+        }
+        let plan = Plan {
+            from: from.to_owned(),
+            steps,
+            cost,
+            lost: notes.lost,
+            program,
+            input: input.values().into_iter().map(described).collect(),
+            output: output.values().into_iter().map(described).collect(),
+        };
+        let limit = self.prototype(to)?.loss;
+        match (limit, plan.error()) {
+            (Some(limit), None) => {
+                let lost: Vec<String> = plan.lost.iter().map(ToString::to_string).collect();
+                Err(Refusal::Loss(lost.join("; "), limit))
+            }
+            (Some(limit), Some(error)) if error > limit => {
+                Err(Refusal::Loss(format!("{error:.1e} of the value"), limit))
+            }
+            _ => Ok(plan),
+        }
+    }
+
+    /// All steps between prototypes of one meaning, with their costs.
+    pub fn edges(&self) -> impl Iterator<Item = (&'l str, &'l str, u64)> {
+        self.by_meaning.values().flat_map(move |names| {
+            names.iter().flat_map(move |from| {
+                let others = names.iter().filter(move |to| *to != from);
+                others.filter_map(move |to| {
+                    let edge = self.edge(from, to).ok()?;
+                    Some((*from, *to, edge.cost.total()))
+                })
+            })
+        })
+    }
+
+    fn prototype(&self, name: &str) -> Result<&'l Prototype, Refusal> {
+        let unknown = || Refusal::Unknown(name.to_owned());
+        self.shapes.prototype(name).ok_or_else(unknown)
+    }
+
+    fn shape(&self, name: &str) -> Result<&Shape, Refusal> {
+        let unknown = || Refusal::Unknown(name.to_owned());
+        self.known.get(name).ok_or_else(unknown)
+    }
+
+    /// Dijkstra's algorithm, over the prototypes of one meaning.
+    fn find(&self, from: &str, to: &str) -> Result<Found, Refusal> {
+        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
+        agree(one, other)?;
+        let meaning = (one.domain.as_str(), one.semantic.as_str());
+        let names = self.by_meaning.get(&meaning).map_or(&[][..], Vec::as_slice);
+        let place = |name: &str| names.iter().position(|own| *own == name);
+        let (Some(start), Some(goal)) = (place(from), place(to)) else {
+            return Err(Refusal::NoWay);
+        };
+        // Places are in the order of names, so paths compare as their names do.
+        let mut open = BinaryHeap::from([Reverse((0_u64, 0_usize, vec![start]))]);
+        let mut settled = vec![false; names.len()];
+        let mut best: Vec<Option<(u64, usize, Vec<usize>)>> = vec![None; names.len()];
+        let mut path = None;
+        while let Some(Reverse((cost, steps, way))) = open.pop() {
+            let here = *way.last().unwrap_or(&start);
+            if std::mem::replace(&mut settled[here], true) {
+                continue;
+            }
+            if here == goal {
+                path = Some(way);
+                break;
+            }
+            for (next, added) in self.neighbours(names, here).iter().copied() {
+                let longer = (cost + added, steps + 1);
+                let is_longer = |(cost, steps, _): &(u64, usize, _)| (*cost, *steps) < longer;
+                if settled[next] || best[next].as_ref().is_some_and(is_longer) {
+                    continue;
+                }
+                let candidate = (longer.0, longer.1, [&way[..], &[next]].concat());
+                if best[next].as_ref().is_none_or(|known| candidate < *known) {
+                    best[next] = Some(candidate.clone());
+                    open.push(Reverse(candidate));
+                }
+            }
+        }
+        let Some(path) = path else {
+            // The reason of the direct step says most.
+            return Err(self.edge(from, to).err().unwrap_or(Refusal::NoWay));
+        };
+        let names: Vec<String> = path.iter().map(|at| names[*at].to_owned()).collect();
+        let edges = names.windows(2).map(|pair| self.edge(&pair[0], &pair[1]));
+        let edges = edges.collect::<Result<Vec<_>, _>>()?;
+        Ok(Found { names, edges })
+    }
+
+    /// The places of all prototypes among `names` to which one step leads, with its cost.
+    fn neighbours(&self, names: &[&'l str], from: usize) -> Rc<[(usize, u64)]> {
+        if let Some(known) = self.neighbours.borrow().get(names[from]) {
+            return Rc::clone(known);
+        }
+        let others = names.iter().enumerate().filter(|(to, _)| *to != from);
+        let found: Rc<[(usize, u64)]> = others
+            .filter_map(|(to, name)| Some((to, self.edge(names[from], name).ok()?.cost.total())))
+            .collect();
+        let mut all = self.neighbours.borrow_mut();
+        all.insert(names[from], Rc::clone(&found));
+        found
+    }
+
+    /// The cheapest step from one prototype to another one.
+    fn edge(&self, from: &str, to: &str) -> Result<Rc<Edge>, Refusal> {
+        let ends = (from.to_owned(), to.to_owned());
+        if let Some(known) = self.steps.borrow().get(&ends) {
+            return known.clone();
+        }
+        let found = self.new_edge(from, to).map(Rc::new);
+        self.steps.borrow_mut().insert(ends, found.clone());
+        found
+    }
+
+    fn new_edge(&self, from: &str, to: &str) -> Result<Edge, Refusal> {
+        agree(self.prototype(from)?, self.prototype(to)?)?;
+        let direct = self
+            .direct(from, to)
+            .or_else(|refusal| self.parts(from, to)?.ok_or(refusal));
+        let Some(function) = self.functions.get(&(from, to)).and_then(|all| all.first()) else {
+            return direct;
+        };
+        let declared = self.declared(from, to, function)?;
+        match direct {
+            Ok(direct) if direct.cost.total() <= declared.cost.total() => Ok(direct),
+            _ => Ok(declared),
+        }
+    }
+
+    fn direct(&self, from: &str, to: &str) -> Result<Edge, Refusal> {
+        let (one, other) = (self.shape(from)?, self.shape(to)?);
+        let recorder = Recorder::new(one.len());
+        let mut notes = self.notes(from, to)?;
+        let inputs = inputs(&recorder, one);
+        let aliases = &self.library.aliases;
+        let terms = convert(one, other, aliases, &inputs, &mut notes)?;
+        Ok(edge(Way::Direct, notes, &recorder.program(&terms)))
+    }
+
+    fn declared(&self, from: &str, to: &str, function: &str) -> Result<Edge, Refusal> {
+        let mut notes = self.notes(from, to)?;
+        notes.kinds.insert(Kind::Declared);
+        notes.lose(format!("what `{function}` loses"), Bound::None);
+        let one = self.shape(from)?;
+        let recorder = Recorder::new(one.len());
+        let results = self.call(&recorder, function, to, &inputs(&recorder, one))?;
+        let program = recorder.program(&results);
+        Ok(edge(Way::Function(function.to_owned()), notes, &program))
+    }
+
+    fn call<'r>(
+        &self,
+        recorder: &'r Recorder,
+        function: &str,
+        to: &str,
+        input: &[Term<'r>],
+    ) -> Result<Vec<Term<'r>>, Refusal> {
+        let values = self.shape(to)?.values();
+        let numbers: Vec<_> = values.iter().map(|value| value.number).collect();
+        Ok(recorder.call(function, input, &numbers))
+    }
+
+    /// A step in which each part is converted by a plan of its own, if both prototypes are composed.
+    /// Parts of prototypes with axes are not: the axes hold for the whole.
+    fn parts(&self, from: &str, to: &str) -> Result<Option<Edge>, Refusal> {
+        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
+        let (Content::Parts(own), Content::Parts(wanted)) = (&one.content, &other.content) else {
+            return Ok(None);
+        };
+        if one.axes.is_some() || other.axes.is_some() {
+            return Ok(None);
+        }
+        let mut notes = self.notes(from, to)?;
+        notes.kinds.insert(Kind::Composition);
+        let mut found = Vec::new();
+        for part in wanted {
+            let missing = || Refusal::Missing(part.name.clone());
+            let of = own.iter().find(|own| own.name == part.name);
+            let plan = self.find(&of.ok_or_else(missing)?.prototype, &part.prototype)?;
+            for edge in &plan.edges {
+                notes.add(edge.notes.clone());
+            }
+            found.push(plan);
+        }
+        let way = Way::Parts(found);
+        let shape = self.shape(from)?;
+        let recorder = Recorder::new(shape.len());
+        let terms = self.step(&recorder, from, to, &way, &inputs(&recorder, shape))?;
+        let program = recorder.program(&terms);
+        Ok(Some(edge(way, notes, &program)))
+    }
+
+    /// What a step loses that is no number of it.
+    fn notes(&self, from: &str, to: &str) -> Result<Notes, Refusal> {
+        let mut notes = Notes::default();
+        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
+        if one.covariance.is_some() || other.covariance.is_some() {
+            notes.lose("the covariance is not converted", Bound::None);
+        }
+        Ok(notes)
+    }
+
+    /// Records all steps of a way.
+    fn follow<'r>(
+        &self,
+        recorder: &'r Recorder,
+        found: &Found,
+        input: &[Term<'r>],
+    ) -> Result<Vec<Term<'r>>, Refusal> {
+        let mut terms = input.to_vec();
+        for (pair, edge) in found.names.windows(2).zip(&found.edges) {
+            terms = self.step(recorder, &pair[0], &pair[1], &edge.way, &terms)?;
+        }
+        Ok(terms)
+    }
+
+    /// Records one step.
+    fn step<'r>(
+        &self,
+        recorder: &'r Recorder,
+        from: &str,
+        to: &str,
+        way: &Way,
+        input: &[Term<'r>],
+    ) -> Result<Vec<Term<'r>>, Refusal> {
+        let (one, other) = (self.shape(from)?, self.shape(to)?);
+        match way {
+            Way::Direct => {
+                let aliases = &self.library.aliases;
+                convert(one, other, aliases, input, &mut Notes::default())
+            }
+            Way::Function(function) => self.call(recorder, function, to, input),
+            Way::Parts(plans) => {
+                let Shape::Parts(parts) = other else {
+                    return Err(Refusal::NoWay);
+                };
+                let mut out = Vec::new();
+                for ((name, _), plan) in parts.iter().zip(plans) {
+                    let missing = || Refusal::Missing(name.clone());
+                    let (_, range) = one.part(name).ok_or_else(missing)?;
+                    let input = input.get(range).ok_or_else(missing)?;
+                    out.extend(self.follow(recorder, plan, input)?);
+                }
+                Ok(out)
+            }
+        }
+    }
+}
+
+fn inputs<'r>(recorder: &'r Recorder, shape: &Shape) -> Vec<Term<'r>> {
+    let values = shape.values().into_iter().enumerate();
+    values
+        .map(|(at, value)| recorder.input(at, value.number))
+        .collect()
+}
+
+fn edge(way: Way, mut notes: Notes, program: &Program) -> Edge {
+    if notes.kinds.is_empty() {
+        notes.kinds.insert(Kind::Plain);
+    }
+    let cost = Cost::of(program, &notes.lost);
+    Edge { way, notes, cost }
+}
+
+/// `points.X in mm, float32`
+fn described(value: &Value) -> String {
+    let unit = value.unit.as_deref().filter(|unit| *unit != "1");
+    let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
+    format!("{}{unit}, {}", value.member, value.number.word())
+}
+
+/// Whether two prototypes may convert: they mean the same, in the same frames.
+fn agree(one: &Prototype, other: &Prototype) -> Result<(), Refusal> {
+    if (&one.domain, &one.semantic) != (&other.domain, &other.semantic) {
+        return Err(Refusal::Meaning(
+            one.semantic.clone(),
+            other.semantic.clone(),
+        ));
+    }
+    for end in ["of", "with_respect_to"] {
+        let frame = |of: &Prototype| {
+            let mut frames = of.frames.iter();
+            let frame = frames.find(|(name, _)| name == end).map(|(_, frame)| frame);
+            // A frame in a message is known when it arrives.
+            frame.filter(|frame| !frame.starts_with("member ")).cloned()
+        };
+        if let (Some(one), Some(other)) = (frame(one), frame(other))
+            && one != other
+        {
+            return Err(Refusal::Frame(end.to_owned(), one, other));
+        }
+    }
+    if one.sequence.is_some() != other.sequence.is_some() {
+        return Err(Refusal::Sequence);
+    }
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! A plan: the steps from one prototype to another one, with what they cost and lose.
+
+use crate::loss::{Bound, Loss};
+use crate::program::{Operation, Program};
+use std::fmt;
+use std::ops::Add;
+
+/// What a step does. A plan is of the last kind of its steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// Copies numbers to their places.
+    Plain,
+    /// Names numbers otherwise.
+    Alias,
+    /// Changes units.
+    Unit,
+    /// Changes the directions of axes.
+    Axes,
+    /// Changes coordinates.
+    Coordinate,
+    /// Converts the parts of a composite.
+    Composition,
+    /// Calls a function of the user.
+    Declared,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "plain",
+            Self::Alias => "alias",
+            Self::Unit => "unit",
+            Self::Axes => "axes",
+            Self::Coordinate => "coordinate",
+            Self::Composition => "composition",
+            Self::Declared => "conversion",
+        })
+    }
+}
+
+/// What a plan costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Steps.
+    pub steps: u64,
+    /// Operations of arithmetic.
+    pub operations: u64,
+    /// Sines, cosines, angles and lengths.
+    pub functions: u64,
+    /// Calls of functions of the user.
+    pub calls: u64,
+    /// Losses with a bound.
+    pub bounded: u64,
+    /// Losses without a bound.
+    pub unbounded: u64,
+}
+
+impl Cost {
+    pub(crate) fn of(program: &Program, lost: &[Loss]) -> Self {
+        let mut cost = Self {
+            steps: 1,
+            ..Self::default()
+        };
+        for node in &program.nodes {
+            match &node.operation {
+                Operation::Input(_) | Operation::Result(_) => {}
+                Operation::Call { .. } => cost.calls += 1,
+                other if other.is_transcendental() => cost.functions += 1,
+                _ => cost.operations += 1,
+            }
+        }
+        for loss in lost {
+            if loss.is_bounded() {
+                cost.bounded += 1;
+            } else {
+                cost.unbounded += 1;
+            }
+        }
+        cost
+    }
+
+    /// The cost as one number: a step and an operation are 1, a transcendental function 20, a call
+    /// 100, a loss with a bound 1,000, and one without 1,000,000.
+    pub fn total(&self) -> u64 {
+        self.steps
+            + self.operations
+            + 20 * self.functions
+            + 100 * self.calls
+            + 1_000 * self.bounded
+            + 1_000_000 * self.unbounded
+    }
+}
+
+impl Add for Cost {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            steps: self.steps + other.steps,
+            operations: self.operations + other.operations,
+            functions: self.functions + other.functions,
+            calls: self.calls + other.calls,
+            bounded: self.bounded + other.bounded,
+            unbounded: self.unbounded + other.unbounded,
+        }
+    }
+}
+
+/// A step of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The prototype that it gives.
+    pub to: String,
+    /// What it does.
+    pub kinds: Vec<Kind>,
+}
+
+/// How one prototype becomes another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The first prototype.
+    pub from: String,
+    /// The steps. Without any, the prototypes are one.
+    pub steps: Vec<Step>,
+    /// What all steps cost.
+    pub cost: Cost,
+    /// What they lose.
+    pub lost: Vec<Loss>,
+    /// The formula.
+    pub program: Program,
+    /// The numbers of both prototypes, for comments in code.
+    pub(crate) input: Vec<String>,
+    pub(crate) output: Vec<String>,
+}
+
+impl Plan {
+    /// The last prototype.
+    pub fn to(&self) -> &str {
+        self.steps.last().map_or(&self.from, |step| &step.to)
+    }
+
+    /// The number of steps: D's distance.
+    pub fn distance(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// What the plan does: the last one of the kinds of its steps.
+    pub fn kind(&self) -> Kind {
+        let kinds = self.steps.iter().flat_map(|step| &step.kinds);
+        kinds.copied().max().unwrap_or(Kind::Plain)
+    }
+
+    /// The relative error that the plan may have. `None` if it has no bound.
+    pub(crate) fn error(&self) -> Option<f64> {
+        let mut error = if self.program.is_exact() {
+            0.0
+        } else {
+            ROUNDING
+        };
+        for loss in &self.lost {
+            match loss.bound {
+                Bound::Relative(part) => error += part,
+                Bound::Absolute(_) | Bound::None => return None,
+            }
+        }
+        Some(error)
+    }
+}
+
+/// What arithmetic with numbers of 64 bits may change of a value.
+const ROUNDING: f64 = 1e-12;
+
+impl fmt::Display for Plan {
+    /// A few lines, each with a name.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cost = &self.cost;
+        let mut steps = Vec::new();
+        for step in &self.steps {
+            let kinds: Vec<String> = step.kinds.iter().map(Kind::to_string).collect();
+            steps.push(format!("{} ({})", step.to, kinds.join(", ")));
+        }
+        writeln!(f, "{} -> {}", self.from, self.to())?;
+        writeln!(f, "type      {}", self.kind())?;
+        writeln!(f, "distance  {}", self.distance())?;
+        for (at, step) in steps.iter().enumerate() {
+            writeln!(f, "{:9} {step}", if at == 0 { "steps" } else { "" })?;
+        }
+        write!(f, "cost      {}: ", cost.total())?;
+        write!(f, "{} operations, ", cost.operations)?;
+        write!(f, "{} transcendental functions", cost.functions)?;
+        if cost.calls > 0 {
+            write!(f, ", {} functions of the user", cost.calls)?;
+        }
+        writeln!(f)?;
+        match (self.lost.as_slice(), self.program.is_exact()) {
+            ([], true) => writeln!(f, "lost      nothing: the plan is exact"),
+            ([], false) => writeln!(f, "lost      rounding of float64 only"),
+            (lost, _) => {
+                for (at, loss) in lost.iter().enumerate() {
+                    writeln!(f, "{:9} {loss}", if at == 0 { "lost" } else { "" })?;
+                }
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! A formula as a list of operations, and its computation.
+
+use rc_quantity::Real;
+use rc_vocabulary::Primitive;
+use std::fmt;
+
+/// An operation. The numbers of its operands are computed before.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Operation {
+    /// The number at this place of the input.
+    Input(usize),
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// The square root.
+    Root,
+    Floor,
+    /// The nearest integer; away from zero in the middle.
+    Nearest,
+    Sine,
+    Cosine,
+    /// The angle of the point `(x, y)` of the operands y and x.
+    Angle,
+    /// The length of the vector of both operands.
+    Length,
+    /// The third operand if the first one is below the second one, else the fourth one.
+    IfBelow,
+    /// As a number of this kind.
+    Store(Primitive),
+    /// The operand, which must be from the first to the second number, given by their bits.
+    Require(u64, u64),
+    /// A function of the user.
+    Call {
+        function: String,
+        results: usize,
+    },
+    /// The number at this place of what the function in the operand gave.
+    Result(usize),
+}
+
+/// An operation with its operands.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Node {
+    pub(crate) operation: Operation,
+    pub(crate) operands: Vec<Operand>,
+}
+
+/// A number that is known, by its bits, or the value of an earlier node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Operand {
+    Constant(u64),
+    Node(usize),
+}
+
+/// Whether each number of one kind is one of the other kind, exactly.
+pub(crate) fn fits(number: Primitive, wanted: Primitive) -> bool {
+    // The greatest integers below which a float has all.
+    let whole = |float| match float {
+        Primitive::F32 => 1_i128 << 24,
+        _ => 1_i128 << 53,
+    };
+    match (number.limits(), wanted.limits()) {
+        (Some((least, most)), Some((low, high))) => low <= least && most <= high,
+        (Some((least, most)), None) => -whole(wanted) <= least && most <= whole(wanted),
+        (None, Some(_)) => false,
+        (None, None) => number == wanted || wanted == Primitive::F64,
+    }
+}
+
+/// The least and the greatest `f64` that are numbers of an integer type.
+pub(crate) fn limits(number: Primitive) -> Option<(f64, f64)> {
+    let (least, most) = number.limits()?;
+    #[expect(clippy::cast_precision_loss, reason = "rounded, and taken back below")]
+    let (low, high) = (least as f64, most as f64);
+    // The greatest numbers of 64 bits are no f64: the next one below.
+    #[expect(clippy::cast_possible_truncation, reason = "within the range of i128")]
+    let is_above = high as i128 > most;
+    Some((low, if is_above { high.next_down() } else { high }))
+}
+
+/// The nearest integer; away from zero in the middle.
+fn nearest(value: f64) -> f64 {
+    value.round()
+}
+
+/// The input of a program is refused, or a function of the user is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rejected {
+    /// A number is not in its range: a norm that is not 1, or an integer that does not fit.
+    Value {
+        /// The number.
+        value: f64,
+        /// The least one.
+        least: f64,
+        /// The greatest one.
+        most: f64,
+    },
+    /// The plan calls this function, which only printed code can.
+    Function(String),
+    /// There are too few or too many numbers.
+    Count,
+}
+
+impl fmt::Display for Rejected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value { value, least, most } => {
+                write!(f, "{value} is not from {least} to {most}")
+            }
+            Self::Function(name) => write!(f, "the function `{name}` is not part of the plan"),
+            Self::Count => f.write_str("the prototype has another number of values"),
+        }
+    }
+}
+
+impl std::error::Error for Rejected {}
+
+impl Operation {
+    /// The value for these operands.
+    pub(crate) fn apply(&self, operands: &[f64]) -> Result<f64, Rejected> {
+        let at = |at: usize| operands.get(at).copied().ok_or(Rejected::Count);
+        Ok(match self {
+            Self::Negate => -at(0)?,
+            Self::Add => at(0)? + at(1)?,
+            Self::Subtract => at(0)? - at(1)?,
+            Self::Multiply => at(0)? * at(1)?,
+            Self::Divide => at(0)? / at(1)?,
+            Self::Root => at(0)?.root(),
+            Self::Floor => at(0)?.floor(),
+            Self::Nearest => nearest(at(0)?),
+            Self::Sine => at(0)?.sine(),
+            Self::Cosine => at(0)?.cosine(),
+            Self::Angle => at(0)?.angle_over(at(1)?),
+            Self::Length => at(0)?.length_with(at(1)?),
+            Self::IfBelow => at(0)?.if_below(at(1)?, at(2)?, at(3)?),
+            Self::Store(number) => match limits(*number) {
+                Some((least, most)) => required(nearest(at(0)?), least, most)?,
+                None => single(at(0)?, *number),
+            },
+            Self::Require(least, most) => {
+                required(at(0)?, f64::from_bits(*least), f64::from_bits(*most))?
+            }
+            Self::Call { function, .. } => return Err(Rejected::Function(function.clone())),
+            Self::Input(_) | Self::Result(_) => return Err(Rejected::Count),
+        })
+    }
+
+    /// The least and the greatest value that it lets pass.
+    pub(crate) fn range(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Require(least, most) => Some((f64::from_bits(*least), f64::from_bits(*most))),
+            Self::Store(number) => limits(*number),
+            _ => None,
+        }
+    }
+
+    /// Whether its value may differ in the last bits between mathematical libraries.
+    pub(crate) fn is_transcendental(&self) -> bool {
+        matches!(self, Self::Sine | Self::Cosine | Self::Angle | Self::Length)
+    }
+}
+
+fn required(value: f64, least: f64, most: f64) -> Result<f64, Rejected> {
+    if (least..=most).contains(&value) {
+        return Ok(value);
+    }
+    Err(Rejected::Value { value, least, most })
+}
+
+/// As a number of 32 bits, if that is wanted. Beyond their range it is infinite.
+fn single(value: f64, number: Primitive) -> f64 {
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
+    let narrow = value as f32;
+    match number {
+        Primitive::F32 => f64::from(narrow),
+        _ => value,
+    }
+}
+
+/// A formula: the numbers of one prototype, for the numbers of another one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Program {
+    pub(crate) inputs: usize,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) outputs: Vec<Operand>,
+}
+
+impl Program {
+    /// The nodes that the outputs need, and requirements with what they need.
+    pub(crate) fn new(inputs: usize, nodes: Vec<Node>, outputs: Vec<Operand>) -> Self {
+        let mut needed = vec![false; nodes.len()];
+        let need = |operand: &Operand, needed: &mut Vec<bool>| {
+            if let Operand::Node(at) = operand
+                && let Some(one) = needed.get_mut(*at)
+            {
+                *one = true;
+            }
+        };
+        outputs.iter().for_each(|output| need(output, &mut needed));
+        for (at, node) in nodes.iter().enumerate().rev() {
+            if matches!(node.operation, Operation::Require(..)) {
+                needed[at] = true;
+            }
+            if needed[at] {
+                node.operands.iter().for_each(|of| need(of, &mut needed));
+            }
+        }
+        let mut places = vec![0; nodes.len()];
+        let mut kept: Vec<Node> = Vec::new();
+        let placed = |operand: Operand, places: &[usize]| match operand {
+            Operand::Node(at) => Operand::Node(places[at]),
+            constant @ Operand::Constant(_) => constant,
+        };
+        for (at, mut node) in nodes.into_iter().enumerate() {
+            if needed[at] {
+                places[at] = kept.len();
+                for operand in &mut node.operands {
+                    *operand = placed(*operand, &places);
+                }
+                kept.push(node);
+            }
+        }
+        let outputs = outputs.into_iter().map(|of| placed(of, &places)).collect();
+        Self {
+            inputs,
+            nodes: kept,
+            outputs,
+        }
+    }
+
+    /// The number of values that the formula takes.
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// The number of values that it gives.
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Whether it has functions whose last bits differ between mathematical libraries.
+    pub fn is_transcendental(&self) -> bool {
+        let mut nodes = self.nodes.iter();
+        nodes.any(|node| node.operation.is_transcendental())
+    }
+
+    /// Whether it changes no value but in place and sign.
+    pub fn is_exact(&self) -> bool {
+        let mut nodes = self.nodes.iter();
+        nodes.all(|node| matches!(node.operation, Operation::Input(_) | Operation::Negate))
+    }
+
+    /// The functions of the user that it calls.
+    pub fn functions(&self) -> impl Iterator<Item = &str> {
+        self.nodes.iter().filter_map(|node| match &node.operation {
+            Operation::Call { function, .. } => Some(function.as_str()),
+            _ => None,
+        })
+    }
+
+    /// Computes the formula.
+    ///
+    /// # Errors
+    /// The numbers are too few or too many, one is out of its range, or the formula calls a function
+    /// of the user.
+    pub fn run(&self, input: &[f64]) -> Result<Vec<f64>, Rejected> {
+        if input.len() != self.inputs {
+            return Err(Rejected::Count);
+        }
+        let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
+        let value = |operand: &Operand, values: &[f64]| match operand {
+            Operand::Constant(bits) => f64::from_bits(*bits),
+            Operand::Node(at) => values[*at],
+        };
+        let mut operands = Vec::new();
+        for node in &self.nodes {
+            operands.clear();
+            operands.extend(node.operands.iter().map(|of| value(of, &values)));
+            values.push(match &node.operation {
+                Operation::Input(at) => input[*at],
+                other => other.apply(&operands)?,
+            });
+        }
+        Ok(self.outputs.iter().map(|of| value(of, &values)).collect())
+    }
+}

@@ -1,0 +1,508 @@
+//! Plans and refusals.
+
+use crate::{library, samples};
+use expect_test::{Expect, expect};
+use rc_plans::{Bound, Network, Rejected};
+
+#[track_caller]
+fn check(text: &str, from: &str, to: &str, expected: &Expect) {
+    let library = library(text);
+    let plan = Network::new(&library).plan(from, to);
+    expected.assert_eq(&match plan {
+        Ok(plan) => plan.to_string(),
+        Err(refusal) => format!("{}: {refusal}\n", refusal.code()),
+    });
+}
+
+#[test]
+fn a_plan_tells_type_distance_cost_and_loss() {
+    let text = samples::text();
+    check(
+        &text,
+        "scan",
+        "point",
+        &expect![[r#"
+        scan -> point
+        type      axes
+        distance  1
+        steps     point (alias, unit, axes)
+        cost      5: 4 operations, 0 transcendental functions
+        lost      rounding of float64 only
+    "#]],
+    );
+    check(
+        &text,
+        "point",
+        "scan",
+        &expect![[r#"
+        point -> scan
+        type      axes
+        distance  1
+        steps     scan (alias, unit, axes)
+        cost      1008: 7 operations, 0 transcendental functions
+        lost      float32, bounded: 6.0e-8 of the value
+    "#]],
+    );
+    check(
+        &text,
+        "point",
+        "cell",
+        &expect![[r#"
+        point -> cell
+        type      axes
+        distance  1
+        steps     cell (alias, unit, axes)
+        cost      1008: 7 operations, 0 transcendental functions
+        lost      int16, bounded: 0.5 of its unit
+    "#]],
+    );
+    check(
+        &text,
+        "turn",
+        "real_first",
+        &expect![[r#"
+        turn -> real_first
+        type      coordinate
+        distance  1
+        steps     real_first (axes, coordinate)
+        cost      2: 1 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]],
+    );
+    check(
+        &text,
+        "turn",
+        "rpy_degrees",
+        &expect![[r#"
+        turn -> rpy_degrees
+        type      coordinate
+        distance  1
+        steps     rpy_degrees (alias, unit, coordinate)
+        cost      180: 59 operations, 6 transcendental functions
+        lost      rounding of float64 only
+    "#]],
+    );
+    check(
+        &text,
+        "pose",
+        "small_pose",
+        &expect![[r#"
+        pose -> small_pose
+        type      composition
+        distance  1
+        steps     small_pose (alias, unit, axes, coordinate, composition)
+        cost      184: 63 operations, 6 transcendental functions
+        lost      rounding of float64 only
+    "#]],
+    );
+    check(
+        &text,
+        "columns",
+        "rows",
+        &expect![[r#"
+        columns -> rows
+        type      coordinate
+        distance  1
+        steps     rows (axes, coordinate)
+        cost      23: 22 operations, 0 transcendental functions
+        lost      rounding of float64 only
+    "#]],
+    );
+    check(
+        &text,
+        "turn",
+        "turn",
+        &expect![[r#"
+        turn -> turn
+        type      plain
+        distance  0
+        cost      0: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]],
+    );
+}
+
+/// What has no plan is refused with the reason.
+#[test]
+fn refusals_name_their_reason() {
+    let head = "algebraic named :: Scalar{x, y, z}
+algebraic flat :: Scalar{x, y}
+axes ros :: ahead, left, up
+algebraic one :: Vector{1}
+algebraic other :: Scalar{a}
+domain soil :: { semantic = { Moisture } coord = { percent, grams } }
+";
+    let leaf = |name: &str, semantic: &str, more: &str| {
+        format!(
+            "dproto {name} :: geometry {{ semantic = {semantic} coord = cartesian algebraic = named \
+             ddr = :: c99{{double[3]}} dr = {{ 0 = x, 1 = y, 2 = z }} {more} }}\n"
+        )
+    };
+    let soil = |name: &str, coordinate: &str, algebraic: &str, value: &str| {
+        format!(
+            "dproto {name} :: soil {{ semantic = Moisture coord = {coordinate} algebraic = {algebraic} \
+             ddr = :: c99{{double}} dr = {{ 0 = {value} }} }}\n"
+        )
+    };
+    let flat = "dproto flat :: geometry { semantic = Position coord = cartesian algebraic = flat \
+                ddr = :: c99{float[2]} dr = { 0 = x, 1 = y } }\n";
+    let text = [
+        head,
+        &leaf(
+            "here",
+            "Position",
+            "frames = { of = hand, with_respect_to = map }",
+        ),
+        &leaf(
+            "there",
+            "Position",
+            "frames = { of = hand, with_respect_to = odom }",
+        ),
+        &leaf(
+            "sent",
+            "Position",
+            "frames = { of = hand, with_respect_to = member frame }",
+        ),
+        &leaf("many", "Position", "sequence = member points"),
+        &leaf("strict", "Position", "loss = 1e-13 axes = ros"),
+        &leaf("speed", "LinearVelocity", ""),
+        flat,
+        &soil("wet", "percent", "one", "0"),
+        &soil("damp", "percent", "other", "a"),
+        &soil("heavy", "grams", "one", "0"),
+    ]
+    .concat();
+    let reason = |from: &str, to: &str, expected: Expect| check(&text, from, to, &expected);
+    reason(
+        "here",
+        "there",
+        expect![[r#"
+        frame-mismatch: the frames differ: `with_respect_to` is `map` and `odom`, and no transform between them is known
+    "#]],
+    );
+    reason(
+        "here",
+        "sent",
+        expect![[r#"
+        here -> sent
+        type      plain
+        distance  1
+        steps     sent (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]],
+    );
+    reason(
+        "here",
+        "many",
+        expect![[r#"
+        no-conversion: one holds a sequence of values, the other one a value
+    "#]],
+    );
+    reason(
+        "here",
+        "speed",
+        expect![[r#"
+        semantic-mismatch: the meanings differ: Position and LinearVelocity
+    "#]],
+    );
+    reason(
+        "flat",
+        "here",
+        expect![[r#"
+        no-conversion: the first one has no value `z`
+    "#]],
+    );
+    reason(
+        "here",
+        "flat",
+        expect![[r#"
+        here -> flat
+        type      alias
+        distance  1
+        steps     flat (alias)
+        cost      1001003: 2 operations, 0 transcendental functions
+        lost      float32, bounded: 6.0e-8 of the value
+                  z is not kept, not bounded
+    "#]],
+    );
+    reason(
+        "wet",
+        "damp",
+        expect![[r#"
+        no-conversion: no alias and no conversion leads from one to the other
+    "#]],
+    );
+    reason(
+        "wet",
+        "heavy",
+        expect![[r#"
+        no-conversion: no alias and no conversion leads from one to the other
+    "#]],
+    );
+    reason(
+        "here",
+        "nowhere",
+        expect![[r#"
+        unknown-prototype: unknown prototype `nowhere`
+    "#]],
+    );
+}
+
+/// A plan over others, with a function of the user; and the same whatever the order of the file.
+#[test]
+fn a_plan_may_lead_over_other_prototypes() {
+    let lines = [
+        "domain soil :: { semantic = { Moisture } coord = { percent, grams } }",
+        "algebraic a :: Scalar{a}",
+        "algebraic b :: Scalar{b}",
+        "algebraic c :: Scalar{c}",
+        "alias a <-> b { a = b }",
+        "alias b <-> c { b = c }",
+        "dproto first :: soil { semantic = Moisture coord = percent algebraic = a ddr = :: c99{double} dr = { 0 = a } }",
+        "dproto second :: soil { semantic = Moisture coord = percent algebraic = b ddr = :: c99{float} dr = { 0 = b } }",
+        "dproto alike :: soil { semantic = Moisture coord = percent algebraic = b ddr = :: c99{float} dr = { 0 = b } }",
+        "dproto third :: soil { semantic = Moisture coord = percent algebraic = c ddr = :: c99{float} dr = { 0 = c } }",
+        "dproto weighed :: soil { semantic = Moisture coord = grams algebraic = c ddr = :: c99{double} dr = { 0 = c } }",
+        "conversion third -> weighed = weigh",
+        "fproto weigh :: c99 { library = \"scales\" }",
+    ];
+    let expected = expect![[r#"
+        first -> weighed
+        type      conversion
+        distance  3
+        steps     alike (alias)
+                  third (alias)
+                  weighed (conversion)
+        cost      1001104: 1 operations, 0 transcendental functions, 1 functions of the user
+        lost      float32, bounded: 6.0e-8 of the value
+                  what `weigh` loses, not bounded
+    "#]];
+    check(&lines.join("\n"), "first", "weighed", &expected);
+    let reversed: Vec<&str> = lines.into_iter().rev().collect();
+    let reversed = library(&reversed.join("\n"));
+    let library = library(&lines.join("\n"));
+    let network = Network::new(&library);
+    let plan = network.plan("first", "weighed").expect("a plan");
+    let other = Network::new(&reversed).plan("first", "weighed");
+    assert_eq!(other.as_ref(), Ok(&plan));
+    let rejected = Err(Rejected::Function("weigh".to_owned()));
+    assert_eq!(plan.program.run(&[1.0]), rejected);
+    let plan = network.plan("first", "third").expect("a plan");
+    assert_eq!(plan.program.run(&[0.1]), Ok(vec![f64::from(0.1_f32)]));
+}
+
+/// Composites whose parts convert over other prototypes only.
+#[test]
+fn parts_have_plans_of_their_own() {
+    let text = "domain soil :: { semantic = { Moisture, Sample } coord = { percent } }
+algebraic a :: Scalar{a}
+algebraic b :: Scalar{b}
+algebraic c :: Scalar{c}
+alias a <-> b { a = b }
+alias b <-> c { b = c }
+dproto first :: soil { semantic = Moisture coord = percent algebraic = a ddr = :: c99{double} dr = { 0 = a } }
+dproto second :: soil { semantic = Moisture coord = percent algebraic = b ddr = :: c99{double} dr = { 0 = b } }
+dproto third :: soil { semantic = Moisture coord = percent algebraic = c ddr = :: c99{double} dr = { 0 = c } }
+dproto one :: soil { semantic = Sample composes = { Moisture = first } }
+dproto other :: soil { semantic = Sample composes = { Moisture = third } }
+";
+    check(
+        text,
+        "one",
+        "other",
+        &expect![[r#"
+        one -> other
+        type      composition
+        distance  1
+        steps     other (alias, composition)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]],
+    );
+}
+
+/// A plan that says that it is exact keeps all bits, there and back.
+#[test]
+fn exact_plans_keep_all_bits() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let mut exact = 0;
+    for one in &library.prototypes {
+        for other in &library.prototypes {
+            let Ok(there) = network.plan(&one.name, &other.name) else {
+                continue;
+            };
+            let back = network.plan(&other.name, &one.name);
+            let Some(back) = back.ok().filter(|back| back.program.is_exact()) else {
+                continue;
+            };
+            if !there.program.is_exact() {
+                continue;
+            }
+            exact += 1;
+            for sample in samples::samples(&network, &library, &one.name) {
+                let converted = there.program.run(&sample).expect("in range");
+                let again = back.program.run(&converted).expect("in range");
+                let bits =
+                    |numbers: &[f64]| numbers.iter().map(|n| n.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&sample), bits(&again), "{there}");
+            }
+        }
+    }
+    assert!(exact > 20, "{exact}");
+}
+
+/// Numbers that are no rotation, and integers that do not fit, are refused.
+#[test]
+fn bad_values_are_refused() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let refused = |from: &str, to: &str, input: &[f64]| {
+        let plan = network.plan(from, to).expect("a plan");
+        let outcome = plan.program.run(input);
+        assert!(
+            matches!(outcome, Err(Rejected::Value { .. })),
+            "{input:?}: {outcome:?}"
+        );
+    };
+    for quaternion in [[0.0; 4], [0.0, 0.0, 0.0, 1.2], [f64::NAN, 0.0, 0.0, 1.0]] {
+        refused("turn", "matrix", &quaternion);
+    }
+    refused("axis", "turn", &[0.0, 0.0, 2.0, 1.0]);
+    // A matrix that mirrors.
+    refused(
+        "matrix",
+        "turn",
+        &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0],
+    );
+    refused("point", "cell", &[33.0, 0.0, 0.0]);
+    refused("point", "cell", &[f64::NAN, 0.0, 0.0]);
+    let plan = network.plan("point", "cell").expect("a plan");
+    assert_eq!(
+        plan.program.run(&[0.0015, -0.0025, 0.003]),
+        Ok(vec![3.0, 3.0, 2.0])
+    );
+    assert_eq!(plan.program.run(&[0.0]), Err(Rejected::Count));
+}
+
+#[track_caller]
+fn converts(network: &Network<'_>, from: &str, to: &str, input: &[f64], expected: &[f64]) {
+    let plan = network.plan(from, to).expect("a plan");
+    let found = plan.program.run(input).expect("in range");
+    assert_eq!(found.len(), expected.len());
+    for (own, other) in found.iter().zip(expected) {
+        assert!(
+            (own - other).abs() < 1e-12,
+            "{found:?} {expected:?}\n{plan}"
+        );
+    }
+}
+
+/// Values by hand: 1 m ahead, 2 m to the left and 3 m up, and a quarter turn to the left.
+#[test]
+fn a_place_stays_where_it_is_and_a_turn_what_it_is() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let check = |from: &str, to: &str, input: &[f64], expected: &[f64]| {
+        converts(&network, from, to, input, expected);
+    };
+    let point = [1.0, 2.0, 3.0];
+    check("point", "scan", &point, &[-2000.0, 1000.0, 3000.0]);
+    check("point", "small", &point, &[-2000.0, 3000.0, 1000.0]);
+    check("small", "point", &[-2000.0, 3000.0, 1000.0], &point);
+    let (distance, in_plane) = (14_f64.sqrt(), 5_f64.sqrt());
+    let (azimuth, elevation) = (2_f64.atan2(1.0), 3_f64.atan2(in_plane));
+    check("point", "round", &point, &[distance, azimuth, elevation]);
+    // The axes x and y of the tube are right and ahead.
+    check(
+        "round",
+        "tube",
+        &[distance, azimuth, elevation],
+        &[in_plane, 1_f64.atan2(-2.0), 3.0],
+    );
+
+    let left = [0.0, 0.0, half, half];
+    check("turn", "rpy_degrees", &left, &[0.0, 0.0, 90.0]);
+    check("turn", "vector", &left, &[0.0, 0.0, quarter]);
+    check("turn", "real_first", &left, &[half, 0.0, 0.0, half]);
+    // To the left is from right (x) to back (-z) to left, seen by axes right, up, ahead.
+    let seen = [0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+    check("turn", "mirrored", &left, &seen);
+    check("mirrored", "turn", &seen, &left);
+    // A velocity about the axis up; its sense differs in left-handed axes.
+    check("spin", "spin_degrees", &[0.0, 0.0, 1.0], &[0.0, -1.0, 0.0]);
+
+    let pose = [&point[..], &left].concat();
+    check(
+        "pose",
+        "small_pose",
+        &pose,
+        &[0.0, 0.0, 90.0, -2000.0, 3000.0, 1000.0],
+    );
+    let columns = [
+        0.0, -1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0,
+    ];
+    check("pose", "columns", &pose, &columns);
+    check("columns", "pose", &columns, &pose);
+    // Row vectors, and the axes right, ahead, up.
+    let rows = [
+        0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -2.0, 1.0, 3.0, 1.0,
+    ];
+    check("pose", "rows", &pose, &rows);
+    check("rows", "columns", &rows, &columns);
+
+    check("stamp", "parts_of_stamp", &[1.75], &[1.0, 750_000_000.0]);
+    check("stamp", "parts_of_stamp", &[-0.25], &[-1.0, 750_000_000.0]);
+    check("stamp", "parts_of_stamp", &[1.999_999_999_9], &[2.0, 0.0]);
+    check("parts_of_stamp", "stamp", &[1.0, 750_000_000.0], &[1.75]);
+}
+
+/// There and back is the same, but for what the plans say that they lose.
+#[test]
+fn there_and_back_is_the_same_within_the_loss() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let mut count = 0;
+    for one in &library.prototypes {
+        let canonical = match one.semantic.as_str() {
+            "Orientation" => "matrix",
+            "Pose" => "columns",
+            other => samples::source(other),
+        };
+        let to_canonical = network.plan(&one.name, canonical).expect("a plan").program;
+        for other in &library.prototypes {
+            let (Ok(there), Ok(back)) = (
+                network.plan(&one.name, &other.name),
+                network.plan(&other.name, &one.name),
+            ) else {
+                continue;
+            };
+            let bounds = there
+                .lost
+                .iter()
+                .chain(&back.lost)
+                .map(|loss| match loss.bound {
+                    Bound::Relative(part) => part * 10.0,
+                    // Half a millimetre, seen in metres; or a part of a second.
+                    Bound::Absolute(_) => 2e-3,
+                    Bound::None => f64::INFINITY,
+                });
+            let limit = 1e-11 + bounds.sum::<f64>();
+            for sample in samples::samples(&network, &library, &one.name) {
+                let converted = there.program.run(&sample).expect("in range");
+                let again = back.program.run(&converted).expect("in range");
+                let own = to_canonical.run(&sample).expect("in range");
+                let other = to_canonical.run(&again).expect("in range");
+                for (own, other) in own.iter().zip(&other) {
+                    let error = (own - other).abs() / own.abs().max(1.0);
+                    assert!(error <= limit, "{sample:?} {again:?}\n{there}{back}");
+                }
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 30_000, "{count}");
+}
