@@ -232,13 +232,13 @@ fn printed(graph: &Snapshot) -> String {
         texts.join(" ")
     };
     let mut nodes: Vec<_> = graph.nodes().collect();
-    nodes.sort_by_key(|node| node.id());
+    nodes.sort_by_key(property_graph::NodeRef::id);
     let nodes = nodes.iter().map(|node| {
         let attributes = listed(&mut node.attributes(), node.type_name());
         format!("{} {attributes}", node.id().count())
     });
     let mut edges: Vec<_> = graph.edges().collect();
-    edges.sort_by_key(|edge| edge.id());
+    edges.sort_by_key(property_graph::EdgeRef::id);
     let count = |node: NodeId| graph.node(node).expect("a node").id().count();
     let edges = edges.iter().map(|edge| {
         let attributes = listed(&mut edge.attributes(), edge.type_name());
