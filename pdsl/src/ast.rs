@@ -142,6 +142,10 @@ pub enum FlagKind {
     Restart,
     /// `secret`: never shown.
     Secret,
+    /// `reads "innermodel"`: the component reads the file when it starts.
+    Reads(Name),
+    /// `element "joint" of inner_model`: kind of an element, and the parameter that names its file.
+    Element(Name, Name),
 }
 
 /// A group of parameters.

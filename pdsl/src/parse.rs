@@ -241,6 +241,12 @@ fn flag(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
         Rule::kw_fixed => FlagKind::Fixed,
         Rule::kw_unit => FlagKind::Unit(r.string(&parts.next()?).text),
         Rule::kw_restart => FlagKind::Restart,
+        Rule::kw_reads => FlagKind::Reads(r.string(&parts.next()?)),
+        Rule::kw_element => {
+            let kind = r.string(&parts.next()?);
+            // The word `of` stands between them.
+            FlagKind::Element(kind, r.name(&parts.nth(1)?))
+        }
         _ => FlagKind::Secret,
     };
     Some(Flag { kind, span })

@@ -5,7 +5,7 @@ use crate::conditions;
 use crate::imports::Imports;
 use crate::limits::LimitChecker;
 use heck::ToSnakeCase;
-use rc_configuration::model::{Kind, Parameter, Parameters, Type};
+use rc_configuration::model::{Element, ElementKind, FileKind, Kind, Parameter, Parameters, Type};
 use rc_configuration::violations_by_defaults;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
@@ -26,11 +26,13 @@ pub fn load(
         found: imports.found,
         rules: Vec::new(),
         invalid: HashSet::new(),
+        elements: Vec::new(),
     };
     let Some(params) = params else {
         return (None, resolver.found);
     };
     let parameters = resolver.items(&imports.items, &[]);
+    resolver.files_of_elements(&parameters);
     let mut model = Parameters {
         name: params.name.text,
         doc: params.doc,
@@ -57,6 +59,8 @@ struct Resolver<'t> {
     rules: Vec<(Vec<String>, &'t ast::Rule)>,
     /// Declarations with errors. A rule cannot refer to them.
     invalid: HashSet<Vec<String>>,
+    /// The parameters whose files have elements that other parameters name.
+    elements: Vec<&'t Name>,
 }
 
 impl<'t> Resolver<'t> {
@@ -153,7 +157,7 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    fn param(&mut self, tree: &ast::Param) -> Option<Parameter> {
+    fn param(&mut self, tree: &'t ast::Param) -> Option<Parameter> {
         let Some(ty) = Type::from_word(&tree.ty.text) else {
             self.unknown_type(&tree.ty);
             return None;
@@ -184,13 +188,15 @@ impl<'t> Resolver<'t> {
         self.found.push(diagnostic.suggest(&ty.text, words));
     }
 
-    fn flags(&mut self, parameter: &mut Parameter, ty: Type, flags: &[ast::Flag]) {
+    fn flags(&mut self, parameter: &mut Parameter, ty: Type, flags: &'t [ast::Flag]) {
         for (at, flag) in flags.iter().enumerate() {
             let class = |kind: &FlagKind| match kind {
                 FlagKind::Editable | FlagKind::Fixed => 0,
                 FlagKind::Unit(_) => 1,
                 FlagKind::Restart => 2,
                 FlagKind::Secret => 3,
+                FlagKind::Reads(_) => 4,
+                FlagKind::Element(..) => 5,
             };
             if let Some(first) = flags[..at]
                 .iter()
@@ -223,6 +229,70 @@ impl<'t> Resolver<'t> {
                 }
                 FlagKind::Restart => parameter.restart = true,
                 FlagKind::Secret => parameter.secret = true,
+                FlagKind::Reads(_) if ty != Type::Path => {
+                    let message = format!(
+                        "only a `path` names a file; this is of type `{}`",
+                        ty.word()
+                    );
+                    self.error("bad-file-kind", flag.span, message);
+                }
+                FlagKind::Reads(kind) => {
+                    parameter.reads =
+                        self.kind("bad-file-kind", "kind of files", kind, &FileKind::WORDS);
+                }
+                FlagKind::Element(..) if ty != Type::String => {
+                    let word = ty.word();
+                    let message =
+                        format!("only a `string` names an element; this is of type `{word}`");
+                    self.error("bad-element", flag.span, message);
+                }
+                FlagKind::Element(kind, of) => {
+                    let what = "kind of elements";
+                    let kind = self.kind("bad-element", what, kind, &ElementKind::WORDS);
+                    if let Some(kind) = kind {
+                        let named = of.text.clone();
+                        parameter.element = Some(Element { kind, of: named });
+                        self.elements.push(of);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The kind that a flag names.
+    fn kind<K: Copy>(
+        &mut self,
+        code: &'static str,
+        what: &str,
+        written: &Name,
+        words: &[(&'static str, K)],
+    ) -> Option<K> {
+        let known = words.iter().find(|(word, _)| *word == written.text);
+        if known.is_none() {
+            let message = format!("unknown {what} `{}`", written.text);
+            let error = Diagnostic::error(code, written.span, message);
+            let words = words.iter().map(|(word, _)| *word);
+            self.found.push(error.suggest(&written.text, words));
+        }
+        known.map(|(_, kind)| *kind)
+    }
+
+    /// Checks that the files of elements are those of parameters which name InnerModel files.
+    fn files_of_elements(&mut self, parameters: &[Parameter]) {
+        for of in std::mem::take(&mut self.elements) {
+            let mut names = parameters.iter().filter(|parameter| {
+                let one = Kind::Scalar {
+                    ty: Type::Path,
+                    array: None,
+                };
+                parameter.reads == Some(FileKind::Innermodel) && parameter.kind == one
+            });
+            if !names.any(|parameter| parameter.name == of.text) {
+                let message = format!("`{}` names no InnerModel file", of.text);
+                let error = Diagnostic::error("bad-element", of.span, message);
+                let help = "expected a parameter outside of groups, as in \
+                    `inner_model path \"arm.xml\" reads \"innermodel\";`";
+                self.found.push(error.help(help));
             }
         }
     }

@@ -149,25 +149,35 @@ pub(crate) fn named_files(
     };
     let mut paths = Vec::new();
     path_values(&model.parameters, values, &folders, "", &mut paths);
-    let files = paths.into_iter().filter_map(|(parameter, folder, path)| {
-        let mut set = parameters.set.iter();
-        let by_network = set.any(|(name, _)| {
-            let element = name.strip_prefix(parameter.as_str());
-            element.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
-        });
-        let from = if by_network { directory? } else { folder };
+    let files = paths.into_iter().filter_map(|value| {
+        let from = if parameters.is_set(&value.name) {
+            directory?
+        } else {
+            value.folder
+        };
+        let path = value.path;
         (path.is_relative() && !path.as_os_str().is_empty()).then(|| from.join(path))
     });
     files.filter(|path| path.is_file()).collect()
 }
 
-/// The values of type `path`, each with the path of its parameter, and the folder where it starts.
-fn path_values<'f>(
-    parameters: &[Parameter],
+/// A value of type `path` as it is written.
+pub(crate) struct PathValue<'p> {
+    /// The path of its parameter, without the place in an array.
+    pub(crate) name: String,
+    pub(crate) parameter: &'p Parameter,
+    /// Where it starts, unless the network sets it.
+    pub(crate) folder: &'p Path,
+    pub(crate) path: PathBuf,
+}
+
+/// Adds the values of type `path`.
+pub(crate) fn path_values<'p>(
+    parameters: &'p [Parameter],
     values: &Values,
-    folders: &'f PathFolders,
+    folders: &'p PathFolders,
     within: &str,
-    out: &mut Vec<(String, &'f Path, PathBuf)>,
+    out: &mut Vec<PathValue<'p>>,
 ) {
     for parameter in parameters {
         let name = &parameter.name;
@@ -185,8 +195,12 @@ fn path_values<'f>(
                     continue;
                 };
                 let folder = folders.of(parameter, value);
-                let paths = paths.into_iter();
-                out.extend(paths.map(|file| (path.clone(), folder, file)));
+                out.extend(paths.into_iter().map(|file| PathValue {
+                    name: path.clone(),
+                    parameter,
+                    folder,
+                    path: file,
+                }));
             }
             Kind::Scalar { .. } => {}
             Kind::Group(parameters) => {

@@ -14,6 +14,7 @@
 mod addresses;
 mod configuration;
 mod error;
+mod files;
 mod generating;
 mod interpreters;
 mod launcher;

@@ -1,6 +1,7 @@
 //! Reads a `.ddsl` with everything that it names, and checks it.
 
 use crate::configuration::{configurations, settings};
+use crate::files::check_files;
 use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::variants;
@@ -52,6 +53,7 @@ pub fn load(
     let passed_settings = settings(&mut deployment, &configured);
     let given = given(&deployment, overrides.parameters, sources, &mut found);
     let parameters = overridden(&deployment, &projects, &configured, given, &mut found);
+    check_files(&deployment, &projects, &parameters, &mut found);
     let components: Vec<_> = projects
         .iter()
         .map(|p| p.as_ref().map(|p| &p.component))

@@ -21,6 +21,16 @@ pub(crate) struct OverriddenParameters {
     pub(crate) values: Option<Values>,
 }
 
+impl OverriddenParameters {
+    /// Whether the network sets a parameter, or an element of its array.
+    pub(crate) fn is_set(&self, parameter: &str) -> bool {
+        self.set.iter().any(|(name, _)| {
+            let element = name.strip_prefix(parameter);
+            element.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        })
+    }
+}
+
 /// A value of a command line, for an instance.
 #[derive(Debug)]
 pub(crate) struct ParameterOverride {

@@ -6,7 +6,7 @@ use crate::configuration::{config, configurations};
 use crate::load::Overrides;
 use crate::parameters::{given, overridden};
 use innermodel_language::slots::{self, Members};
-use innermodel_language::{Loader, load};
+use innermodel_language::{Document, Loader, load};
 use rc_codegen::Project;
 use rc_codegen::paths::normal;
 use rc_configuration::model::{Kind, Type};
@@ -66,7 +66,7 @@ pub(crate) fn check_members(
             Ok(Vec::new())
         } else {
             read.entry(scene.clone())
-                .or_insert_with(|| devices(&scene))
+                .or_insert_with(|| document(&scene, &[]).map(|scene| slots::of(&scene)))
                 .clone()
         };
         match members {
@@ -83,6 +83,11 @@ pub(crate) fn check_members(
 /// Whether a component reads a scene when it starts.
 fn reads_scene(project: &Project) -> bool {
     project.component.viewer.is_some() || project.component.scene_slots.is_some()
+}
+
+/// Whether a parameter names the scene that is checked here.
+pub(crate) fn names_scene(project: &Project, parameter: &str) -> bool {
+    parameter == SCENE && reads_scene(project)
 }
 
 /// Where the network names the scene, else the name of the component.
@@ -144,9 +149,11 @@ fn scenes(
 }
 
 /// Files of the disk.
-struct Disk;
+struct Disk<'s> {
+    search: &'s [PathBuf],
+}
 
-impl Loader for Disk {
+impl Loader for Disk<'_> {
     fn read(&self, path: &Path) -> io::Result<String> {
         rc_files::read(path)
     }
@@ -156,20 +163,20 @@ impl Loader for Disk {
     }
 
     fn search(&self) -> &[PathBuf] {
-        &[]
+        self.search
     }
 }
 
-/// The members that a scene gives to slot arrays. The error says why there is no scene.
-fn devices(scene: &Path) -> Result<Vec<Members>, String> {
+/// Reads an InnerModel file. It looks for included files also in the folders `search`.
+pub(crate) fn document(scene: &Path, search: &[PathBuf]) -> Result<Document, String> {
     let text = rc_files::read(scene).map_err(|error| format!("{}: {error}", scene.display()))?;
     let mut sources = SourceMap::new();
     let source = sources.add(scene, text);
-    let (document, found) = load(&mut sources, &Disk, source);
+    let (document, found) = load(&mut sources, &Disk { search }, source);
     let mut errors = found.iter();
     let error = errors.find(|finding| finding.severity == Severity::Error);
     match error {
-        None => Ok(slots::of(&document)),
+        None => Ok(document),
         Some(error) => {
             let path = scene.display();
             Err(format!(

@@ -87,6 +87,68 @@ pub struct Parameter {
     /// `secret`: whether the value is never shown.
     #[serde(default, skip_serializing_if = "is_false")]
     pub secret: bool,
+    /// `reads`: the kind of the file that the component reads when it starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reads: Option<FileKind>,
+    /// `element`: the value names an element of such a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<Element>,
+}
+
+/// What a tool can check of a file that a parameter names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FileKind {
+    /// A file that can be read, whatever it contains.
+    File,
+    /// A tree of InnerModel.
+    Innermodel,
+    /// A map of the crate `planar_map`.
+    PlanarMap,
+    /// A folder in which files are searched that other files name. It need not exist.
+    Search,
+}
+
+impl FileKind {
+    /// All kinds with their names.
+    pub const WORDS: [(&'static str, Self); 4] = [
+        ("file", Self::File),
+        ("innermodel", Self::Innermodel),
+        ("planar_map", Self::PlanarMap),
+        ("search", Self::Search),
+    ];
+}
+
+/// An element of a file that another parameter names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Element {
+    /// The kind of the element.
+    pub kind: ElementKind,
+    /// The parameter that names the file; it is in no group.
+    pub of: String,
+}
+
+/// Kinds of elements of an InnerModel file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementKind {
+    /// Any node.
+    Node,
+    /// A joint: a node with a position.
+    Joint,
+}
+
+impl ElementKind {
+    /// All kinds with their names.
+    pub const WORDS: [(&'static str, Self); 2] = [("node", Self::Node), ("joint", Self::Joint)];
+
+    /// The name of the kind.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Node => "node",
+            Self::Joint => "joint",
+        }
+    }
 }
 
 #[expect(
@@ -327,6 +389,8 @@ impl Parameter {
             editable: false,
             restart: false,
             secret: false,
+            reads: None,
+            element: None,
         }
     }
 

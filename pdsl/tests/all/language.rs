@@ -277,6 +277,24 @@ fn only_numbers_can_have_a_unit() {
 }
 
 #[test]
+fn files_and_their_elements_are_checked() {
+    check(
+        "f path \"a.xml\" reads \"innermodel\";\nfs path[] [] reads \"search\";\na int reads \"file\";\n\
+         b path reads \"inermodel\";\nlist l { j string element \"joint\" of f; };\nc string element \"joint\" of fs;\n\
+         d string element \"joynt\" of f;\ne path element \"node\" of f;\ng path reads \"file\" reads \"file\";\n\
+         reads string \"element\"; element string \"of\"; of path reads \"planar_map\";",
+        &expect![[r#"
+            c.pdsl:4:7: error[bad-file-kind]: only a `path` names a file; this is of type `int`
+            c.pdsl:5:14: error[bad-file-kind]: unknown kind of files `inermodel` (did you mean `innermodel`?)
+            c.pdsl:7:29: error[bad-element]: `fs` names no InnerModel file (expected a parameter outside of groups, as in `inner_model path "arm.xml" reads "innermodel";`)
+            c.pdsl:8:18: error[bad-element]: unknown kind of elements `joynt` (did you mean `joint`?)
+            c.pdsl:9:8: error[bad-element]: only a `string` names an element; this is of type `path`
+            c.pdsl:10:21: error[repeated-flag]: duplicate flag; first used here at c.pdsl:10:8
+        "#]],
+    );
+}
+
+#[test]
 fn names_are_distinct_in_generated_code() {
     check(
         "maxSpeed int 1;\nmax_speed int 2;\ngroup MaxSpeed { x int 1; };\nlist max__speed { x2 int 1; x_2 int 1; type int 1; type_ int 1; };\n_ int 1; __ int 1;",

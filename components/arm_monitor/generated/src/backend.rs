@@ -13,4 +13,4 @@ pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 pub(crate) const TYPES_JOINT_MOTOR: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"arm_monitor\",\"model\":\"b40f76ea9a19e1a8\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"arm_monitor\",\"model\":\"7c19fcaff64f58ef\",\"middleware\":\"iceoryx2\"}\0";

@@ -25,7 +25,7 @@ const SLOT_JOINT_MOTOR: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "arm_monitor",
-    model_hash: 0xb40f76ea9a19e1a8,
+    model_hash: 0x7c19fcaff64f58ef,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"arm_monitor","parameters":[{"name":"viewer","doc":["Opens a window."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"inner_model","doc":["The arm."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../innermodel/scenes/arm.xml"},"restart":true},{"name":"joints","doc":["Which motor moves which joint of the arm."],"kind":{"list":{"length":{"min":0,"max":64},"parameters":[{"name":"motor","kind":{"scalar":{"type":"string"}}},{"name":"joint","kind":{"scalar":{"type":"string"}}}]}}}],"rules":[{"condition":[{"call":["unique",{"path":["joints","joint"]}]}],"text":"unique(joints.joint)","message":"two motors move the same joint"}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"arm_monitor","parameters":[{"name":"viewer","doc":["Opens a window."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false},"editable":true},{"name":"inner_model","doc":["The arm."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../innermodel/scenes/arm.xml"},"restart":true,"reads":"innermodel"},{"name":"joints","doc":["Which motor moves which joint of the arm."],"kind":{"list":{"length":{"min":0,"max":64},"parameters":[{"name":"motor","kind":{"scalar":{"type":"string"}}},{"name":"joint","kind":{"scalar":{"type":"string"}},"element":{"kind":"joint","of":"inner_model"}}]}}}],"rules":[{"condition":[{"call":["unique",{"path":["joints","joint"]}]}],"text":"unique(joints.joint)","message":"two motors move the same joint"}]}"###;
 
 /// One element of `joints`.
 #[derive(Clone, Debug, PartialEq)]

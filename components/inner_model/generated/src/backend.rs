@@ -22,4 +22,4 @@ pub(crate) const TYPES_INNER_MODEL_PUB: &[&str] = &[];
 pub(crate) const TYPES_LEADER: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"b1c5d96938e85e2b\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"80a0234e50ebd71a\",\"middleware\":\"iceoryx2\"}\0";

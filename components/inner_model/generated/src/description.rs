@@ -75,7 +75,7 @@ const SLOT_LEADER: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "inner_model",
-    model_hash: 0xb1c5d96938e85e2b,
+    model_hash: 0x80a0234e50ebd71a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),

@@ -13,4 +13,4 @@ pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"7ead8e8eddf76ed1\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pose_monitor\",\"model\":\"67c176a4a8773a2a\",\"middleware\":\"iceoryx2\"}\0";

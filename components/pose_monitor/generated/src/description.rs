@@ -33,7 +33,7 @@ const SLOT_FULL_POSE_ESTIMATION_PUB: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pose_monitor",
-    model_hash: 0x7ead8e8eddf76ed1,
+    model_hash: 0x67c176a4a8773a2a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"pose_monitor","parameters":[{"name":"map","doc":["The floor on which the robot moves."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../maps/house.map"}},{"name":"svg","doc":["Where the picture goes at the end; empty for none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"trace","doc":["Where every pose goes as a line `n,x,y,heading`; empty for none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"samples","doc":["After so many poses the component asks to stop; 0 for never."],"kind":{"scalar":{"type":"int"}},"default":{"int":0},"range":{"min":{"int":0}}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"pose_monitor","parameters":[{"name":"map","doc":["The floor on which the robot moves."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../maps/house.map"},"reads":"planar_map"},{"name":"svg","doc":["Where the picture goes at the end; empty for none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"trace","doc":["Where every pose goes as a line `n,x,y,heading`; empty for none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"samples","doc":["After so many poses the component asks to stop; 0 for never."],"kind":{"scalar":{"type":"int"}},"default":{"int":0},"range":{"min":{"int":0}}}]}"###;
 
 /// The parameters `pose_monitor`.
 #[derive(Clone, Debug, PartialEq)]

@@ -22,4 +22,4 @@ pub(crate) const TYPES_BATTERY_STATUS: &[&str] = &[];
 pub(crate) const TYPES_FULL_POSE_ESTIMATION_PUB: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"4a707f50f791fd4d\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"simulator\",\"model\":\"4617c022137b346e\",\"middleware\":\"iceoryx2\"}\0";
