@@ -1,6 +1,8 @@
 //! The simulated world and its clones, as the planner asks for them.
 
 use crate::motions::Motion;
+use planner_generated::interfaces::simulation::SimulationErrorOrCall;
+use planner_generated::types::rc_simulation::Reason;
 use planner_generated::{Context, WorkerError};
 use std::time::Duration;
 
@@ -12,8 +14,8 @@ pub(crate) const START: &str = "planner_start";
 pub(crate) const EXPECTED: &str = "planner_expected";
 /// The world that all sensors see.
 pub(crate) const REAL: &str = "";
-/// How often one trial may be stepped further; each request works for at most 5 s.
-const MOST_REQUESTS: u32 = 10;
+/// How many requests one trial takes at most. The simulator serves others between them.
+const MOST_REQUESTS: u32 = 10_000;
 
 /// Replaces a clone by a world as it is now.
 pub(crate) fn clone(ctx: &mut Context, of: &str, name: &str) -> Result<(), WorkerError> {
@@ -59,11 +61,22 @@ pub(crate) fn predict(
 ) -> Result<Option<[f64; 2]>, WorkerError> {
     let Motion { advance, turn } = motion;
     let (base, time) = (&ctx.params.base, ctx.params.part.as_secs_f64());
-    let found = ctx
-        .simulation
-        .predict(world, base, 0.0, advance, turn, time)?;
-    let free = found.collision.is_none();
-    Ok(free.then_some([found.pose.x, found.pose.z]))
+    for _ in 0..MOST_REQUESTS {
+        let found = ctx
+            .simulation
+            .predict(world, base, 0.0, advance, turn, time);
+        let found = match found {
+            Err(SimulationErrorOrCall::SimulationError(error)) if error.reason == Reason::Busy => {
+                continue;
+            }
+            found => found?,
+        };
+        let free = found.collision.is_none();
+        return Ok(free.then_some([found.pose.x, found.pose.z]));
+    }
+    Err(WorkerError::Failed(
+        "a prediction does not end; the computer is too slow for this scene".to_owned(),
+    ))
 }
 
 /// The place of the robot on the floor, in mm of the root.

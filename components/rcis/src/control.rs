@@ -3,8 +3,9 @@
 use crate::SpecificWorker;
 use crate::elements::MOST_NODES;
 use crate::pictures::id_image;
+use crate::predictions::Motion;
 use crate::refusal::{Refusal, reply};
-use crate::requests::{LONGEST_WORK, clock, one_element, pose_in, pose_out, speed, wrong};
+use crate::requests::{clock, one_element, pose_in, pose_out, speed, wrong};
 use crate::worlds::{check_new, unknown};
 use innermodel_physics::Physics;
 use innermodel_simulation::{Dynamics, MotorGoal, Speed, World};
@@ -14,7 +15,7 @@ use rcis_generated::{
     Attribute, BodyJoint, Clock, Collision, Context, Direction, IdImage, Names, Png, Point, Pose,
     Prediction, Signal, Simulation, Skeleton, Viewpoint,
 };
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The longest prediction in seconds.
 const LONGEST: f64 = 3600.0;
@@ -362,7 +363,7 @@ impl Simulation<Context> for SpecificWorker {
 
     fn predict(
         &mut self,
-        _ctx: &mut Context,
+        ctx: &mut Context,
         world: String,
         base: String,
         side: f64,
@@ -370,25 +371,27 @@ impl Simulation<Context> for SpecificWorker {
         turn: f64,
         time: f64,
     ) -> Result<Prediction, calls::PredictError> {
-        self.with(&world, |world| {
-            if !(0.0..=LONGEST).contains(&time) {
-                return Err(wrong(format!(
-                    "expected 0 to {LONGEST} seconds, found {time}"
-                )));
-            }
-            let time = Duration::from_secs_f64(time);
-            let until = Instant::now() + LONGEST_WORK;
-            let speed = speed(side, advance, turn);
-            let found = world.predict_while(&base, speed, time, || Instant::now() < until)?;
-            Ok(Prediction {
-                pose: pose_out(&found.pose),
-                collision: found.collision.map(|collision| Collision {
-                    after: collision.after.as_secs_f64(),
-                    body: collision.body,
-                    obstacle: collision.obstacle,
-                }),
-            })
-        })
+        if !(0.0..=LONGEST).contains(&time) {
+            let text = format!("expected 0 to {LONGEST} seconds, found {time}");
+            return reply(Err(wrong(text)));
+        }
+        let found = self.prediction(
+            ctx.params.work,
+            Motion {
+                world,
+                base,
+                speed: speed(side, advance, turn),
+                time: Duration::from_secs_f64(time),
+            },
+        );
+        reply(found.map(|found| Prediction {
+            pose: pose_out(&found.pose),
+            collision: found.collision.map(|collision| Collision {
+                after: collision.after.as_secs_f64(),
+                body: collision.body,
+                obstacle: collision.obstacle,
+            }),
+        }))
     }
 
     fn clone(

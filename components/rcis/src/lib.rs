@@ -8,6 +8,7 @@ mod imus;
 mod manager;
 mod motors;
 mod pictures;
+mod predictions;
 mod ranges;
 mod refusal;
 mod requests;

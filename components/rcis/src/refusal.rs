@@ -29,10 +29,6 @@ impl From<Refusal> for SimulationError {
     fn from(refusal: Refusal) -> Self {
         let (reason, what) = match refusal {
             Refusal::Other(reason, what) => (reason, what),
-            Refusal::World(Error::Interrupted) => {
-                let text = "the prediction takes more than 5 s of the computer";
-                (Reason::TooMany, text.to_owned())
-            }
             Refusal::World(error) => (reason(&error), error.to_string()),
         };
         Self { reason, what }

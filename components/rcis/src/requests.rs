@@ -9,12 +9,10 @@ use innermodel_simulation::{Speed, World};
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{Clock, Context, Pose, SimulationError};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The most steps of one request.
 pub(crate) const MOST_STEPS: i64 = 100_000;
-/// How long one request makes steps; no other one is served meanwhile.
-pub(crate) const LONGEST_WORK: Duration = Duration::from_secs(5);
 pub(crate) fn wrong(what: impl Into<String>) -> Refusal {
     Refusal::Other(Reason::WrongValue, what.into())
 }
@@ -107,11 +105,15 @@ impl SpecificWorker {
             )));
         }
         let steps = count.unsigned_abs();
+        let until = Instant::now() + ctx.params.work;
         if !name.is_empty() {
             let world = self.named(name)?;
-            let (until, last) = (Instant::now() + LONGEST_WORK, world.steps() + steps);
-            while world.steps() < last && Instant::now() < until {
+            let last = world.steps() + steps;
+            while world.steps() < last {
                 world.step()?;
+                if Instant::now() >= until {
+                    break;
+                }
             }
             return Ok(clock(world, last - world.steps()));
         }
@@ -124,11 +126,13 @@ impl SpecificWorker {
             return Err(Refusal::Other(Reason::Busy, text));
         }
         self.pending = steps;
-        let until = Instant::now() + LONGEST_WORK;
         let waits = ctx.time.is_active() && ctx.params.wait;
-        while !waits && self.pending > 0 && Instant::now() < until {
+        while !waits && self.pending > 0 {
             self.step(ctx).map_err(|error| wrong(error.to_string()))?;
             self.pending -= 1;
+            if Instant::now() >= until {
+                break;
+            }
         }
         Ok(clock(&self.world, self.pending))
     }

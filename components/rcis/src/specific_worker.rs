@@ -1,5 +1,6 @@
 //! Lets the world of a scene step, and publishes where its bases are.
 
+use crate::predictions::Unfinished;
 use crate::scene;
 use crate::worlds::Worlds;
 use innermodel_physics::Physics;
@@ -34,6 +35,8 @@ pub struct SpecificWorker {
     /// Steps that were asked for and are not made yet.
     pub(crate) pending: u64,
     pub(crate) paused: bool,
+    /// The prediction that was asked for last, if it is not over.
+    pub(crate) predicting: Option<Unfinished>,
     /// Whether `InnerModelManager` puts no bodies into each other.
     pub(crate) refuses_collisions: bool,
     /// What the user of the window wants.
@@ -73,6 +76,7 @@ impl Worker<Context> for SpecificWorker {
             yaws: std::collections::HashMap::new(),
             pending: 0,
             paused: ctx.params.paused,
+            predicting: None,
             refuses_collisions: ctx.params.refuse_collisions,
             actions: ctx.viewer.actions(),
             published: None,

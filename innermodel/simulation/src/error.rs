@@ -57,9 +57,6 @@ pub enum Error {
     /// More steps at once than a world makes.
     #[error("{0} steps at once are too many; at most {most} are made", most = crate::World::MOST_STEPS)]
     TooManySteps(u64),
-    /// The caller has ended a prediction.
-    #[error("the prediction was interrupted")]
-    Interrupted,
     /// A camera without pixels or without a focal length.
     #[error("`{0}` has no pictures: its width, its height and its focal length must be set")]
     NoPicture(String),

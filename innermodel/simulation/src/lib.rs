@@ -59,7 +59,7 @@ pub use edit::WorldSnapshot;
 pub use error::Error;
 pub use frames::{Cloud, CloudPoint, ImuSample, Picture, Range, Scan, Touch};
 pub use pose2d::{Pose2D, Speed};
-pub use predict::{Collision, Prediction};
+pub use predict::{Collision, Predicting, Prediction};
 pub use random::Random;
 pub use sensor_noise::SensorNoise;
 pub use state::{BaseState, BatteryState, MotorGoal, MotorState};

@@ -74,7 +74,7 @@ pub enum Reason {
     DuplicateName = 7,
     /// There are as many snapshots, clones or nodes as there may be, or the work is too much.
     TooMany = 8,
-    /// The steps before are not over: a follower of the time has not done its tick.
+    /// The steps before are not over: a follower of the time has not done its tick. Or a prediction is not over.
     Busy = 9,
 }
 
@@ -687,7 +687,7 @@ pub mod simulation {
     /// One simulated world. `world` names a clone; empty for the world that all sensors see.
     pub trait Simulation<C, S = ()> {
         fn get_clock(&mut self, ctx: &mut C, world: String) -> Result<super::Clock, GetClockError>;
-        /// Makes steps, for at most 5 s; `pending` says how many are left. Those of the world itself come after the reply;
+        /// Makes steps, for at most 5 s or what the simulator's parameter `work` says; `pending` says how many are left. Those of the world itself come after the reply;
         /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
         fn step(&mut self, ctx: &mut C, world: String, count: i64) -> Result<super::Clock, StepError>;
 
@@ -773,7 +773,8 @@ pub mod simulation {
         fn forget_snapshot(&mut self, ctx: &mut C, name: String) -> Result<(), ForgetSnapshotError>;
         fn get_snapshots(&mut self, ctx: &mut C) -> super::Names;
         /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
-        /// change. A prediction that takes more than 5 s of the computer is refused as TooMany.
+        /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
+        /// has changed in its world.
         ///
         /// - `side`: in mm/s
         /// - `advance`: in mm/s
@@ -1178,7 +1179,7 @@ pub mod simulation {
             self.client.call(&GET_CLOCK, (world,))
         }
 
-        /// Makes steps, for at most 5 s; `pending` says how many are left. Those of the world itself come after the reply;
+        /// Makes steps, for at most 5 s or what the simulator's parameter `work` says; `pending` says how many are left. Those of the world itself come after the reply;
         /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
         pub fn step(&mut self, world: &str, count: i64) -> Result<super::Clock, StepError> {
             self.client.call(&STEP, (world, &count))
@@ -1314,7 +1315,8 @@ pub mod simulation {
         }
 
         /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
-        /// change. A prediction that takes more than 5 s of the computer is refused as TooMany.
+        /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
+        /// has changed in its world.
         ///
         /// - `side`: in mm/s
         /// - `advance`: in mm/s

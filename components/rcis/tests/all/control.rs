@@ -264,6 +264,42 @@ fn snapshots_and_clones_have_names() {
 }
 
 #[test]
+fn a_long_prediction_takes_several_short_requests() {
+    let (mut worker, mut test) = house();
+    let ctx: &mut Context = &mut test;
+    let predict = |worker: &mut rcis::SpecificWorker, ctx: &mut Context, turn: f64| {
+        worker.predict(ctx, world(), "base".into(), 0.0, 800.0, turn, 2.0)
+    };
+    let whole = predict(&mut worker, ctx, 0.1).expect("a prediction");
+    // After so little work, 200 steps are not over.
+    ctx.params.work = Duration::from_nanos(1);
+    let refused =
+        |worker: &mut rcis::SpecificWorker, ctx: &mut Context, turn: f64, least: usize| {
+            let mut count = 0;
+            loop {
+                match predict(worker, ctx, turn) {
+                    Ok(found) if count >= least => return found,
+                    Ok(_) => panic!("it was over after {count} requests"),
+                    refused => assert_eq!(reason(refused), Reason::Busy),
+                }
+                count += 1;
+            }
+        };
+    let parts = refused(&mut worker, ctx, 0.1, 199);
+    assert_eq!(parts, whole);
+    // Another motion, and another world, begin anew.
+    for _ in 0..100 {
+        assert_eq!(reason(predict(&mut worker, ctx, 0.2)), Reason::Busy);
+    }
+    Simulation::step(&mut worker, ctx, world(), 1).expect("a step");
+    refused(&mut worker, ctx, 0.2, 199);
+    // A clone makes one step in each request.
+    Simulation::clone(&mut worker, ctx, world(), "dream".into()).expect("a clone");
+    let clock = Simulation::step(&mut worker, ctx, "dream".into(), 10).expect("steps");
+    assert_eq!(clock.pending, 9);
+}
+
+#[test]
 fn a_prediction_is_what_a_clone_does() {
     let (mut worker, mut test) = house();
     let ctx: &mut Context = &mut test;

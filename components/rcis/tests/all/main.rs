@@ -27,6 +27,7 @@ fn params() -> Params {
         physics: false,
         pose_period: Duration::from_millis(50),
         refuse_collisions: false,
+        work: Duration::from_secs(5),
         most_worlds: 3,
     }
 }

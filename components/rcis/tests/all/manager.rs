@@ -267,8 +267,7 @@ fn refusals_have_the_codes_of_the_interface() {
         .set_point_cloud_data(ctx, table(), Vec::new());
 }
 
-/// With these, every code of the interface is reached but `Collision`: the simulator refuses no
-/// contact.
+/// With these, every code of the interface is reached.
 #[test]
 fn results_that_no_float_holds_are_internal_errors() {
     let mut test = crate::context("<innerModel/>");

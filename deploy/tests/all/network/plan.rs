@@ -49,7 +49,7 @@ fn the_planner_drives_around_obstacles_and_plans_anew_after_a_surprise() {
     let start = place(&site);
 
     // In the middle of the first plan, which begins after 600 ms, somebody moves the robot.
-    call(&site, "step", r#"{"world": "", "count": 100}"#);
+    call(&site, "step", r#"{"world": "", "count": 20}"#);
     Site::until_within(LIMIT, "the steps are made", || {
         call(&site, "getClock", r#"{"world": ""}"#)["pending"] == 0
     });
