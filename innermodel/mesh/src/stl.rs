@@ -43,10 +43,17 @@ fn binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
         ));
     };
     let there = (bytes.len() - HEADER) / TRIANGLE;
-    // Programs write colours and notes behind the triangles.
     if count > there {
         return Err(MeshError::Wrong(format!(
             "the header says {count} triangles, but the file ends after {there}"
+        )));
+    }
+    // Programs write colours and notes behind the triangles.
+    let behind = bytes[HEADER + count * TRIANGLE..].chunks_exact(TRIANGLE);
+    let more = behind.take_while(|bytes| is_triangle(bytes)).count();
+    if more > 0 {
+        return Err(MeshError::Wrong(format!(
+            "the header says {count} triangles, but {more} more of them follow"
         )));
     }
     let mut mesh = TriangleMesh::default();
@@ -61,6 +68,36 @@ fn binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
         mesh.triangles.push([first, first + 1, first + 2]);
     }
     Ok(mesh)
+}
+
+/// Whether bytes behind the last triangle are another one: three finite corners, and their normal.
+/// Notes are no such numbers, and zeros have no normal.
+fn is_triangle(bytes: &[u8]) -> bool {
+    let numbers = bytes[..TRIANGLE - 2].chunks_exact(4);
+    let numbers: Vec<f64> = numbers
+        .filter_map(|four| Some(f64::from(f32::from_le_bytes(four.try_into().ok()?))))
+        .filter(|number| number.is_finite())
+        .collect();
+    let [normal, first, second, third] = numbers.as_chunks::<3>().0 else {
+        return false;
+    };
+    let side = |to: &[f64; 3]| [0, 1, 2].map(|axis| to[axis] - first[axis]);
+    let sides = (side(second), side(third));
+    let area = [0, 1, 2].map(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        sides.0[next] * sides.1[last] - sides.0[last] * sides.1[next]
+    });
+    let length = |of: &[f64; 3]| of.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let along: f64 = area
+        .iter()
+        .zip(normal)
+        .map(|(area, part)| area * part)
+        .sum();
+    // Programs may leave the normal out.
+    let is_plain = *normal == [0.0; 3] && numbers.iter().all(|number| number.abs() < 1e9);
+    let is_normal =
+        (length(normal) - 1.0).abs() < 0.01 && along.abs() > 0.99 * length(&area) * length(normal);
+    length(&area) > 0.0 && (is_plain || is_normal)
 }
 
 /// Where the reader of a text is.

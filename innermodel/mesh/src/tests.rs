@@ -282,6 +282,31 @@ fn stl_of_other_programs() {
 }
 
 #[test]
+fn triangles_that_the_header_of_stl_does_not_count_are_found() {
+    for normal in [[0.0, 0.0, 0.0], [0.0, -0.242_535_63, 0.970_142_5]] {
+        let mut triangle_bytes = Vec::new();
+        for number in normal {
+            triangle_bytes.extend(f32::to_le_bytes(number));
+        }
+        for number in triangle().vertices.iter().flatten() {
+            triangle_bytes.extend((*number as f32).to_le_bytes());
+        }
+        triangle_bytes.extend([0; 2]);
+        for (count, there) in [(0_u32, 1), (1, 3), (2, 5)] {
+            let mut bytes = vec![b' '; 80];
+            bytes.extend(count.to_le_bytes());
+            bytes.extend(triangle_bytes.repeat(there));
+            bytes.extend(b"a note");
+            let more = there - count as usize;
+            assert_eq!(
+                problem("a.stl", &bytes),
+                format!("the header says {count} triangles, but {more} more of them follow")
+            );
+        }
+    }
+}
+
+#[test]
 fn bytes_behind_the_triangles_of_stl_are_no_triangles() {
     for header in ["solid of bytes", "SOLID\nmade", "a program"] {
         let mut bytes = vec![b' '; 80];
