@@ -44,12 +44,16 @@ impl Relay {
         })
     }
 
-    /// Follows the logs in a folder that was made again.
-    pub(crate) fn renew(&mut self, directory: &Path) -> io::Result<()> {
-        self.watch = DirectoryWatch::new(directory)?;
+    /// Follows the logs in a folder that was made again. After an error, it tries again.
+    pub(crate) fn restore(&mut self, directory: &Path) -> io::Result<()> {
+        if self.watch.is_current(directory) {
+            return Ok(());
+        }
+        let watch = DirectoryWatch::new(directory)?;
         for (name, log) in &mut self.logs {
             *log = Follower::open(&directory.join(format!("{name}.log")))?;
         }
+        self.watch = watch;
         self.due = Some(Instant::now());
         Ok(())
     }

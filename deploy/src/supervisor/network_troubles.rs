@@ -177,15 +177,18 @@ impl Supervisor<'_> {
     pub(super) fn restore_logs(&mut self) {
         let directory = self.rotation.directory().to_owned();
         let restored = self.rotation.restore().and_then(|is_new| {
-            match &mut self.relay {
-                Some(relay) if is_new => relay.renew(&directory)?,
-                _ => {}
+            if let Some(relay) = &mut self.relay {
+                relay.restore(&directory)?;
             }
             Ok(is_new)
         });
         let path = directory.display();
         match restored {
-            Ok(false) => {}
+            Ok(false) => {
+                // Somebody has put it back, or the logs are followed again.
+                let text = format!("the folder of the logs, {path}, is there again");
+                self.no_trouble_of(LOGS, "not-written", "written", &text);
+            }
             Ok(true) => {
                 self.troubles.end("not-written", LOGS);
                 let text = format!(
@@ -195,9 +198,7 @@ impl Supervisor<'_> {
             }
             Err(error) => {
                 let text = format!("cannot make the folder of the logs, {path}: {error}");
-                if self.troubles.begin("not-written", LOGS, &text) {
-                    self.network_event(Severity::Warning, "not-written", text);
-                }
+                self.trouble_of(LOGS, Severity::Warning, "not-written", &text);
             }
         }
     }

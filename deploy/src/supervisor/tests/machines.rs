@@ -273,6 +273,34 @@ fn a_log_that_cannot_be_written_is_reported_until_it_can() {
 }
 
 #[test]
+fn a_folder_of_logs_that_comes_back_ends_its_trouble() {
+    let mut net = Net::up(vec![component("a")]);
+    let logs = net.rotation.directory().to_owned();
+    let away = logs.with_extension("away");
+    std::fs::rename(&logs, &away).expect("a folder");
+    std::fs::write(&logs, "").expect("a file in its place");
+    net.restore_logs();
+    net.restore_logs();
+    let events = net.events();
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(
+        events[0].starts_with("! - not-written: cannot make the folder of the logs, "),
+        "{events:?}"
+    );
+    std::fs::remove_file(&logs).expect("a file");
+    std::fs::rename(&away, &logs).expect("a folder");
+    net.restore_logs();
+    assert_eq!(
+        net.events(),
+        [format!(
+            "- written: the folder of the logs, {}, is there again",
+            logs.display()
+        )]
+    );
+    assert_eq!(net.troubles.list(), []);
+}
+
+#[test]
 fn agents_tell_about_their_processes() {
     let mut net = Net::up(vec![component("a"), component("b")]);
     let started = AgentMessage::Started {
