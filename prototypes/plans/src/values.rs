@@ -91,6 +91,7 @@ fn store<'r>(term: Term<'r>, to: &Value, notes: &mut Notes) -> Term<'r> {
     {
         match to.number {
             Primitive::F32 => notes.lose("float32", Bound::Relative(f64::powi(2.0, -24))),
+            Primitive::F64 => notes.lose("float64", Bound::Relative(f64::powi(2.0, -53))),
             number => notes.lose(number.word(), Bound::Absolute(0.5)),
         }
     }

@@ -36,7 +36,10 @@ fn cases() -> Vec<Case> {
             cases.push(Case {
                 plan: network.plan(&from.name, &to.name).expect("a plan"),
                 back: back.program,
-                samples: samples(&network, &library, &from.name),
+                samples: samples(&network, &library, &from.name)
+                    .into_iter()
+                    .step_by(2)
+                    .collect(),
             });
         }
     }
@@ -192,7 +195,7 @@ fn main() {{
     let program = compile(&mut command, folder);
     let list = written(folder, "inputs", &inputs(&cases));
     let printed = run(&mut Command::new(program), &list);
-    assert!(compare(&cases, &printed, "Rust") > 30_000);
+    assert!(compare(&cases, &printed, "Rust") > 15_000);
 }
 
 #[test]
@@ -266,7 +269,7 @@ int main(int argc, char **argv)
     let program = compile(&mut command, folder);
     let list = written(folder, "inputs", &inputs(&cases));
     let printed = run(&mut Command::new(program), &list);
-    assert!(compare(&cases, &printed, "C") > 30_000);
+    assert!(compare(&cases, &printed, "C") > 15_000);
 }
 
 #[test]
@@ -295,7 +298,7 @@ for line in open(sys.argv[1]):
     let source = written(folder, "program.py", &text);
     let list = written(folder, "inputs", &inputs(&cases));
     let printed = run(Command::new("python3").arg(source), &list);
-    assert!(compare(&cases, &printed, "Python") > 30_000);
+    assert!(compare(&cases, &printed, "Python") > 15_000);
 }
 
 /// All representations of rotations mean what scipy says, to 1e-12.

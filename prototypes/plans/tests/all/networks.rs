@@ -183,7 +183,7 @@ fn plans_cost_what_networkx_finds() {
         let names: Vec<&str> = library.prototypes.iter().map(|p| p.name.as_str()).collect();
         let mut choice = fastrand::Rng::with_seed(seed + 100);
         let (mut feasible, mut longer, mut checked) = (0, 0, 0);
-        while checked < 1500 {
+        while checked < 600 {
             let (one, other) = (choice.usize(0..names.len()), choice.usize(0..names.len()));
             let (one, other) = (&library.prototypes[one], &library.prototypes[other]);
             // Frames and meanings are no matter of the way.
@@ -199,7 +199,7 @@ fn plans_cost_what_networkx_finds() {
             longer += usize::from(plan.is_ok_and(|plan| plan.distance() > 1));
             writeln!(lines, "plan,{},{},{cost}", one.name, other.name).expect("a text");
         }
-        assert!(feasible > 200 && longer > 30, "{feasible} {longer}");
+        assert!(feasible > 80 && longer > 10, "{feasible} {longer}");
         let folder = tempfile::tempdir().expect("a folder");
         let list = folder.path().join("network.csv");
         std::fs::write(&list, lines).expect("a file");

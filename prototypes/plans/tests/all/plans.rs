@@ -146,6 +146,8 @@ domain soil :: { semantic = { Moisture } coord = { percent, grams } }
     };
     let flat = "dproto flat :: geometry { semantic = Position coord = cartesian algebraic = flat \
                 ddr = :: c99{float[2]} dr = { 0 = x, 1 = y } }\n";
+    let narrow = "dproto narrow :: geometry { semantic = Position coord = cartesian algebraic = named \
+                  ddr = :: c99{float[3]} dr = { 0 = x, 1 = y, 2 = z } loss = 1e-9 }\n";
     let text = [
         head,
         &leaf(
@@ -164,7 +166,7 @@ domain soil :: { semantic = { Moisture } coord = { percent, grams } }
             "frames = { of = hand, with_respect_to = member frame }",
         ),
         &leaf("many", "Position", "sequence = member points"),
-        &leaf("strict", "Position", "loss = 1e-13 axes = ros"),
+        narrow,
         &leaf("speed", "LinearVelocity", ""),
         flat,
         &soil("wet", "percent", "one", "0"),
@@ -198,6 +200,13 @@ domain soil :: { semantic = { Moisture } coord = { percent, grams } }
         expect![[r#"
         no-conversion: one holds a sequence of values, the other one a value
     "#]],
+    );
+    reason(
+        "here",
+        "narrow",
+        expect![[r"
+            conversion-loses: the plan loses more than 1e-9: 6.0e-8 of the value
+        "]],
     );
     reason(
         "here",
