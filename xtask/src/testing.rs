@@ -55,7 +55,7 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
     if rest.is_empty() {
         match miri() {
             Ok(outcome) => tested = tested.and(outcome),
-            Err(why) => skipped = format!("skipped: values in place under Miri: {why}\n"),
+            Err(why) => skipped = format!("skipped: values in place and pages under Miri: {why}\n"),
         }
     }
     // The end of the output is the place where a skipped or an unsteady test is noticed.
@@ -191,8 +191,8 @@ fn threads() -> usize {
     chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
 }
 
-/// Reads hostile images under Miri, which detects undefined behaviour. The outer error is the
-/// reason why Miri cannot be installed.
+/// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The
+/// outer error is the reason why Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
     let run = |program: &str, args: &[&str]| {
         println!("+ {program} {}", args.join(" "));
@@ -212,13 +212,14 @@ fn miri() -> Result<Result<(), String>, String> {
             return Err(format!("rustup {install} failed"));
         }
     }
-    let test = "+nightly miri test -q -p rc-runtime --test in_place";
-    let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
-    Ok(if status.success() {
-        Ok(())
-    } else {
-        Err(format!("cargo {test} failed"))
-    })
+    for test in ["rc-runtime --test in_place", "graph-pages"] {
+        let test = format!("+nightly miri test -q -p {test}");
+        let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
+        if !status.success() {
+            return Ok(Err(format!("cargo {test} failed")));
+        }
+    }
+    Ok(Ok(()))
 }
 
 #[cfg(test)]

@@ -322,7 +322,11 @@ fn each<T, const B: u32>(page: &Page<T>, bits: u32, start: usize, leaves: &mut V
 mod tests {
     use super::Pages;
 
+    /// Under Miri, every step takes a thousand times as long.
+    const STEPS: usize = if cfg!(miri) { 200 } else { 4000 };
+
     #[test]
+    #[cfg_attr(miri, ignore = "the random changes do the same to fewer items")]
     fn versions_keep_their_items() {
         let mut pages: Pages<usize> = Pages::new();
         let mut versions = Vec::new();
@@ -367,7 +371,7 @@ mod tests {
         let mut plain = Vec::new();
         let mut versions = vec![(pages.clone(), plain.clone())];
         let mut seed = 1_usize;
-        for step in 0..4000 {
+        for step in 0..STEPS {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let random = seed >> 33;
             if plain.is_empty() || random.is_multiple_of(3) {
@@ -401,6 +405,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "a deep tree has thousands of items")]
     fn a_change_of_a_recent_page_copies_no_other_page() {
         let mut pages: Pages<usize> = Pages::new();
         (0..10_000_usize).for_each(|number| pages.push(number));
