@@ -24,6 +24,7 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod chain;
 mod check;
 mod difference;
 mod edit;
@@ -37,6 +38,7 @@ mod tree;
 mod types;
 mod value;
 
+pub use chain::{Chain, Disagreement, Link, Loop};
 pub use check::fits;
 pub use difference::Change;
 pub use edit::{Edit, MOST_ELEMENTS, MOST_STEPS};

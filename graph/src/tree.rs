@@ -4,6 +4,7 @@ use crate::check::parents;
 use crate::edit::Edit;
 use crate::element::{Half, NodeId};
 use crate::error::Error;
+use crate::names::Symbol;
 use crate::snapshot::Snapshot;
 use crate::types::TreeOf;
 use crate::{Point, Time};
@@ -37,10 +38,13 @@ pub(crate) fn held_by(next: &Snapshot, node: NodeId) -> Option<(&Half, TreeOf)> 
     None
 }
 
-fn pose(next: &Snapshot, half: &Half, tree: TreeOf) -> Result<Pose, Error> {
+pub(crate) fn pose(
+    next: &Snapshot,
+    half: &Half,
+    (first, second): (Symbol, Option<Symbol>),
+) -> Result<Pose, Error> {
     let edge = next.edge_at(half.edge).ok_or(Error::Removed)?;
     let relation = || next.text(half.relation).to_owned();
-    let (first, second) = tree.pose.ok_or(Error::NoFrame)?;
     let numbers = |attribute, from: usize| -> Option<[f64; 3]> {
         let value = next.get(edge, attribute)?;
         Some([
@@ -93,7 +97,7 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
                 }
                 continue;
             };
-            let pose = pose(&edit.next, half, tree)?;
+            let pose = pose(&edit.next, half, tree.pose.ok_or(Error::NoFrame)?)?;
             let parent = half.node;
             let above = made(edit, frames, parent)?;
             let own = made(edit, frames, node)?;
@@ -209,8 +213,15 @@ impl Snapshot {
         Ok(self.between(to, from)?.point(&point))
     }
 
-    /// The pose of a node in another one.
+    /// The pose of a node in another one. If relations without `tree` have poses, too, it is that of
+    /// the shortest [`chain`](Self::chain): with loops there are several ways, which may disagree.
+    ///
+    /// # Errors
+    /// No edges with poses connect the nodes.
     pub fn pose(&self, to: NodeId, from: NodeId) -> Result<Pose, Error> {
+        if self.types.has_loops {
+            return Ok(self.chain(to, from)?.transform().pose());
+        }
         Ok(self.between(self.frame(to)?, self.frame(from)?)?.pose())
     }
 

@@ -64,6 +64,7 @@ pub(crate) struct RelationType {
     pub(crate) attributes: Attributes,
     pub(crate) ports: [Option<Symbol>; 2],
     pub(crate) tree: Option<TreeOf>,
+    pub(crate) placed: Option<PlacedOf>,
     /// Places of rules in the schema, with the symbols of their attributes.
     pub(crate) rules: Vec<(usize, Symbol, Symbol)>,
 }
@@ -76,6 +77,13 @@ pub(crate) struct TreeOf {
     pub(crate) pose: Option<(Symbol, Option<Symbol>)>,
 }
 
+/// A relation whose edges say where one end is in the other one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedOf {
+    pub(crate) child: usize,
+    pub(crate) pose: (Symbol, Option<Symbol>),
+}
+
 #[derive(Debug)]
 pub(crate) struct Types {
     pub(crate) schema: Arc<Schema>,
@@ -84,6 +92,8 @@ pub(crate) struct Types {
     relations: Vec<Option<RelationType>>,
     /// Whether any attribute keeps its history.
     pub(crate) has_history: bool,
+    /// Whether a relation has poses and is no tree.
+    pub(crate) has_loops: bool,
 }
 
 impl Types {
@@ -111,6 +121,10 @@ impl Types {
         let relation_attributes = schema.relations.iter().flat_map(|r| &r.attributes);
         let mut attributes = entity_attributes.chain(relation_attributes);
         Self {
+            has_loops: schema
+                .relations
+                .iter()
+                .any(|r| r.tree.is_none() && r.pose.is_some()),
             has_history: attributes.any(|a| a.history.is_some()),
             name,
             entities,
@@ -230,12 +244,16 @@ fn relation_type(
         Some(names.add(&port.entity))
     };
     let ports = [port(0, names), port(1, names)];
-    let tree = relation.tree.as_ref().map(|tree| TreeOf {
-        child: tree.child,
-        pose: tree.pose.as_ref().map(|pose| match pose {
+    let placed = relation.placed().map(|placed| PlacedOf {
+        child: placed.child.min(1),
+        pose: match &placed.pose {
             PoseOf::One(pose) => (names.add(pose), None),
             PoseOf::Two(by, angles) => (names.add(by), Some(names.add(angles))),
-        }),
+        },
+    });
+    let tree = relation.tree.as_ref().map(|tree| TreeOf {
+        child: tree.child,
+        pose: placed.map(|placed| placed.pose),
     });
     let rules = schema.rules.iter().enumerate();
     let rules = rules.filter(|(_, rule)| rule.relation == relation.name);
@@ -247,6 +265,7 @@ fn relation_type(
         attributes: Attributes::new(names, &relation.attributes),
         ports,
         tree,
+        placed,
         rules,
     }
 }

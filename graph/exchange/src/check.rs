@@ -6,6 +6,10 @@ use graph_schema::{Attribute, Relation, Schema};
 use property_graph::{Id, Value, fits};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+/// A loop closes if its ends are nearer than this, in the unit of its translations and in radians.
+const CLOSED: f64 = 1e-6;
 
 /// A finding whose place is not known yet.
 struct Finding {
@@ -63,6 +67,10 @@ pub fn check(
     checker.keys();
     for relation in schema.relations.iter().filter(|r| r.tree.is_some()) {
         checker.tree(relation);
+    }
+    let has_errors = |found: &Finding| found.severity == Severity::Error;
+    if !checker.findings.iter().any(has_errors) {
+        checker.loops();
     }
     let mut found = Diagnostics::new();
     if !checker.findings.is_empty() {
@@ -422,6 +430,42 @@ impl Checker<'_> {
         }
         for (code, path, message) in wrong {
             self.error(code, &path, message);
+        }
+    }
+
+    /// Loops of poses that do not close.
+    fn loops(&mut self) {
+        let is_loose = |relation: &Relation| relation.tree.is_none() && relation.pose.is_some();
+        if !self.schema.relations.iter().any(is_loose) {
+            return;
+        }
+        let Ok(graph) = self.document.graph(Arc::new(self.schema.clone()), 1) else {
+            return;
+        };
+        let graph = graph.snapshot();
+        let edges = self.document.edges.iter();
+        let paths: HashMap<Id, &str> = edges
+            .filter_map(|edge| Some((edge.id?, edge.path.as_str())))
+            .collect();
+        for found in graph.loops() {
+            let apart = found.disagreement;
+            if apart.distance <= CLOSED && apart.angle <= CLOSED {
+                continue;
+            }
+            let Ok(edge) = graph.edge(found.edge) else {
+                continue;
+            };
+            let message = format!(
+                "the pose of `{}` differs from that of {} other edges by a distance of {:.6} and an angle of {:.6}",
+                foreign::clean(edge.type_name()),
+                found.chain.links.len(),
+                apart.distance,
+                apart.angle
+            );
+            let help = found.chain.operations(&graph).join("; ");
+            let path = paths.get(&edge.id()).copied().unwrap_or_default();
+            let code = "open-loop";
+            self.push(Severity::Warning, code, path, message, Some(help));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A graph as a file has it.
 
-use graph_schema::{Entity, Port, PoseOf, Relation, Schema, Tree};
+use graph_schema::{Port, Relation, Schema};
 use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -57,14 +57,15 @@ impl Document {
         Ok(graph)
     }
 
-    /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema,
-    /// or without trees if the document breaks one or has no pose for an edge.
+    /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema, or
+    /// without trees if the document breaks one or has no pose for an edge. Then the poses of edges
+    /// may close loops.
     ///
     /// # Errors
     /// An edge has an end that is no node, or an id is there twice.
     pub fn kept(&self, schema: &Schema, writer: u64) -> Result<Graph, Error> {
         self.graph(lenient(schema).into(), writer)
-            .or_else(|_| self.graph(Schema::anything().into(), writer))
+            .or_else(|_| self.graph(with_loops(schema).into(), writer))
     }
 
     /// Adds the document to a graph.
@@ -132,26 +133,36 @@ fn named(all: &[(String, Value, Option<String>)]) -> impl Iterator<Item = (&str,
         .map(|(name, value, _)| (name.as_str(), value.clone()))
 }
 
-/// A schema that keeps everything, with the trees of another one: for files that are not checked,
-/// such as those of DSR whose lengths are millimetres.
+/// A schema that keeps everything, with the trees and poses of another one: for files that are not
+/// checked, such as those of DSR whose lengths are millimetres.
 pub fn lenient(schema: &Schema) -> Schema {
-    let relations = schema.relations.iter().filter_map(|relation| {
-        let pose: Option<PoseOf> = relation.tree.as_ref()?.pose.clone();
-        Some(Relation {
+    kept_relations(schema, |relation, kept| {
+        kept.tree.clone_from(&relation.tree);
+        kept.pose.clone_from(&relation.pose);
+    })
+}
+
+/// A schema that keeps everything, with the poses of another one but without its trees: for files in
+/// which these close loops.
+fn with_loops(schema: &Schema) -> Schema {
+    kept_relations(schema, |relation, kept| kept.pose = relation.placed())
+}
+
+fn kept_relations(schema: &Schema, keep: impl Fn(&Relation, &mut Relation)) -> Schema {
+    let of_interest = |relation: &&Relation| relation.tree.is_some() || relation.pose.is_some();
+    let relations = schema.relations.iter().filter(of_interest).map(|relation| {
+        let mut kept = Relation {
             name: relation.name.clone(),
             domain: relation.domain.clone(),
             ports: vec![Port::default(), Port::default()],
-            tree: Some(Tree {
-                child: relation.tree.as_ref()?.child,
-                pose,
-            }),
             ..Relation::default()
-        })
+        };
+        keep(relation, &mut kept);
+        kept
     });
     Schema {
         name: schema.name.clone(),
         open: true,
-        entities: Vec::<Entity>::new(),
         relations: relations.collect(),
         ..Schema::default()
     }

@@ -3,7 +3,7 @@
 use crate::ast::{self, Item, Type};
 use crate::imports::Imports;
 use crate::members::{self, TYPES};
-use graph_schema::{Comparison, Entity, Kind, PoseOf, Query, Relation, Rule, Schema, Tree};
+use graph_schema::{Comparison, Entity, Kind, Placed, PoseOf, Query, Relation, Rule, Schema, Tree};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::HashMap;
@@ -251,6 +251,9 @@ impl Resolver {
                     _ => diagnostic.help("write `PORT ENTITY;` for each end"),
                 });
             }
+            if relation.trees.is_empty() {
+                made.pose = placed(&made, &relation.members);
+            }
             made.tree = relation.trees.first().map(|tree| self.tree(&made, tree));
             if let [first, others @ ..] = relation.trees.as_slice() {
                 for other in others {
@@ -275,7 +278,7 @@ impl Resolver {
                 self.found.push(diagnostic.suggest(&of.text, ports));
                 0
             }),
-            None => named("child").unwrap_or(0),
+            None => child(relation),
         };
         let pose = tree
             .interpolated
@@ -426,4 +429,24 @@ impl Resolver {
             }
         }
     }
+}
+
+/// A relation without `tree` whose only attribute of type `pose` says where its child is.
+fn placed(relation: &Relation, members: &[ast::Member]) -> Option<Placed> {
+    let mut poses = members
+        .iter()
+        .filter(|member| matches!(&member.kind, Type::Named(name, None) if name.text == "pose"));
+    let (Some(pose), None) = (poses.next(), poses.next()) else {
+        return None;
+    };
+    Some(Placed {
+        child: child(relation),
+        pose: PoseOf::One(pose.name.text.clone()),
+    })
+}
+
+/// The port of the children, if nothing else is said.
+fn child(relation: &Relation) -> usize {
+    let mut ports = relation.ports.iter();
+    ports.position(|port| port.name == "child").unwrap_or(0)
 }

@@ -116,6 +116,8 @@ pub(crate) enum Function {
     ToText,
     StartNode,
     EndNode,
+    Pose,
+    Chain,
 }
 
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use crate::ast::{Expr, Function, Operator};
 use crate::cell::Cell;
 use crate::run::Error;
-use property_graph::{Id, Snapshot};
+use property_graph::{Id, NodeId, Snapshot};
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
@@ -11,6 +11,8 @@ use std::collections::HashMap;
 pub(crate) struct Scope<'a> {
     pub(crate) graph: &'a Snapshot,
     pub(crate) parameters: &'a HashMap<String, Cell>,
+    /// How many steps functions may take that walk over the graph.
+    pub(crate) walk: std::cell::Cell<u64>,
 }
 
 /// An id as a query shows it: the count alone for files of DSR, which have no writer.
@@ -179,6 +181,13 @@ impl Scope<'_> {
         if value == Cell::Null {
             return Ok(Cell::Null);
         }
+        if matches!(function, Function::Pose | Function::Chain) {
+            return match (value, self.eval(&arguments[1], row)?) {
+                (_, Cell::Null) => Ok(Cell::Null),
+                (Cell::Node(to), Cell::Node(from)) => self.chain(function, to, from),
+                (Cell::Node(_), other) | (other, _) => Err(wrong("a node", &other)),
+            };
+        }
         let removed = |_| Error::Type("the element was removed".to_owned());
         match (function, &value) {
             (Function::Id, Cell::Node(node)) => {
@@ -216,6 +225,29 @@ impl Scope<'_> {
             (Function::Size, other) => Err(wrong("a list or a text", other)),
             (_, other) => Err(wrong("a number", other)),
         }
+    }
+}
+
+impl Scope<'_> {
+    /// The pose of `from` in `to`, or the operations that lead there. Nothing if they are not
+    /// connected.
+    fn chain(&self, function: Function, to: NodeId, from: NodeId) -> Result<Cell, Error> {
+        // A chain may lead over all nodes.
+        let left = self.walk.get();
+        let left = left.checked_sub(self.graph.node_count() as u64);
+        self.walk.set(left.ok_or(Error::Walks)?);
+        if function == Function::Pose {
+            let Ok(pose) = self.graph.pose(to, from) else {
+                return Ok(Cell::Null);
+            };
+            let numbers = pose.translation.into_iter().chain(pose.rotation);
+            return list(numbers.map(Cell::Float).collect());
+        }
+        let Ok(chain) = self.graph.chain(to, from) else {
+            return Ok(Cell::Null);
+        };
+        let operations = chain.operations(self.graph).into_iter();
+        list(operations.map(|text| Cell::Text(text.into())).collect())
     }
 }
 

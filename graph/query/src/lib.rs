@@ -137,7 +137,11 @@ impl Query {
         parameters: &HashMap<String, Cell>,
         mut budget: Budget,
     ) -> Result<Rows, Error> {
-        let scope = Scope { graph, parameters };
+        let scope = Scope {
+            graph,
+            parameters,
+            walk: budget.steps.into(),
+        };
         let cells = run::run(&self.parsed, &scope, &mut budget)?;
         Ok(Rows {
             columns: self.columns.clone(),

@@ -33,6 +33,9 @@ pub enum Error {
     /// A value has a type with which an operation is not possible.
     #[error("{0}")]
     Type(String),
+    /// `pose` and `chain` walk over more nodes than the budget of steps allows.
+    #[error("`pose` and `chain` walk over too many nodes")]
+    Walks,
     /// A number, a text or a list is too large.
     #[error("a number, a text or a list is too large")]
     Overflow,

@@ -52,6 +52,8 @@ pub struct Relation {
     pub attributes: Vec<Attribute>,
     /// What the edges form.
     pub tree: Option<Tree>,
+    /// Where its ends are, if the edges form no tree: they may close loops.
+    pub pose: Option<Placed>,
     /// Lines of documentation.
     pub doc: Vec<String>,
 }
@@ -76,6 +78,15 @@ pub struct Tree {
     pub child: usize,
     /// The attributes with the pose of the child in its parent, if the relation has transforms.
     pub pose: Option<PoseOf>,
+}
+
+/// A relation that says where one end is in the other one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// The port of the end whose pose it is: 0 or 1.
+    pub child: usize,
+    /// The attributes with the pose of the child in the other end.
+    pub pose: PoseOf,
 }
 
 /// The attributes that hold a pose.
@@ -263,6 +274,17 @@ impl Entity {
 }
 
 impl Relation {
+    /// Where its ends are, whether its edges form a tree or not.
+    pub fn placed(&self) -> Option<Placed> {
+        let Some(tree) = &self.tree else {
+            return self.pose.clone();
+        };
+        Some(Placed {
+            child: tree.child,
+            pose: tree.pose.clone()?,
+        })
+    }
+
     /// An attribute.
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|a| a.name == name)

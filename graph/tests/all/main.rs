@@ -2,6 +2,7 @@
 
 mod changes;
 mod large;
+mod loops;
 mod oracle;
 mod random;
 mod threads;

@@ -388,3 +388,30 @@ a:13:31: error[wrong-json]: expected a value of DSR's type 1 (int), found a stri
 ";
     assert_eq!(findings(dsr, text), expected);
 }
+
+#[test]
+fn a_loop_of_poses_that_does_not_close_is_reported() {
+    let (_, geometry) = graph_language::DOMAINS[0];
+    let frame = |number: u32, name: &str| {
+        format!(r#"{{"id": "1:{number}", "type": "Frame", "attributes": {{"name": "{name}"}}}}"#)
+    };
+    let edge = |number: u32, kind: &str, from: u32, to: u32, x: f64| {
+        format!(
+            r#"{{"id": "1:{number}", "type": "{kind}", "from": "1:{from}", "to": "1:{to}", "attributes": {{"pose": [{x:?}, 0, 0, 0, 0, 0]}}}}"#
+        )
+    };
+    let nodes = [frame(1, "world"), frame(2, "table"), frame(3, "cup")].join(",\n");
+    let graph = |x: f64| {
+        let edges = [
+            edge(4, "RT", 1, 2, 1.0),
+            edge(5, "RT", 2, 3, 0.5),
+            edge(6, "loop_closure", 1, 3, x),
+        ];
+        ours(&nodes, &edges.join(",\n"))
+    };
+    assert_eq!(findings(geometry, &graph(1.5)), "");
+    let expected = "a:8:1: warning[open-loop]: the pose of `loop_closure` differs from that of 2 other edges \
+        by a distance of 0.250000 and an angle of 0.000000 (RT of table in world: translation (1, 0, 0), \
+        rotation (0, 0, 0); RT of cup in table: translation (0.5, 0, 0), rotation (0, 0, 0))\n";
+    assert_eq!(findings(geometry, &graph(1.75)), expected);
+}

@@ -204,3 +204,35 @@ fn an_innermodel_is_a_tree_of_frames() {
     assert_eq!(pose.translation, [1.0, 0.5, 0.0]);
     assert_eq!(now.node(root).expect("there").id(), Id::new(1, 1));
 }
+
+/// Two parents are no tree. Their poses are kept, and the shortest chain of them answers.
+#[test]
+fn a_file_whose_tree_has_a_loop_keeps_its_poses() {
+    let mut document = Document::default();
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let nodes = [
+            edit.add_node("Frame")?,
+            edit.add_node("Frame")?,
+            edit.add_node("Frame")?,
+        ];
+        for (from, to, x) in [(0, 1, 1.0), (1, 2, 1.0), (0, 2, 2.5)] {
+            let edge = edit.add_edge("RT", nodes[from], nodes[to])?;
+            edit.set(edge, "pose", [x, 0.0, 0.0, 0.0, 0.0, 0.0])?;
+        }
+        document = Document::of(edit.snapshot());
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let schema = graph_language::builtin("geometry.gdsl").expect("a schema");
+    assert!(document.graph(schema.clone().into(), 1).is_err());
+    let now = document.kept(&schema, 1).expect("a graph").snapshot();
+    let node = |count| now.find_node(Id::new(1, count)).expect("a node");
+    let pose = now.pose(node(1), node(3)).expect("a pose");
+    assert_eq!(pose.translation, [2.5, 0.0, 0.0]);
+    assert_eq!(
+        now.other_chains(node(1), node(3)).expect("chains").count(),
+        1
+    );
+    assert_eq!(now.loops().count(), 3);
+}

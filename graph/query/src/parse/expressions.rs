@@ -278,6 +278,8 @@ impl Parser<'_> {
             ("toString", Function::ToText, 1),
             ("startNode", Function::StartNode, 1),
             ("endNode", Function::EndNode, 1),
+            ("pose", Function::Pose, 2),
+            ("chain", Function::Chain, 2),
         ];
         let is = |name: &str| name.eq_ignore_ascii_case(word);
         if let Some((_, aggregate)) = aggregates.iter().find(|(name, _)| is(name)) {
@@ -307,7 +309,9 @@ impl Parser<'_> {
         }
         self.need(")")?;
         if *count != 0 && arguments.len() != *count {
-            let message = format!("`{word}` takes {count} argument, found {}", arguments.len());
+            let plural = if *count == 1 { "" } else { "s" };
+            let found = arguments.len();
+            let message = format!("`{word}` takes {count} argument{plural}, found {found}");
             return Err(Diagnostic::error("query-syntax", span, message));
         }
         Ok(Expr::Call(*function, arguments))

@@ -1,7 +1,7 @@
 //! Queries as texts: what they find, and why they are refused.
 
 use graph_query::{Budget, Cell, Error, Query, Rows};
-use property_graph::schema::{Attribute, Entity, Kind, Port, Relation};
+use property_graph::schema::{Attribute, Entity, Kind, Placed, Port, PoseOf, Relation};
 use property_graph::{Graph, Schema, Snapshot, Time};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::collections::HashMap;
@@ -391,4 +391,91 @@ fn integers_and_floats_have_one_order() {
     let whole = Cell::Float(at as f64);
     assert_eq!(whole.sorted(&Cell::Int(at)), std::cmp::Ordering::Equal);
     assert_eq!(whole.sorted(&Cell::Int(at + 1)), std::cmp::Ordering::Less);
+}
+
+#[test]
+fn poses_and_chains_are_those_of_the_graph() {
+    let port = |name: &str| Port {
+        name: name.to_owned(),
+        entity: "Room".to_owned(),
+        ..Port::default()
+    };
+    let mut schema = schema(true);
+    schema.relations.push(Relation {
+        name: "seen_from".to_owned(),
+        ports: vec![port("child"), port("parent")],
+        pose: Some(Placed {
+            child: 0,
+            pose: PoseOf::One("pose".to_owned()),
+        }),
+        ..Relation::default()
+    });
+    let graph = Graph::new(schema.into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let mut last = None;
+        for name in ["a", "b", "c", "d"] {
+            let node = edit.add_node("Room")?;
+            edit.set(node, "name", name)?;
+            if let Some(last) = last.filter(|_| name != "d") {
+                let edge = edit.add_edge("seen_from", node, last)?;
+                edit.set(edge, "pose", [1.0, 0.5, 0.0, 0.0, 0.0, 0.0])?;
+            }
+            last = Some(node);
+        }
+        Ok::<(), property_graph::Error>(())
+    });
+    made.expect("a graph");
+    let now = graph.snapshot();
+    let ask = |text: &str, budget: Budget| {
+        let mut sources = SourceMap::new();
+        let source = sources.add("query", text);
+        let (query, found) = Query::prepare(&sources, source, now.schema());
+        match query {
+            Some(query) => query.run(&now, &HashMap::new(), budget).map(|rows| {
+                let shown = |row: &Vec<Cell>| row.iter().map(|cell| cell.shown(&now)).collect();
+                let rows: Vec<String> = rows.cells.iter().map(shown).collect();
+                rows.join("; ")
+            }),
+            None => Ok(render(&sources, &found, Format::Short)),
+        }
+    };
+    let between = |a: &str, b: &str, what: &str| {
+        format!("MATCH (a {{name: '{a}'}}), (b {{name: '{b}'}}) RETURN {what}")
+    };
+    let cases = [
+        ("a", "c", "pose(a, b)", "[2.0, 1.0, 0.0, 0.0, 0.0, 0.0]"),
+        ("c", "b", "pose(a, b)", "[-1.0, -0.5, 0.0, 0.0, 0.0, 0.0]"),
+        (
+            "a",
+            "b",
+            "chain(a, b)",
+            "[seen_from of b in a: translation (1, 0.5, 0), rotation (0, 0, 0)]",
+        ),
+        ("a", "c", "size(chain(a, b))", "2"),
+        ("a", "a", "chain(a, b)", "[]"),
+        ("a", "d", "pose(a, b)", "null"),
+        ("a", "d", "chain(a, b)", "null"),
+        ("a", "b", "pose(a, null)", "null"),
+    ];
+    for (a, b, what, expected) in cases {
+        let found = ask(&between(a, b, what), Budget::default());
+        let found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
+        // Zeros have no sign here.
+        assert_eq!(
+            found.replace("-0.0", "0.0"),
+            expected,
+            "{what} of {a} and {b}"
+        );
+    }
+    let wrong = ask(&between("a", "b", "pose(a, 1)"), Budget::default());
+    let expected = "expected a node, found an integer";
+    assert_eq!(wrong, Err(Error::Type(expected.to_owned())));
+    let wrong = ask(&between("a", "b", "pose(a)"), Budget::default()).expect("a text");
+    assert!(
+        wrong.contains("`pose` takes 2 arguments, found 1"),
+        "{wrong}"
+    );
+    let pairs = "MATCH (a), (b) RETURN chain(a, b), chain(b, a), pose(a, b), pose(b, a)";
+    assert_eq!(ask(pairs, Budget::new(200, 100)), Err(Error::Walks));
+    assert!(ask(pairs, Budget::new(1000, 100)).is_ok());
 }
