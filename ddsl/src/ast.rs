@@ -30,6 +30,8 @@ pub enum Decl {
     Host(Host),
     /// `Component NAME { … };`
     Component(Component),
+    /// `Process NAME { … };`
+    Process(Process),
     /// `Group NAME { … };`
     Group(Group),
     /// `bind a.Laser -> b.Laser;` or `bind a.Laser -> b.Laser { convert; };`
@@ -95,6 +97,8 @@ pub enum Field {
     Endpoint(Name),
     /// `host robot;`
     Host(Name),
+    /// `process eyes;`
+    Process(Name),
     /// `after simulator, arm;`
     After(Vec<Name>),
     /// `restart on_failure hung 5s max 3 within 1min backoff 500ms;`
@@ -136,6 +140,21 @@ pub struct Restart {
     pub limit: Option<(Literal, Literal)>,
     /// `backoff T`
     pub backoff: Option<Literal>,
+}
+
+/// `Process NAME { … };`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Process {
+    /// The name as declared.
+    pub name: Name,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// `host`, `restart`, `cpu` and `priority`, each with its keyword.
+    pub fields: Vec<(Name, Field)>,
+    /// The components in its block.
+    pub components: Vec<Component>,
+    /// Whether input was skipped, with an error.
+    pub incomplete: bool,
 }
 
 /// `Group NAME { … };`

@@ -16,6 +16,7 @@ use rc_vocabulary::member;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 mod join;
+mod languages;
 
 /// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,6 +78,7 @@ pub fn connect(
     connector.take_externals(&mut bound);
     connector.connect_implicitly(&bound);
     connector.check_conversions();
+    connector.check_languages();
     let mut network = connector.network();
     connector.check_requires_cycles(&network);
     connector.check_start_order(&network);

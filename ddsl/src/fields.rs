@@ -31,6 +31,8 @@ pub(crate) struct BlockContext<'a> {
     pub(crate) prefix: String,
     /// The innermost enclosing group.
     pub(crate) group: Option<usize>,
+    /// The process whose block this is.
+    pub(crate) process: Option<Name>,
     /// The values of `middleware` and `domain`.
     pub(crate) choice: Choice,
 }
@@ -40,6 +42,10 @@ pub(crate) struct BlockContext<'a> {
 pub(crate) struct References {
     /// Name of the host.
     pub(crate) host: Option<Name>,
+    /// Name of the process.
+    pub(crate) process: Option<Name>,
+    /// The location of `restart`.
+    pub(crate) restart: Option<Span>,
     /// The names after `after`.
     pub(crate) after: Vec<Name>,
 }
@@ -55,6 +61,7 @@ pub(crate) fn instance(
         path: format!("{}{}", context.prefix, tree.name.text),
         doc: tree.doc.clone(),
         group: context.group,
+        process: None,
         folder: context.folder.to_path_buf(),
         cdsl: None,
         executable: None,
@@ -78,7 +85,10 @@ pub(crate) fn instance(
         arrays: Vec::new(),
         all_members: None,
     };
-    let mut references = References::default();
+    let mut references = References {
+        process: context.process.clone(),
+        ..References::default()
+    };
     // `middleware` may occur several times.
     let words = tree
         .fields
@@ -106,8 +116,15 @@ pub(crate) fn instance(
             Field::Config(text) => instance.config = Some(text.clone()),
             Field::Endpoint(text) => instance.endpoint = endpoint(text, found),
             Field::Host(name) => references.host = Some(name.clone()),
+            Field::Process(name) => match &context.process {
+                Some(around) => report_duplicate(word, "clause", around.span, found),
+                None => references.process = Some(name.clone()),
+            },
             Field::After(names) => references.after.clone_from(names),
-            Field::Restart(tree) => instance.restart = restart(tree, found),
+            Field::Restart(tree) => {
+                instance.restart = restart(tree, found);
+                references.restart = Some(word.span);
+            }
             Field::Ready(literal) => {
                 let ready = duration(literal, word, found);
                 instance.ready = ready.unwrap_or(READY);
@@ -131,15 +148,11 @@ pub(crate) fn instance(
                 instance.args.clone_from(texts);
             }
             Field::Cpu(literals) => {
-                let numbers = literals.iter().filter_map(|literal| {
-                    whole_number(literal, "a processor number", &PROCESSORS, found)
-                });
-                instance.cpu = numbers.map(|n| n as u16).collect();
+                instance.cpu = processors(literals, found);
                 instance.cpu_span = Some(word.span);
             }
             Field::Priority(literal) => {
-                let number = whole_number(literal, "a priority", &PRIORITIES, found);
-                instance.priority = number.map(|n| (n as u8, word.span));
+                instance.priority = priority(literal, found).map(|n| (n, word.span));
             }
             Field::SystemTime => instance.system_time = Some(word.span),
             Field::Record(words) => {
@@ -176,6 +189,20 @@ pub(crate) fn instance(
         found.push(Diagnostic::error("missing-clause", tree.name.span, message).help(help));
     }
     (instance, references)
+}
+
+/// The numbers after `cpu`.
+pub(crate) fn processors(literals: &[Literal], found: &mut Diagnostics) -> Vec<u16> {
+    let numbers = literals
+        .iter()
+        .filter_map(|literal| whole_number(literal, "a processor number", &PROCESSORS, found));
+    numbers.map(|number| number as u16).collect()
+}
+
+/// The number after `priority`.
+pub(crate) fn priority(literal: &Literal, found: &mut Diagnostics) -> Option<u8> {
+    let number = whole_number(literal, "a priority", &PRIORITIES, found)?;
+    Some(number as u8)
 }
 
 /// The integer value of a literal. Reports an error if it is not in `allowed`.
@@ -231,7 +258,7 @@ fn short_ready(literal: &Literal, ready: Duration) -> Diagnostic {
     Diagnostic::warning("short-ready", literal.span, message).help(help)
 }
 
-fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
+pub(crate) fn restart(tree: &ast::Restart, found: &mut Diagnostics) -> Restart {
     let word = |text: &str| Name::new(text, tree.policy.span);
     let known = RestartPolicy::from_word(&tree.policy.text.to_ascii_lowercase());
     if known.is_none() {

@@ -23,6 +23,8 @@ pub struct Deployment {
     pub hosts: Vec<Host>,
     /// All components, in the order of the files. Components of a group are adjacent.
     pub instances: Vec<Instance>,
+    /// All processes that a file names. A component outside of them has one of its own.
+    pub processes: Vec<Process>,
     /// All groups. Each group is before the groups inside it.
     pub groups: Vec<Group>,
     /// Explicit connections.
@@ -63,6 +65,9 @@ pub struct Instance {
     pub doc: Vec<String>,
     /// The innermost group around it: an index into [`Deployment::groups`].
     pub group: Option<usize>,
+    /// The process whose thread it is: the full name of one of [`Deployment::processes`], where
+    /// this component names it. `None` for one of its own.
+    pub process: Option<Name>,
     /// The folder of the file that declares it, the base of its relative paths.
     pub folder: PathBuf,
     /// The path of its `.cdsl` file, as written.
@@ -166,6 +171,22 @@ pub struct Group {
     pub instances: Range<usize>,
     /// The exported slots. Each name matches one slot inside.
     pub exports: Vec<Name>,
+}
+
+/// A process that runs components as its threads.
+#[derive(Clone, Debug)]
+pub struct Process {
+    /// Name without enclosing groups, where it stands first.
+    pub name: Name,
+    /// Full name in the network.
+    pub path: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// The group in which it is named.
+    pub group: Option<usize>,
+    /// Its components: indices into [`Deployment::instances`]. They all have its host and its
+    /// restart policy; those without `cpu` or `priority` of their own have those of the process.
+    pub instances: Vec<usize>,
 }
 
 /// A component or a group.

@@ -2,7 +2,7 @@
 
 use crate::ast::{
     Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
-    ParameterValue, Restart, SlotPath, Slots,
+    ParameterValue, Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
 use pest::iterators::Pair;
@@ -21,8 +21,9 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 10] = [
+const GROUP: [(&str, Rule); 11] = [
     ("Component", Rule::component),
+    ("Process", Rule::process),
     ("Host", Rule::host),
     ("Group", Rule::group),
     ("bind", Rule::bind),
@@ -34,12 +35,13 @@ const GROUP: [(&str, Rule); 10] = [
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(9).0;
-const COMPONENT: [(&str, Rule); 19] = [
+const DEPLOYMENT: &Keywords = GROUP.split_at(10).0;
+const COMPONENT: [(&str, Rule); 20] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
     ("config", Rule::text_field),
     ("host", Rule::host_ref),
+    ("process", Rule::process_ref),
     ("endpoint", Rule::text_field),
     ("after", Rule::after),
     ("restart", Rule::restart),
@@ -55,6 +57,13 @@ const COMPONENT: [(&str, Rule); 19] = [
     ("domain", Rule::domain),
     ("time", Rule::own_time),
     ("record", Rule::record),
+];
+const PROCESS: [(&str, Rule); 5] = [
+    ("Component", Rule::component),
+    ("host", Rule::host_ref),
+    ("restart", Rule::restart),
+    ("cpu", Rule::cpu),
+    ("priority", Rule::priority),
 ];
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
@@ -114,6 +123,7 @@ fn decl(
     Some(match pair.as_rule() {
         Rule::host => Decl::Host(host(r, pair)),
         Rule::component => Decl::Component(component(r, pair)),
+        Rule::process => Decl::Process(process(r, pair)),
         Rule::group => Decl::Group(group(r, pair)),
         Rule::bind => Decl::Bind(bind(r, pair)?),
         Rule::external => Decl::External(external(r, pair)),
@@ -235,6 +245,38 @@ fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
     group
 }
 
+fn process(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Process {
+    let mut process = Process {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        fields: Vec::new(),
+        components: Vec::new(),
+        incomplete: false,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => process.name = r.name(&part),
+            Rule::process_field => process.fields.extend(fields(r, part)),
+            Rule::component => process.components.push(component(r, part)),
+            Rule::skipped => {
+                process.incomplete = true;
+                report_skipped(r, &part, &PROCESS, "a field or a component of a process");
+            }
+            _ => {}
+        }
+    }
+    process
+}
+
+/// A field, with its keyword.
+fn fields(r: &mut ParseContext<'_>, part: Pair<'_, Rule>) -> Vec<(Name, Field)> {
+    let word = r.first_word(&part);
+    let found = part.into_inner();
+    found
+        .filter_map(|pair| Some((word.clone(), field(r, pair, &word)?)))
+        .collect()
+}
+
 fn component(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Component {
     let mut component = Component {
         name: Name::new("", r.span(&pair)),
@@ -245,13 +287,7 @@ fn component(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Component {
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => component.name = r.name(&part),
-            Rule::field => {
-                let word = r.first_word(&part);
-                for pair in part.into_inner() {
-                    let field = field(r, pair, &word);
-                    component.fields.extend(field.map(|f| (word.clone(), f)));
-                }
-            }
+            Rule::field => component.fields.extend(fields(r, part)),
             Rule::skipped => {
                 component.incomplete = true;
                 report_skipped(r, &part, &COMPONENT, "a field of a component");
@@ -275,6 +311,7 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
             }
         }
         Rule::host_ref => Field::Host(r.texts(pair).into_iter().next()?),
+        Rule::process_ref => Field::Process(r.texts(pair).into_iter().next()?),
         Rule::after => Field::After(r.texts(pair)),
         Rule::args => Field::Args(r.texts(pair)),
         Rule::restart => Field::Restart(Box::new(restart(r, pair)?)),
@@ -468,7 +505,7 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     file | kw_deployment => "`Deployment`",
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
-    field => "a field",
+    field | process_field => "a field",
     settings | bind_block => "`{`",
     setting => "a setting such as `lease 500ms;`",
     parameter => "a parameter such as `speed 300;`",

@@ -1,5 +1,6 @@
 //! Merges the files of a deployment and resolves their names into the model.
 
+mod processes;
 mod references;
 
 use crate::ast::{self, Decl};
@@ -34,6 +35,7 @@ pub fn load(
             doc: main.tree.doc.clone(),
             hosts: Vec::new(),
             instances: Vec::new(),
+            processes: Vec::new(),
             groups: Vec::new(),
             binds: Vec::new(),
             time: None,
@@ -42,6 +44,7 @@ pub fn load(
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
+        processes: Vec::new(),
         binds: Vec::new(),
         time: None,
         record: None,
@@ -65,6 +68,8 @@ pub fn load(
 struct Scope {
     places: Names<InstanceOrGroup>,
     hosts: Names<usize>,
+    /// Indices into [`Resolver::processes`].
+    processes: Names<usize>,
 }
 
 #[derive(Debug)]
@@ -110,6 +115,8 @@ struct Resolver<'a> {
     scopes: Vec<Scope>,
     /// The unresolved names of each instance.
     references: Vec<References>,
+    /// The blocks of processes.
+    processes: Vec<processes::Block<'a>>,
     /// The binds, each with the enclosing group.
     binds: Vec<(Option<usize>, &'a ast::Bind)>,
     /// The clause `time`: its keyword and its path.
@@ -133,6 +140,7 @@ impl<'a> Resolver<'a> {
             folder: &main.folder,
             prefix: String::new(),
             group: None,
+            process: None,
             choice: Choice::default(),
         };
         let network = self.settings(&main.tree.decls, &context);
@@ -168,16 +176,8 @@ impl<'a> Resolver<'a> {
         for decl in decls {
             match decl {
                 Decl::Host(tree) => self.host(tree, scope),
-                Decl::Component(tree) => {
-                    self.reserved(&tree.name, context);
-                    let (instance, references) = instance(tree, context, &mut self.found);
-                    self.length("component", &instance.path, instance.name.span);
-                    let place = InstanceOrGroup::Instance(self.deployment.instances.len());
-                    let names = &mut self.scopes[scope].places;
-                    names.declare(&tree.name, place, &mut self.found);
-                    self.deployment.instances.push(instance);
-                    self.references.push(references);
-                }
+                Decl::Component(tree) => self.component(tree, context),
+                Decl::Process(tree) => self.process(tree, context),
                 Decl::Group(tree) => self.group(tree, context),
                 Decl::Bind(tree) => self.binds.push((context.group, tree)),
                 Decl::Time(word, path) => self.time(word, path, context),
@@ -186,6 +186,17 @@ impl<'a> Resolver<'a> {
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
+    }
+
+    fn component(&mut self, tree: &ast::Component, context: &BlockContext<'_>) {
+        self.reserved(&tree.name, context);
+        let (instance, references) = instance(tree, context, &mut self.found);
+        self.length("component", &instance.path, instance.name.span);
+        let place = InstanceOrGroup::Instance(self.deployment.instances.len());
+        let names = &mut self.scopes[scope_of(context.group)].places;
+        names.declare(&tree.name, place, &mut self.found);
+        self.deployment.instances.push(instance);
+        self.references.push(references);
     }
 
     fn group(&mut self, tree: &'a ast::Group, context: &BlockContext<'_>) {
@@ -337,9 +348,8 @@ impl<'a> Resolver<'a> {
     }
 
     fn resolve_references(&mut self) {
-        for (at, References { host, after }) in
-            std::mem::take(&mut self.references).iter().enumerate()
-        {
+        let references = std::mem::take(&mut self.references);
+        for (at, References { host, after, .. }) in references.iter().enumerate() {
             let group = self.deployment.instances[at].group;
             if let Some(name) = host {
                 let host = self.host_named(name, group);
@@ -350,6 +360,7 @@ impl<'a> Resolver<'a> {
                 .filter_map(|name| Some((self.first(name, group)?, name.span)));
             self.deployment.instances[at].after = after.collect();
         }
+        self.resolve_processes(&references);
         if let Some((_, path)) = self.time.take() {
             self.deployment.time = self.source_of_time(path);
         }

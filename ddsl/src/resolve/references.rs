@@ -13,7 +13,7 @@ const MAX_COMPARISONS: usize = 200_000;
 
 impl Resolver<'_> {
     /// The scopes visible in `group`, from inside to outside.
-    fn visible(&self, group: Option<usize>) -> impl Iterator<Item = &Scope> {
+    pub(super) fn visible(&self, group: Option<usize>) -> impl Iterator<Item = &Scope> {
         let groups = self.deployment.enclosing(group).map(|group| group + 1);
         groups.chain([0]).map(|scope| &self.scopes[scope])
     }

@@ -4,6 +4,7 @@ mod language;
 mod members;
 mod network;
 mod page;
+mod processes;
 mod settings;
 mod size;
 mod units;

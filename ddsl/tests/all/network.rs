@@ -21,7 +21,7 @@ const INTERFACES: [(&str, &str); 2] = [
 ];
 
 /// A component named `name`. Its communications may begin with `[` and another definition of
-/// `Laser`, which ends with `]`.
+/// `Laser`, which ends with `]`. One whose name ends with `_python` is in Python.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES;
     let own = communications
@@ -38,8 +38,12 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         .into_iter()
         .filter(|i| communications.contains(i));
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
+    let language = match name.ends_with("_python") {
+        true => "python",
+        false => "rust",
+    };
     let cdsl = format!(
-        "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language rust; }};"
+        "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language {language}; }};"
     );
     let source = sources.add(format!("{name}.cdsl"), cdsl);
     let loader = MemoryLoader::new(interfaces);

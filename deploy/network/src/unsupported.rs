@@ -23,6 +23,20 @@ impl Network {
         }
     }
 
+    /// Refuses processes of several components: this version starts each as a process of its own, in
+    /// which a panic or a restart would not be that of the process.
+    pub fn refuse_shared_processes(&self, found: &mut Diagnostics) {
+        let processes = self.deployment.processes.iter();
+        for process in processes.filter(|process| !process.instances.is_empty()) {
+            let message = format!(
+                "`{}` is a process of components; this version runs each component as a process of its own",
+                process.path
+            );
+            let error = Diagnostic::error("not-supported-yet", process.name.span, message);
+            found.push(error.help("leave `process` out"));
+        }
+    }
+
     /// Warns of each field that is read and checked, but changes nothing yet.
     pub(crate) fn warn_of_what_has_no_effect(&self, found: &mut Diagnostics) {
         for instance in &self.deployment.instances {

@@ -39,6 +39,7 @@ pub(super) fn up(
     let network = if build.is_some() {
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
+            network.refuse_shared_processes(found);
             network.check_generated(found);
             network.check_interpreters(Next::IsBuilt, found);
         })?;
@@ -53,6 +54,7 @@ pub(super) fn up(
     } else {
         load(input, human, |network, found| {
             machine::check(network, true, found);
+            network.refuse_shared_processes(found);
             network.check_programs(input.profile, found);
         })?
     };

@@ -59,3 +59,41 @@ fn fmt_formats_valid_files_and_reports_the_others() {
         assert!(err.contains(part), "{part}: {err}");
     }
 }
+
+#[test]
+fn processes_are_formatted_as_other_blocks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let file = folder.join("n.ddsl");
+    let text = "Deployment n {\n/// Sees.\nProcess eyes{restart  on_failure hung 5s ;cpu 2,3;\n\
+                priority 10; // for both\nhost  h;Component a{cdsl \"a.cdsl\";};\n\n\
+                Component b{cdsl \"b.cdsl\";process  legs;};};\n};\n";
+    std::fs::write(&file, text).expect("a file");
+    succeeds(folder, &["fmt", "."]);
+    let formatted = std::fs::read_to_string(&file).expect("a file");
+    expect_test::expect![[r#"
+        Deployment n
+        {
+            /// Sees.
+            Process eyes
+            {
+                restart on_failure hung 5s;
+                cpu 2, 3;
+                priority 10; // for both
+                host h;
+                Component a
+                {
+                    cdsl "a.cdsl";
+                };
+
+                Component b
+                {
+                    cdsl "b.cdsl";
+                    process legs;
+                };
+            };
+        };
+    "#]]
+    .assert_eq(&formatted);
+    succeeds(folder, &["fmt", "--check", "."]);
+}
