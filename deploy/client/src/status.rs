@@ -178,7 +178,7 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             write!(f, "  on {host}")?;
         }
         if !component.cpu.is_empty() {
-            write!(f, "  cpu {}", processors(&component.cpu))?;
+            write!(f, "  cpu {}", rc_scheduling::processors(&component.cpu))?;
         }
         if let Some(priority) = component.priority {
             write!(f, "  priority {priority}")?;
@@ -230,33 +230,5 @@ pub fn clock_text(clock: &ClockStatus) -> String {
         ),
         ClockKind::Ros => format!("time of /clock {:.3} s{stands}", clock.time_s),
         kind => format!("{} time {:.3} s{stands}", kind.word(), clock.time_s),
-    }
-}
-
-/// Processors as people write them: `0-3, 8`.
-pub fn processors(cpu: &[u16]) -> String {
-    let mut sorted = cpu.to_vec();
-    sorted.sort_unstable();
-    sorted.dedup();
-    let runs = sorted.chunk_by(|a, b| a + 1 == *b);
-    let texts = runs.map(|run| match run {
-        [from, .., to] if run.len() > 2 => format!("{from}-{to}"),
-        _ => run
-            .iter()
-            .map(u16::to_string)
-            .collect::<Vec<_>>()
-            .join(", "),
-    });
-    texts.collect::<Vec<_>>().join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn processors_are_printed_in_ranges() {
-        assert_eq!(processors(&[8, 2, 1, 0, 3]), "0-3, 8");
-        assert_eq!(processors(&[3, 2]), "2, 3");
     }
 }

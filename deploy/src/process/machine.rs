@@ -1,6 +1,5 @@
 //! Checks what a network needs of this machine before anything starts.
 
-use crate::process::realtime;
 use rc_deploy_network::Network;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};
 
@@ -33,14 +32,14 @@ pub fn check(network: &Network, starts: bool, found: &mut Diagnostics) {
         }
         let name = &instance.path;
         if let Some(span) = instance.cpu_span
-            && let Err(reason) = realtime::missing(&instance.cpu)
+            && let Err(reason) = rc_scheduling::missing(&instance.cpu)
         {
             let message = format!("`{name}` cannot run there: {reason}");
             let error = Diagnostic::error("unknown-cpu", span, message);
             found.push(error.help("leave `cpu` out to run it on any"));
         }
         if let Some((priority, span)) = instance.priority
-            && let Err(reason) = realtime::permits(priority)
+            && let Err(reason) = rc_scheduling::permits(priority)
         {
             let message = format!("`{name}` cannot have its priority: {reason}");
             let mut finding = Diagnostic::error("forbidden-priority", span, message);

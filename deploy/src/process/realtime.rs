@@ -1,20 +1,12 @@
-//! The processors that a component may run on, and its real-time priority.
+//! Starts the process of a component on its processors and with its real-time priority.
 //!
 //! Both are set for a temporary thread that starts the process. The process inherits them from this
 //! thread, so that they hold from its first instruction.
 
-use std::collections::BTreeSet;
+use rustix::io::Errno;
 use std::fmt::Display;
 use std::io;
 use std::process::{Child, Command};
-
-use rc_deploy_client::status::processors;
-use rustix::io::Errno;
-use rustix::process::{Resource, getrlimit};
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
-
-/// The list of the processors that are online.
-const ONLINE: &str = "/sys/devices/system/cpu/online";
 
 /// Starts a process on these processors (empty: any) with this `SCHED_FIFO` priority.
 pub(crate) fn spawn(
@@ -32,9 +24,8 @@ pub(crate) fn spawn(
     if cpu.is_empty() && priority.is_none() {
         return spawn(command);
     }
-    on_a_thread(|| {
-        set_affinity(cpu)?;
-        priority.map_or(Ok(()), set_priority)?;
+    rc_scheduling::on_a_thread(|| {
+        rc_scheduling::set(cpu, priority)?;
         spawn(command)
     })
 }
@@ -49,163 +40,5 @@ fn remedy(program: &dyn Display, error: &io::Error) -> String {
         Some(Errno::NOEXEC) => "; it is no program for this machine: build it anew".to_owned(),
         Some(Errno::TXTBSY) => "; it is being written, try again when that is done".to_owned(),
         _ => String::new(),
-    }
-}
-
-/// Checks that the system permits a real-time priority. The error says what to do.
-pub(crate) fn permits(priority: u8) -> Result<(), String> {
-    on_a_thread(|| set_priority(priority))
-}
-
-/// Runs work that changes the scheduling of its thread.
-fn on_a_thread<T: Send>(work: impl FnOnce() -> Result<T, String> + Send) -> Result<T, String> {
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().spawn_scoped(scope, work);
-        let thread = thread.map_err(|e| format!("cannot make a thread: {e}"))?;
-        let ended = thread.join();
-        ended.unwrap_or_else(|_| Err("the thread that starts it panicked".to_owned()))
-    })
-}
-
-fn set_affinity(cpu: &[u16]) -> Result<(), String> {
-    if cpu.is_empty() {
-        return Ok(());
-    }
-    missing(cpu)?;
-    let mut wanted = CpuSet::new();
-    cpu.iter().for_each(|at| wanted.set(usize::from(*at)));
-    let allowed = sched_setaffinity(None, &wanted).and_then(|()| sched_getaffinity(None));
-    // The system silently removes processors that the cgroup does not permit.
-    match allowed {
-        Ok(allowed) if allowed == wanted => Ok(()),
-        Ok(_) | Err(Errno::INVAL) => Err(format!(
-            "the cgroup of rcdeploy may not use all of the processors {}; change its `cpuset.cpus` (`AllowedCPUs` of systemd, `--cpuset-cpus` of a container), or `cpu`",
-            processors(cpu)
-        )),
-        Err(error) => Err(format!(
-            "cannot let it run on the processors {}: {error}",
-            processors(cpu)
-        )),
-    }
-}
-
-/// Checks that the machine has these processors. The error names missing and existing ones.
-pub(crate) fn missing(cpu: &[u16]) -> Result<(), String> {
-    // Without a list, the system refuses missing processors itself.
-    let Ok(online) = online() else { return Ok(()) };
-    let missing: Vec<u16> = cpu
-        .iter()
-        .copied()
-        .filter(|at| !online.contains(at))
-        .collect();
-    if missing.is_empty() {
-        return Ok(());
-    }
-    let online: Vec<u16> = online.into_iter().collect();
-    let plural = if missing.len() == 1 { "" } else { "s" };
-    Err(format!(
-        "this machine has no processor{plural} {}; there are {}",
-        processors(&missing),
-        processors(&online)
-    ))
-}
-
-fn set_priority(priority: u8) -> Result<(), String> {
-    fifo(priority).map_err(
-        |error| match error.raw_os_error().map(Errno::from_raw_os_error) {
-            Some(Errno::PERM) => {
-                let limit = getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX);
-                forbidden(priority, limit)
-            }
-            _ => format!("cannot give it the real-time priority {priority}: {error}"),
-        },
-    )
-}
-
-/// Advice about a priority that is not permitted.
-fn forbidden(priority: u8, limit: u64) -> String {
-    let limits = if limit >= u64::from(priority) {
-        // The limit is not the reason, but a cgroup without real-time bandwidth, or a seccomp
-        // filter.
-        "the cgroup or the container of rcdeploy has no real time (`cpu.rt_runtime_us`, seccomp)"
-            .to_owned()
-    } else {
-        format!(
-            "allow it with the line `USER - rtprio {priority}` in /etc/security/limits.conf and a new login (the limit is {limit} now), \
-             with `LimitRTPRIO={priority}` of a unit, with `--ulimit rtprio={priority}` of a container, or with the capability CAP_SYS_NICE"
-        )
-    };
-    format!(
-        "the system forbids the real-time priority {priority}; {limits}, or leave `priority` out"
-    )
-}
-
-/// Gives the calling thread a priority of `SCHED_FIFO`.
-#[expect(unsafe_code, reason = "no safe crate has this call")]
-fn fifo(priority: u8) -> io::Result<()> {
-    // SAFETY: all bytes zero are a value of this structure of numbers, and the call only reads it;
-    // 0 is the thread itself.
-    let done = unsafe {
-        let mut parameters: libc::sched_param = std::mem::zeroed();
-        parameters.sched_priority = libc::c_int::from(priority);
-        libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters)
-    };
-    if done == 0 {
-        Ok(())
-    } else {
-        Err(io::Error::last_os_error())
-    }
-}
-
-fn online() -> io::Result<BTreeSet<u16>> {
-    let text = std::fs::read_to_string(ONLINE)?;
-    read_list(text.trim()).ok_or_else(|| io::ErrorKind::InvalidData.into())
-}
-
-/// Parses a list such as `0-3,8`.
-fn read_list(text: &str) -> Option<BTreeSet<u16>> {
-    let mut all = BTreeSet::new();
-    for part in text.split(',') {
-        let (from, to) = part.split_once('-').unwrap_or((part, part));
-        all.extend(from.parse::<u16>().ok()?..=to.parse().ok()?);
-    }
-    Some(all)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lists_of_processors_are_parsed_and_printed() {
-        let all = read_list("0-3,8").expect("a list");
-        assert_eq!(all.iter().copied().collect::<Vec<_>>(), [0, 1, 2, 3, 8]);
-        assert_eq!(read_list("0-"), None);
-    }
-
-    #[test]
-    fn a_missing_processor_is_reported_with_the_existing_ones() {
-        let first = *online().expect("Linux lists them").first().expect("one");
-        assert_eq!(missing(&[first]), Ok(()));
-        let error = missing(&[first, 1023]).expect_err("no machine has so many");
-        assert!(
-            error.starts_with("this machine has no processor 1023; there are"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn a_missing_permission_is_reported_with_its_remedy() {
-        let error = forbidden(10, 0);
-        for word in [
-            "priority 10",
-            "rtprio 10",
-            "CAP_SYS_NICE",
-            "limits.conf",
-            "is 0 now",
-        ] {
-            assert!(error.contains(word), "{error}");
-        }
-        assert!(forbidden(10, 99).contains("cpu.rt_runtime_us"));
     }
 }
