@@ -400,7 +400,7 @@ where
 type Owned<W, C> = Adapter<Pair<Box<W>, Box<C>>>;
 
 /// Opens the connections, makes the context and the worker, and joins them.
-fn start<W: 'static, C: Serving<W>>(
+pub(crate) fn start<W: 'static, C: Serving<W>>(
     core: Core,
     ports: &Ports,
     values: &Values,

@@ -36,6 +36,14 @@ impl StartError {
         }
     }
 
+    /// What a component of this name prints at its end.
+    pub(crate) fn last_words(&self, name: &str) -> String {
+        match self {
+            Self::Configuration(text) => text.clone(),
+            error => format!("{name}: error: {error}\n"),
+        }
+    }
+
     /// The system refused to create something.
     pub(crate) fn cannot_create(what: &str, error: &std::io::Error) -> Self {
         Self::System(format!("cannot create {what}: {error}"))

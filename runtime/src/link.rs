@@ -106,7 +106,8 @@ impl Link {
         Self::new(stream).map(Some)
     }
 
-    fn new(stream: UnixStream) -> io::Result<Self> {
+    /// The link at this socket.
+    pub(crate) fn new(stream: UnixStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
         Ok(Self {
             stream,

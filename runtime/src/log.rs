@@ -3,26 +3,83 @@
 use crate::error::StartError;
 use rc_middleware::{LogLevel, LogLine, LogQueue};
 use std::fmt::{self, Write as _};
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, Write};
 use std::sync::Arc;
 use std::time::SystemTime;
 use tracing::field::{Field, Visit};
+use tracing::subscriber::DefaultGuard;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::Targets;
+use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::fmt::writer::BoxMakeWriter;
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
-/// Sends the log, with messages of this level and above, to standard error if it `prints`, and to
-/// the queue that it returns. `None` for a second component of one process, as in tests: it uses
-/// the log of the first. Without a level, `RUST_LOG` holds.
-pub(crate) fn start(
-    level: Option<&str>,
-    prints: bool,
-) -> Result<Option<Arc<LogQueue>>, StartError> {
+/// Where the log of a component is printed.
+pub(crate) enum Output {
+    /// To standard error, from all threads of the process. A second component of one process, as in
+    /// tests, uses the log of the first.
+    Process,
+    /// From the threads of this component alone.
+    Component(ComponentOutput),
+}
+
+/// Where the log of one of several components of a process is printed.
+#[derive(Clone, Debug)]
+pub(crate) enum ComponentOutput {
+    /// A file of its own, or a pipe.
+    File(Arc<File>),
+    /// Standard error, each line with this name.
+    Named(Arc<str>),
+}
+
+impl Write for &ComponentOutput {
+    /// Writes all of it. The subscriber hands over whole messages.
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            ComponentOutput::File(file) => (&**file).write_all(bytes)?,
+            ComponentOutput::Named(name) => {
+                let text = String::from_utf8_lossy(bytes);
+                let lines = text.lines().map(|line| format!("{name} | {line}\n"));
+                let text: String = lines.collect();
+                io::stderr().write_all(text.as_bytes())?;
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> MakeWriter<'a> for ComponentOutput {
+    type Writer = &'a Self;
+
+    fn make_writer(&'a self) -> Self::Writer {
+        self
+    }
+}
+
+/// The log of a component, as long as this lives on the thread that started it.
+pub(crate) struct Log {
+    /// The messages, for its middlewares. `None` if it uses the log of another component.
+    pub(crate) queue: Option<Arc<LogQueue>>,
+    _scope: Option<DefaultGuard>,
+}
+
+/// Sends the log, with messages of this level and above, to the output if it `prints`, and to the
+/// queue that it returns. Without a level, `RUST_LOG` holds.
+pub(crate) fn start(level: Option<&str>, prints: bool, output: &Output) -> Result<Log, StartError> {
     let filter = match level {
         Some(level) => Targets::new().with_default(parse(level)?),
         None => environment(),
+    };
+    let writer = match output {
+        Output::Process => BoxMakeWriter::new(io::stderr),
+        Output::Component(output) => BoxMakeWriter::new(output.clone()),
     };
     let printed = prints.then(|| {
         tracing_subscriber::fmt::layer()
@@ -31,14 +88,23 @@ pub(crate) fn start(
             // A line that cannot be written is lost; an error message about it on the same stream
             // would panic.
             .log_internal_errors(false)
-            .with_writer(std::io::stderr)
+            .with_writer(writer)
     });
     let queue = Arc::new(LogQueue::default());
     let subscriber = tracing_subscriber::registry()
         .with(filter)
         .with(printed)
         .with(ToQueue(Arc::clone(&queue)));
-    Ok(subscriber.try_init().is_ok().then_some(queue))
+    Ok(match output {
+        Output::Process => Log {
+            queue: subscriber.try_init().is_ok().then_some(queue),
+            _scope: None,
+        },
+        Output::Component(_) => Log {
+            queue: Some(queue),
+            _scope: Some(subscriber.set_default()),
+        },
+    })
 }
 
 /// Adds messages to a queue.

@@ -20,6 +20,7 @@ use crate::log::print_error;
 use crate::name_lock::NameLock;
 use crate::parameter_server::{ParameterServer, Requester};
 use crate::parameter_service::{BackendRequests, RequestQueue};
+use crate::signals::Signals;
 use crate::slots::SlotTable;
 use crate::status::Shared;
 use crate::tap::Taps;
@@ -34,7 +35,7 @@ use rc_middleware::parameters::ParameterService;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use serde_json::{Map, Value};
-use std::io::{self, Read};
+use std::io;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -44,8 +45,17 @@ const HEARTBEAT: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_secs(1);
 /// How long the answer to a request about the emergency waits for the worker.
 const EMERGENCY_LIMIT: Duration = Duration::from_secs(1);
-/// Signals within this time count as one.
-const SIGNAL_BURST: Duration = Duration::from_millis(300);
+
+/// What the management thread takes of its process.
+pub(crate) enum Attachment {
+    /// Nothing.
+    None,
+    /// The signals, and the link at standard input if there is one: the component has the process
+    /// for itself.
+    Process,
+    /// This link, in a process of several components.
+    Link(UnixStream),
+}
 
 /// The management of one component, seen from its worker thread.
 pub(crate) struct Management {
@@ -60,8 +70,7 @@ pub(crate) struct Management {
 }
 
 impl Management {
-    /// Starts the thread. It takes signals and the link only if the component has its process for
-    /// itself.
+    /// Starts the thread.
     pub(crate) fn start(
         description: &'static Description,
         environment: &Environment,
@@ -69,7 +78,7 @@ impl Management {
         shared: &Arc<Shared>,
         commands: &Arc<CommandQueue>,
         loaded: &LoadedConfiguration,
-        whole_process: bool,
+        attachment: Attachment,
     ) -> Result<Self, StartError> {
         let name_lock = Arc::new(NameLock::acquire(environment)?);
         // With the lock, a socket that is there belongs to a process that has ended.
@@ -103,14 +112,15 @@ impl Management {
             link: None,
             restore: None,
             signals: None,
-            signalled: None,
         };
         server
-            .attach(whole_process)
+            .attach(attachment)
             .map_err(|e| StartError::System(format!("management cannot start: {e}")))?;
         let thread = std::thread::Builder::new().name("management".to_owned());
+        // Its messages go to the log of the component.
+        let log = tracing::dispatcher::get_default(Clone::clone);
         let thread = thread
-            .spawn(move || server.run())
+            .spawn(move || tracing::dispatcher::with_default(&log, || server.run()))
             .map_err(|e| StartError::cannot_create("a thread", &e))?;
         Ok(Self {
             shared: shared.clone(),
@@ -184,9 +194,7 @@ struct Server {
     /// Parameters that an earlier run had not saved. They are set before the component reports
     /// readiness.
     restore: Option<Map<String, Value>>,
-    signals: Option<UnixStream>,
-    /// When the first signal came.
-    signalled: Option<Instant>,
+    signals: Option<Signals>,
 }
 
 /// Event source of the thread.
@@ -220,21 +228,15 @@ fn control_first<C, I>(
 }
 
 impl Server {
-    fn attach(&mut self, whole_process: bool) -> io::Result<()> {
-        if !whole_process {
-            return Ok(());
+    fn attach(&mut self, attachment: Attachment) -> io::Result<()> {
+        match attachment {
+            Attachment::None => return Ok(()),
+            Attachment::Process => {
+                self.signals = Some(Signals::register()?);
+                self.link = Link::inherited()?;
+            }
+            Attachment::Link(link) => self.link = Some(Link::new(link)?),
         }
-        let (read, write) = UnixStream::pair()?;
-        read.set_nonblocking(true)?;
-        for signal in [
-            signal_hook::consts::SIGINT,
-            signal_hook::consts::SIGTERM,
-            signal_hook::consts::SIGHUP,
-        ] {
-            signal_hook::low_level::pipe::register(signal, write.try_clone()?)?;
-        }
-        self.signals = Some(read);
-        self.link = Link::inherited()?;
         if let Some(supervisor) = self.link.as_ref().and_then(Link::supervisor) {
             self.socket.reserve(supervisor);
         }
@@ -364,14 +366,9 @@ impl Server {
         }
     }
 
-    /// The first signal stops in order, a later one at once. Signals that come together count as
-    /// one: a terminal that closes, or a tool that signals a process and then its group, sends
-    /// several.
+    /// The first signal stops in order, a later one at once.
     fn take_signals(&mut self) {
-        let mut bytes = [0_u8; 16];
-        let _ = self.signals.as_ref().map(|mut s| s.read(&mut bytes));
-        let first = *self.signalled.get_or_insert_with(Instant::now);
-        if first.elapsed() > SIGNAL_BURST {
+        if self.signals.as_mut().is_some_and(Signals::take) {
             let name = &self.info.name;
             print_error(&format!("{name}: ended at once by a second signal\n"));
             std::process::exit(3);

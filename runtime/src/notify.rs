@@ -4,6 +4,7 @@
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// The limit for a place in the queue of the service manager. Ten messages fill that queue, and a
@@ -19,9 +20,20 @@ pub(crate) enum ServiceState {
     Stopping,
 }
 
+/// The components of this process that are not ready yet.
+static AWAITED: AtomicUsize = AtomicUsize::new(1);
+
+/// Lets the process be ready when this many components are.
+pub(crate) fn await_components(count: usize) {
+    AWAITED.store(count, Ordering::Relaxed);
+}
+
 /// Sends the state to `NOTIFY_SOCKET`, if there is one. A component that rcdeploy has started
 /// reports to rcdeploy instead; the variable is then meant for rcdeploy.
 pub(crate) fn notify(state: ServiceState) {
+    if state == ServiceState::Ready && AWAITED.fetch_sub(1, Ordering::Relaxed) > 1 {
+        return;
+    }
     let path = std::env::var_os("NOTIFY_SOCKET");
     let Some(path) = path.filter(|_| std::env::var_os("RC_SUPERVISED").is_none()) else {
         return;

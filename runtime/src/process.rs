@@ -27,7 +27,7 @@ pub fn run<C: Component>(description: &'static Description, start: impl Start<C>
 }
 
 /// The executable of this process.
-fn own_program() -> PathBuf {
+pub(crate) fn own_program() -> PathBuf {
     std::env::current_exe().unwrap_or_default()
 }
 
@@ -42,7 +42,7 @@ pub fn run_with<C: Component>(
 ) -> u8 {
     let task = match command_line::parse(description, args) {
         Ok(task) => task,
-        Err(error) => return fail(description, &StartError::Usage(error.to_string())),
+        Err(error) => return fail(description.name, &StartError::Usage(error.to_string())),
     };
     // The note must be in the executable, and nothing else refers to it.
     std::hint::black_box(description.note);
@@ -75,15 +75,12 @@ pub fn run_with<C: Component>(
     };
     match outcome {
         Ok(()) => 0,
-        Err(error) => fail(description, &error),
+        Err(error) => fail(description.name, &error),
     }
 }
 
-fn fail(description: &Description, error: &StartError) -> u8 {
-    match error {
-        StartError::Configuration(text) => print_error(text),
-        _ => print_error(&format!("{}: error: {error}\n", description.name)),
-    }
+fn fail(name: &str, error: &StartError) -> u8 {
+    print_error(&error.last_words(name));
     error.exit_code()
 }
 

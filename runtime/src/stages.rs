@@ -16,11 +16,12 @@ use crate::exact::mode::Exact;
 use crate::exact::recorder::Recorder;
 use crate::lifecycle::{self, Goal, LifecycleState};
 use crate::link::Link;
-use crate::log;
-use crate::management::Management;
+use crate::log::{self, Log};
+use crate::management::{Attachment, Management};
 use crate::notify::{self, ServiceState};
 use crate::ports::{Connections, Interceptors, Ports, Receiver};
 use crate::settings::settings;
+use crate::shared::Place;
 use crate::slots::SlotTable;
 use crate::start::Start;
 use crate::status::{NetworkTime, Shared};
@@ -30,7 +31,7 @@ use crate::time::{ClockChoice, TimeRole, ends};
 use rc_files::Disk;
 use rc_management::component::ClockKind;
 use rc_middleware::lifecycle::LifecycleService;
-use rc_middleware::{Environment, LogQueue, RunDirectory, Settings, WakeEvent};
+use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::fs::File;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -52,6 +53,31 @@ pub(crate) enum Hosting {
     Process(PathBuf),
     /// On a thread, which reports when the component runs.
     Thread(SyncSender<()>),
+    /// On a thread of a process that takes signals for all its components.
+    Shared(Place),
+}
+
+impl Hosting {
+    fn log(&self) -> log::Output {
+        match self {
+            Self::Process(_) | Self::Thread(_) => log::Output::Process,
+            Self::Shared(place) => log::Output::Component(place.output.clone()),
+        }
+    }
+
+    fn attachment(&self) -> Result<Attachment, StartError> {
+        Ok(match self {
+            Self::Process(_) => Attachment::Process,
+            Self::Thread(_) => Attachment::None,
+            Self::Shared(place) => match &place.link {
+                Some(link) => Attachment::Link(
+                    link.try_clone()
+                        .map_err(|e| StartError::cannot_create("its link", &e))?,
+                ),
+                None => Attachment::None,
+            },
+        })
+    }
 }
 
 /// A component whose configuration, names and clock are known. No other process sees it yet.
@@ -60,7 +86,7 @@ pub(crate) struct Prepared<'a> {
     arguments: &'a Arguments,
     hosting: &'a Hosting,
     loaded: LoadedConfiguration,
-    log: Option<Arc<LogQueue>>,
+    log: Log,
     slots: Arc<SlotTable>,
     environment: Environment,
     clock: ClockKind,
@@ -109,7 +135,7 @@ impl<'a> Prepared<'a> {
         let prints_log = of_node.and_then(|(_, given)| given.prints_log());
         let level = loaded.node.log.or(arguments.log.as_deref());
         let level = level.or(configuration.log.as_deref());
-        let log = log::start(level, prints_log.unwrap_or(true))?;
+        let log = log::start(level, prints_log.unwrap_or(true), &hosting.log())?;
         let bindings = configuration::bindings(description, arguments, configuration)?;
         let (network, name) = (&arguments.network, &arguments.name);
         let listed = arguments.members.clone();
@@ -182,7 +208,7 @@ impl<'a> Prepared<'a> {
             &self.shared,
             &self.commands,
             &self.loaded,
-            matches!(self.hosting, Hosting::Process(_)),
+            self.hosting.attachment()?,
         )?;
         Ok(Managed {
             management,
@@ -210,9 +236,11 @@ impl<'a> Prepared<'a> {
         );
         began.program = match self.hosting {
             Hosting::Process(program) => program.display().to_string(),
+            Hosting::Shared(place) => place.program.display().to_string(),
             // The executable of this process is a test or an interpreter.
             Hosting::Thread(_) => String::new(),
         };
+        began.is_shared = matches!(self.hosting, Hosting::Shared(_));
         let what = format!("the recording {}", path.display());
         let floor = self.arguments.keep_free;
         let disk = Disk::new(floor.unwrap_or_else(|| Disk::usual_floor(path)));
@@ -253,7 +281,7 @@ impl<'a> Managed<'a> {
             prepared.clock,
             interceptors,
         )?;
-        if let Some(log) = &prepared.log {
+        if let Some(log) = &prepared.log.queue {
             ports.log(log)?;
         }
         let middleware = match &arguments.clock {
@@ -387,10 +415,16 @@ impl Prepared<'_> {
                 number: None,
             });
         }
-        if let Hosting::Thread(running) = self.hosting {
-            // A starter that does not wait any more has stopped the component already.
-            let _ = running.send(());
-        } else if !starts_itself {
+        match self.hosting {
+            Hosting::Thread(running) => {
+                // A starter that does not wait any more has stopped the component already.
+                let _ = running.send(());
+                return;
+            }
+            Hosting::Shared(place) => place.reports.ready(),
+            Hosting::Process(_) => {}
+        }
+        if !starts_itself {
             notify::notify(ServiceState::Ready);
         }
     }

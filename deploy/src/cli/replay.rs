@@ -65,6 +65,9 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     };
     print_note(&format_args!("runs {}", clean(&program.to_string_lossy())));
     let mut command = Command::new(&program);
+    if begun.start.get("is_shared") == Some(&Json::Bool(true)) {
+        command.args(["--member", said("component")]);
+    }
     command.arg("--replay");
     if let Some(config) = &options.config {
         let config = std::path::absolute(config).map_err(|e| system(&e))?;

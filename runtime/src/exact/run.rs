@@ -36,7 +36,7 @@ pub(crate) fn replay<C: Component>(
     start: impl Start<C>,
     arguments: &Arguments,
 ) -> Result<(), StartError> {
-    log::start(arguments.log.as_deref(), true)?;
+    let _log = log::start(arguments.log.as_deref(), true, &log::Output::Process)?;
     let clock = Arc::new(SimulatedClock::default());
     let input = Box::new(io::BufReader::new(io::stdin()));
     let replay = Rc::new(Replay::new(description, Arc::clone(&clock), input));

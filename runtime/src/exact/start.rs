@@ -28,6 +28,8 @@ pub(crate) struct Start {
     pub(crate) directory: String,
     /// The executable, or the launcher of a worker in Python. Empty if none is known.
     pub(crate) program: String,
+    /// Whether the program is that of a process of several components.
+    pub(crate) is_shared: bool,
 }
 
 impl Start {
@@ -53,6 +55,7 @@ impl Start {
             members: members.clone(),
             directory: directory.display().to_string(),
             program: String::new(),
+            is_shared: false,
         }
     }
 
@@ -69,6 +72,7 @@ impl Start {
             "members": self.members,
             "directory": self.directory,
             "program": self.program,
+            "is_shared": self.is_shared,
         })
         .to_string()
     }
@@ -100,6 +104,7 @@ impl Start {
             },
             directory: field("directory")?,
             program: field("program")?,
+            is_shared: json.get("is_shared").and_then(Json::as_bool) == Some(true),
         })
     }
 }
