@@ -95,30 +95,32 @@ impl Note {
         Ok(None)
     }
 
-    /// Reads the note from an executable. `None` if the executable is not a component.
+    /// Reads the notes from an executable: none if the executable is not a component, several if it
+    /// runs components on threads of one process.
     ///
     /// # Errors
     /// The system cannot read the file.
-    pub fn read(path: &Path) -> std::io::Result<Option<Self>> {
+    pub fn read(path: &Path) -> std::io::Result<Vec<Self>> {
         // Read only the necessary parts: executables are large, and a network has many.
         let cache = ReadCache::new(std::fs::File::open(path)?);
         let section = object::File::parse(&cache).ok().and_then(|file| {
             let section = file.section_by_name(".rodata")?;
-            section.data().ok().and_then(find)
+            Some(find(section.data().ok()?))
         });
-        match section {
-            Some(note) => Ok(Some(note)),
+        match section.filter(|notes| !notes.is_empty()) {
+            Some(notes) => Ok(notes),
             None => Ok(find(&std::fs::read(path)?)),
         }
     }
 }
 
-fn find(bytes: &[u8]) -> Option<Note> {
-    memmem::find_iter(bytes, MAGIC).find_map(|at| {
+fn find(bytes: &[u8]) -> Vec<Note> {
+    let notes = memmem::find_iter(bytes, MAGIC).filter_map(|at| {
         let rest = &bytes[at + MAGIC.len()..];
         let end = rest.iter().take(4096).position(|b| *b == 0)?;
         serde_json::from_slice(&rest[..end]).ok()
-    })
+    });
+    notes.collect()
 }
 
 #[cfg(test)]
@@ -154,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_note_is_found_among_other_bytes() {
+    fn notes_are_found_among_other_bytes() {
         let note = Note {
             component: "a".to_owned(),
             model: "0".repeat(16),
@@ -170,7 +172,9 @@ mod tests {
                 .as_bytes(),
         );
         bytes.push(0);
-        assert_eq!(find(&bytes), Some(note));
-        assert_eq!(find(&[0; 64]), None);
+        assert_eq!(find(&bytes), std::slice::from_ref(&note));
+        bytes.extend_from_within(100..);
+        assert_eq!(find(&bytes), [note.clone(), note]);
+        assert_eq!(find(&[0; 64]), []);
     }
 }

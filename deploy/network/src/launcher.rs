@@ -361,7 +361,7 @@ mod tests {
             "{text}"
         );
         write(&path, &text).expect("a launcher");
-        assert_eq!(Note::read(&path).expect("a file"), Some(note()));
+        assert_eq!(Note::read(&path).expect("a file"), [note()]);
         let (code, out, err) = run(&path);
         assert_eq!((code, err.as_str()), (Some(0), ""));
         assert!(out.starts_with("-c import os, sys\n"), "{out}");

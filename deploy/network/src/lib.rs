@@ -7,6 +7,7 @@
 //!                        → topology         machines and connections, for pictures
 //!                        → generating    what is stale is generated
 //!                        → programs         where executables are, and how cargo builds them
+//!                        → shared_process   the program of components that share a process
 //!                        → interpreters     whether components in Python can start
 //!                        → services         the shared memory that guards hold open
 //! ```
@@ -30,6 +31,7 @@ mod programs;
 mod ros_names;
 mod scenes;
 pub mod services;
+mod shared_process;
 pub mod topology;
 mod unsupported;
 mod variant;

@@ -7,6 +7,7 @@
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
 use crate::model::{Network, Profile};
+use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::Middleware;
@@ -47,10 +48,10 @@ fn built<'a>(instance: &Instance, project: Option<&'a Rc<Project>>) -> Option<&'
     project.map(Rc::as_ref)
 }
 
-/// Checks one executable by its note.
+/// Checks one executable by its notes: one, or those of the components of a process.
 fn check_executable(
     path: &Path,
-    note: &io::Result<Option<Note>>,
+    notes: &io::Result<Vec<Note>>,
     place: Span,
     instance: &Instance,
     project: &Project,
@@ -58,7 +59,12 @@ fn check_executable(
     found: &mut Diagnostics,
 ) {
     let name = &instance.path;
-    let (code, message) = match note {
+    let component = &project.component.name.text;
+    let own = notes.as_ref().map(|notes| {
+        let own = notes.iter().find(|note| note.component == *component);
+        own.or(notes.first())
+    });
+    let (code, message) = match own {
         Err(error) if error.kind() == io::ErrorKind::NotFound => (
             "missing-executable",
             format!(
@@ -77,15 +83,24 @@ fn check_executable(
                 path.display()
             ),
         ),
-        Ok(Some(note)) if note.component != project.component.name.text => (
-            "other-component",
-            format!(
-                "{} is the component `{}`, not `{}`",
-                path.display(),
-                note.component,
-                project.component.name.text
+        Ok(Some(note)) if note.component != *component => match &instance.process {
+            Some(process) => (
+                "stale-executable",
+                format!(
+                    "{}, the program of the process `{}`, was built without `{component}`",
+                    path.display(),
+                    process.text
+                ),
             ),
-        ),
+            None => (
+                "other-component",
+                format!(
+                    "{} is the component `{}`, not `{component}`",
+                    path.display(),
+                    note.component
+                ),
+            ),
+        },
         Ok(Some(note)) if note.model != hash(project) => (
             "stale-executable",
             format!(
@@ -203,9 +218,10 @@ impl Network {
             return Ok(None);
         };
         let package = package(project);
-        let program = match self.variants[at] {
-            Some(middleware) => variant::program(&package, middleware),
-            None => package,
+        let program = match (&instance.process, self.variants[at]) {
+            (Some(process), _) => shared_process::program(self, &process.text),
+            (None, Some(middleware)) => variant::program(&package, middleware),
+            (None, None) => package,
         };
         let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
@@ -226,6 +242,7 @@ impl Network {
     /// Checks that generated code is up to date and that variants can be generated.
     pub fn check_generated(&self, found: &mut Diagnostics) {
         self.check_copies(found);
+        self.check_processes(found);
         let mut seen: HashSet<(&Path, Middleware)> = HashSet::new();
         for (instance, project, variant) in self.built() {
             match variant {
@@ -287,17 +304,17 @@ impl Network {
     /// Checks that every executable exists and matches model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
         // Executables are large, and instances of one component share one.
-        let mut notes: HashMap<PathBuf, io::Result<Option<Note>>> = HashMap::new();
+        let mut notes: HashMap<PathBuf, io::Result<Vec<Note>>> = HashMap::new();
         for (at, place, path) in self.located(profile, found) {
             let instance = &self.deployment.instances[at];
             let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
                 continue;
             };
-            let note = notes
+            let notes = notes
                 .entry(path.clone())
                 .or_insert_with(|| Note::read(&path));
             let build = self.how_to_build(instance, profile);
-            check_executable(&path, note, place, instance, project, &build, found);
+            check_executable(&path, notes, place, instance, project, &build, found);
         }
     }
 
@@ -356,7 +373,15 @@ impl Network {
     ) -> Result<impl Iterator<Item = Result<Build, Error>>, Error> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         let mut scripts: BTreeMap<PathBuf, BTreeMap<String, (&Project, _)>> = BTreeMap::new();
-        for (_, project, variant) in self.built() {
+        let mut processes: BTreeMap<&str, Members<'_>> = BTreeMap::new();
+        for (instance, project, variant) in self.built() {
+            if let Some(process) = instance.process.as_ref()
+                && project.is_built_by_cargo()
+            {
+                let members = processes.entry(&process.text).or_default();
+                members.insert(package(project), (project, variant));
+                continue;
+            }
             let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
                 let package = package(project);
@@ -372,6 +397,9 @@ impl Network {
                 packages.entry(package).or_insert(project);
             }
         }
+        let shared = processes
+            .into_iter()
+            .map(move |(process, members)| self.shared(process, &members, profile));
         let launched = scripts
             .into_iter()
             .map(move |(root, scripts)| self.launched(root, scripts, profile));
@@ -414,7 +442,38 @@ impl Network {
                     _staged: staged,
                 })
             })
+            .chain(shared)
             .chain(launched))
+    }
+
+    /// The build of the program of a process of several components.
+    fn shared(
+        &self,
+        process: &str,
+        members: &Members<'_>,
+        profile: Profile,
+    ) -> Result<Build, Error> {
+        let root = shared_process::root(members)?;
+        let target = self.workspaces.target(&root);
+        let target = target.map_err(cannot("prepare the build"))?;
+        let dependencies = self.workspaces.dependencies(&root);
+        let dependencies = dependencies.map_err(cannot("prepare the build"))?;
+        let program = shared_process::program(self, process);
+        let staged = shared_process::stage(&root, &target, &program, members, &dependencies)?;
+        let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
+            .map(Into::into)
+            .to_vec();
+        let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
+        option("--bin", program.into());
+        option("--manifest-path", staged.manifest().into());
+        option("--target-dir", target.into());
+        Ok(Build {
+            root,
+            args,
+            packages: members.keys().cloned().collect(),
+            launchers: Vec::new(),
+            _staged: Some(staged),
+        })
     }
 
     /// The build of the components in Python of one workspace.

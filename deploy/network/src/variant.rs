@@ -57,8 +57,7 @@ impl Staged {
 }
 
 /// Makes or renews the variants of components of the workspace `root`, which is built into
-/// `target` and whose members have these dependencies. They use the workspace's crate of
-/// interfaces in its place.
+/// `target` and whose members have these dependencies.
 pub(crate) fn stage(
     root: &Path,
     target: &Path,
@@ -66,48 +65,97 @@ pub(crate) fn stage(
     dependencies: &[Dependency],
     middleware: Middleware,
 ) -> Result<Staged, Error> {
-    let folder = target.join("rc").join(middleware.word());
-    let held = lock_folder(&folder, PATIENCE)?;
-    let action = || format!("add to the interfaces of {}", root.display());
-    let interfaces = InterfaceCrate::of(root).map_err(refused(action()))?;
-    generation::add_interfaces(&interfaces, projects).map_err(|error| match error {
-        interface_crate::Error::Io(error) => refused(action())(error),
-        interface_crate::Error::Template(error) => {
-            Error::Workspace(format!("cannot {}: {error}", action()))
-        }
-    })?;
-    let mut members: Vec<String> = Vec::new();
-    let mut shared = shared(root)?;
-    for project in projects {
-        let package = names::package(&project.component.name.text);
-        component(
-            project,
-            &interfaces,
-            &package,
-            middleware,
-            &shared,
-            &folder.join(&package),
+    let staging = Staging::begin(root, target.join("rc").join(middleware.word()))?;
+    let packages = projects
+        .iter()
+        .map(|project| names::package(&project.component.name.text));
+    let packages: Vec<String> = packages.collect();
+    let variants = packages.iter().zip(projects);
+    let variants = variants.map(|(package, project)| (package.as_str(), *project, middleware));
+    staging.variants(&variants.collect::<Vec<_>>())?;
+    staging.finish(Files::default(), packages, dependencies)
+}
+
+/// A workspace below the target folder that is made or renewed.
+pub(crate) struct Staging<'r> {
+    root: &'r Path,
+    folder: PathBuf,
+    /// What the manifest of the user's workspace says.
+    shared: DocumentMut,
+    held: File,
+}
+
+impl<'r> Staging<'r> {
+    /// Begins with the manifest of the user's workspace `root`.
+    pub(crate) fn begin(root: &'r Path, folder: PathBuf) -> Result<Self, Error> {
+        let held = lock_folder(&folder, PATIENCE)?;
+        Ok(Self {
             root,
-        )?;
-        members.push(package);
+            shared: shared(root)?,
+            folder,
+            held,
+        })
     }
-    members.push(FEATURES.to_owned());
-    members.sort();
-    let list: toml_edit::Array = members.iter().map(String::as_str).collect();
-    shared["workspace"]["members"] = value(list);
-    let mut files = Files::default();
-    files.add("Cargo.toml", Owner::Generic, shared.to_string());
-    let path = Path::new(FEATURES);
-    let manifest = features(dependencies).to_string();
-    files.add(path.join("Cargo.toml"), Owner::Generic, manifest);
-    let main = "//! Never built; its dependencies choose features.\n\nfn main() {}\n";
-    files.add(path.join("src/main.rs"), Owner::Generic, main.to_owned());
-    write(&files, &folder)?;
-    lock(root, &folder, &members)?;
-    Ok(Staged {
-        folder,
-        _held: held,
-    })
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Stages components, each in the folder of its package and for its middleware. They use the
+    /// workspace's crate of interfaces in its place.
+    pub(crate) fn variants(&self, variants: &[(&str, &Project, Middleware)]) -> Result<(), Error> {
+        if variants.is_empty() {
+            return Ok(());
+        }
+        let root = self.root;
+        let action = || format!("add to the interfaces of {}", root.display());
+        let interfaces = InterfaceCrate::of(root).map_err(refused(action()))?;
+        let projects: Vec<&Project> = variants.iter().map(|(_, project, _)| *project).collect();
+        generation::add_interfaces(&interfaces, &projects).map_err(|error| match error {
+            interface_crate::Error::Io(error) => refused(action())(error),
+            interface_crate::Error::Template(error) => {
+                Error::Workspace(format!("cannot {}: {error}", action()))
+            }
+        })?;
+        for (package, project, middleware) in variants {
+            let staged = self.folder.join(package);
+            component(
+                project,
+                &interfaces,
+                package,
+                *middleware,
+                &self.shared,
+                &staged,
+                root,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Writes these files, and the workspace with these members and the one that chooses features.
+    pub(crate) fn finish(
+        mut self,
+        mut files: Files,
+        mut members: Vec<String>,
+        dependencies: &[Dependency],
+    ) -> Result<Staged, Error> {
+        members.push(FEATURES.to_owned());
+        members.sort();
+        let list: toml_edit::Array = members.iter().map(String::as_str).collect();
+        self.shared["workspace"]["members"] = value(list);
+        files.add("Cargo.toml", Owner::Generic, self.shared.to_string());
+        let path = Path::new(FEATURES);
+        let manifest = features(dependencies).to_string();
+        files.add(path.join("Cargo.toml"), Owner::Generic, manifest);
+        let main = "//! Never built; its dependencies choose features.\n\nfn main() {}\n";
+        files.add(path.join("src/main.rs"), Owner::Generic, main.to_owned());
+        write(&files, &self.folder)?;
+        lock(self.root, &self.folder, &members)?;
+        Ok(Staged {
+            folder: self.folder,
+            _held: self.held,
+        })
+    }
 }
 
 /// The manifest of the member that is never built. The features of a library follow from all
@@ -196,7 +244,8 @@ fn write(files: &Files, folder: &Path) -> Result<(), Error> {
     written.map_err(cannot(format!("write the variant in {}", folder.display())))
 }
 
-fn read(path: &Path) -> Result<DocumentMut, Error> {
+/// Reads a manifest.
+pub(crate) fn read(path: &Path) -> Result<DocumentMut, Error> {
     let text = rc_files::read(path).map_err(cannot(format!("read {}", path.display())))?;
     text.parse()
         .map_err(|error| Error::Workspace(format!("{}: {error}", path.display())))

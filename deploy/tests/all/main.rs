@@ -24,6 +24,7 @@ mod removed;
 mod restart;
 mod ros_names;
 mod secret;
+mod shared_program;
 mod start;
 mod stop;
 mod target_folder;

@@ -64,7 +64,7 @@ fn pair(
     builds: bool,
 ) -> Result<[PathBuf; 2], Failure> {
     let path = root().join("xtask/bench").join(name).with_extension("ddsl");
-    let programs = network(&path, middleware, profile, builds, |_| true)?;
+    let programs = network(&path, Some(middleware), profile, builds, |_| true)?;
     programs
         .try_into()
         .map_err(|_| format!("{} has more or less than two components", path.display()).into())
@@ -79,6 +79,9 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
     for middleware in [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2] {
         build("bench_python", middleware, Profile::Dev)?;
     }
+    // Several components of it are threads of one process.
+    let shared = root().join("deploy/tests/programs/shared.ddsl");
+    network(&shared, None, Profile::Dev, true, |_| true)?;
     Ok(())
 }
 
@@ -87,25 +90,25 @@ pub(crate) fn build_interop(profile: Profile) -> Result<PathBuf, Failure> {
     let path = root().join("components/interop/interop.ddsl");
     // Programs of the tests are its providers.
     let is_error = |found: &Diagnostic| found.code != "no-provider";
-    let programs = network(&path, Middleware::Ros2, profile, true, is_error)?;
+    let programs = network(&path, Some(Middleware::Ros2), profile, true, is_error)?;
     programs
         .into_iter()
         .next()
         .ok_or_else(|| format!("{} has no component", path.display()).into())
 }
 
-/// The executables of a network for another middleware, in the order of its components. `builds`
-/// says whether they are built. An error of the network is one if `is_error` accepts it.
+/// The executables of a network, for another middleware if one is given, in the order of its
+/// components. `builds` says whether they are built. An error of the network is one if `is_error` accepts it.
 fn network(
     path: &Path,
-    middleware: Middleware,
+    middleware: Option<Middleware>,
     profile: Profile,
     builds: bool,
     is_error: impl Fn(&Diagnostic) -> bool,
 ) -> Result<Vec<PathBuf>, Failure> {
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
     let overrides = Overrides {
-        middleware: Some(middleware),
+        middleware,
         ..Overrides::default()
     };
     let (network, found) = load(path, &overrides, &mut sources, &loader)?;
