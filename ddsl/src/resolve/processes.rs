@@ -5,7 +5,7 @@ use super::{Resolver, scope_of};
 use crate::ast::{self, Field};
 use crate::duplicates::check_unique;
 use crate::fields::{BlockContext, References, priority, processors, restart};
-use crate::model::{Process, Restart};
+use crate::model::{Instance, Process, Restart};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
@@ -256,8 +256,19 @@ impl<'a> Resolver<'a> {
     fn check_programs(&mut self, at: usize) {
         let (_, members, path) = self.shared(at);
         let mut variables: HashMap<&str, &(Name, Name)> = HashMap::new();
+        let mut folders: Option<&Instance> = None;
         for member in members {
             let instance = &self.deployment.instances[member];
+            let first = folders.get_or_insert(instance);
+            if first.folder != instance.folder {
+                let message = format!(
+                    "process `{path}` has one working directory, and components of files in two folders"
+                );
+                let error = Diagnostic::error("process-directory", instance.name.span, message)
+                    .label(first.name.span, "a component of the other folder");
+                let help = "declare its components in files of one folder, or run one of them in another process";
+                self.found.push(error.help(help));
+            }
             if let Some(executable) = &instance.executable {
                 let message = format!(
                     "`{}` has an executable of its own, and cannot be a thread of process `{path}`",

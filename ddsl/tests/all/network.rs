@@ -38,9 +38,10 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         .into_iter()
         .filter(|i| communications.contains(i));
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
-    let language = match name.ends_with("_python") {
-        true => "python",
-        false => "rust",
+    let language = if name.ends_with("_python") {
+        "python"
+    } else {
+        "rust"
     };
     let cdsl = format!(
         "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language {language}; }};"

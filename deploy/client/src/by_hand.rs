@@ -110,6 +110,7 @@ fn silent(name: &str) -> ComponentStatus {
     ComponentStatus {
         name: name.to_owned(),
         by_hand: true,
+        process: None,
         host: None,
         state: ComponentState::Hung,
         lifecycle: None,

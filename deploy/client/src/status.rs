@@ -174,6 +174,9 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
         if component.by_hand {
             write!(f, "  by hand")?;
         }
+        if let Some(process) = &component.process {
+            write!(f, "  in process {process}")?;
+        }
         if let Some(host) = &component.host {
             write!(f, "  on {host}")?;
         }

@@ -271,8 +271,16 @@ impl Part<'_> {
         ))
     }
 
-    /// Refuses paths that are not text or contain control characters: no format can hold them.
+    /// Refuses threads, and paths that are not text or contain control characters: no format can
+    /// hold them.
     fn check(&self) -> Result<(), String> {
+        if let Some(thread) = &self.component.thread {
+            return Err(format!(
+                "`{}` is a thread of process `{}`, and an export starts one process for each component: the supervisor of rcdeploy \
+                 gives each thread its link and its log; leave `process` out, or start the network by `rcdeploy up`",
+                self.component.name, thread.process
+            ));
+        }
         for path in [&self.component.executable, &self.component.directory] {
             let text = path
                 .to_str()

@@ -81,6 +81,10 @@ impl Builder<'_> {
                 .group
                 .map(|g| self.network.deployment.groups[g].path.clone()),
             host: self.network.host_name(at).to_owned(),
+            process: instance
+                .process
+                .as_ref()
+                .map(|process| process.text.clone()),
             middleware: instance.middleware.word(),
             clock: self.network.clock(at).kind,
             external: false,
@@ -108,6 +112,7 @@ impl Builder<'_> {
             component: None,
             group: None,
             host: String::new(),
+            process: None,
             middleware: peer.middleware,
             clock: "system",
             external: true,

@@ -51,6 +51,9 @@ pub struct Component {
     pub group: Option<String>,
     /// The name of its host.
     pub host: String,
+    /// The process whose thread it is, unless it has one of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub process: Option<String>,
     /// The middleware of its slots that name none.
     pub middleware: &'static str,
     /// Clock: `system`, `simulated`, `source` or `ros`.
@@ -133,8 +136,8 @@ pub struct Finding {
 }
 
 impl Component {
-    /// Name in its `.cdsl`, if it differs from its own name, its part in the network's time, if
-    /// it has one, and what it does now.
+    /// Name in its `.cdsl`, if it differs from its own name, its process, if it is a thread of one,
+    /// its part in the network's time, if it has one, and what it does now.
     pub(crate) fn kind(&self) -> Option<String> {
         if self.external {
             return Some("external".to_owned());
@@ -147,7 +150,15 @@ impl Component {
             _ => None,
         };
         let live = self.live.as_ref().map(Live::text);
-        let parts = kind.into_iter().chain(clock).chain(live.as_deref());
+        let process = self
+            .process
+            .as_ref()
+            .map(|name| format!("in process {name}"));
+        let parts = kind
+            .into_iter()
+            .chain(process.as_deref())
+            .chain(clock)
+            .chain(live.as_deref());
         let parts: Vec<&str> = parts.collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }

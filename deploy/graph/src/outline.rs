@@ -129,6 +129,7 @@ mod tests {
             component: None,
             group: Some("arm".to_owned()),
             host: host.to_owned(),
+            process: None,
             middleware: "iceoryx2",
             clock: "system",
             external: false,

@@ -20,12 +20,15 @@ pub struct Plan {
     pub ring: Option<Duration>,
 }
 
-/// One process of the network.
+/// One component of the network: a process, or a thread of one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Component {
     /// Name, unique in the network. Names of groups precede it, with dots.
     pub name: String,
-    /// The executable.
+    /// The process whose thread it is. `None`: one of its own.
+    #[serde(default)]
+    pub thread: Option<Thread>,
+    /// The executable of its process.
     pub executable: PathBuf,
     /// Command-line arguments.
     #[serde(default)]
@@ -76,6 +79,15 @@ pub struct Component {
     pub files: Vec<PathBuf>,
 }
 
+/// A component as a thread of a process.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Thread {
+    /// Name of the process, unique in the network.
+    pub process: String,
+    /// The name by which its program knows the component.
+    pub component: String,
+}
+
 /// Another machine, reached over ssh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Host {
@@ -106,6 +118,7 @@ impl Component {
     ) -> Self {
         Self {
             name: name.into(),
+            thread: None,
             executable: executable.into(),
             args: Vec::new(),
             env: BTreeMap::new(),
@@ -127,20 +140,51 @@ impl Component {
     }
 }
 
+impl Component {
+    /// Name of its process: its own one has its name.
+    pub fn process(&self) -> &str {
+        let thread = self.thread.as_ref();
+        thread.map_or(&self.name, |thread| &thread.process)
+    }
+}
+
 impl Plan {
+    /// For each component, the components of its process, also itself.
+    pub fn mates(&self) -> Vec<BTreeSet<usize>> {
+        let mut processes: HashMap<&str, BTreeSet<usize>> = HashMap::new();
+        for (at, component) in self.components.iter().enumerate() {
+            processes.entry(component.process()).or_default().insert(at);
+        }
+        let components = self.components.iter();
+        components
+            .map(|component| processes[component.process()].clone())
+            .collect()
+    }
+
     /// For each component, the indices of the components that must be ready before it starts.
     ///
     /// Components that need each other, directly or indirectly, start together, as soon as
-    /// everything that any of them needs is ready.
+    /// everything that any of them needs is ready. A process starts when everything outside of it
+    /// is ready that any of its threads needs.
     pub fn needs(&self) -> Vec<BTreeSet<usize>> {
+        let direct = self.direct_needs();
+        let mates = self.mates();
+        let inside = needs_over(&direct);
+        let inside = inside.iter().zip(&mates).map(|(all, mates)| all & mates);
+        let whole = direct.iter().zip(&mates).map(|(all, mates)| all | mates);
+        let outside = needs_over(&whole.collect::<Vec<_>>());
+        let both = inside.zip(outside);
+        both.map(|(inside, outside)| &inside | &outside).collect()
+    }
+
+    fn direct_needs(&self) -> Vec<BTreeSet<usize>> {
         let index: HashMap<&str, usize> = self
             .components
             .iter()
             .enumerate()
             .map(|(i, c)| (c.name.as_str(), i))
             .collect();
-        let direct: Vec<BTreeSet<usize>> = self
-            .components
+        self.components
             .iter()
             .map(|c| {
                 c.after
@@ -148,25 +192,28 @@ impl Plan {
                     .filter_map(|n| index.get(n.as_str()).copied())
                     .collect()
             })
-            .collect();
-        let reached: Vec<BTreeSet<usize>> =
-            (0..direct.len()).map(|i| reachable(&direct, i)).collect();
-        (0..direct.len())
-            .map(|i| {
-                let group: BTreeSet<usize> = reached[i]
-                    .iter()
-                    .copied()
-                    .filter(|&j| reached[j].contains(&i))
-                    .chain([i])
-                    .collect();
-                let all: BTreeSet<usize> = group
-                    .iter()
-                    .flat_map(|&j| direct[j].iter().copied())
-                    .collect();
-                all.difference(&group).copied().collect()
-            })
             .collect()
     }
+}
+
+/// The needs of each node, where those that need each other have their needs together.
+fn needs_over(direct: &[BTreeSet<usize>]) -> Vec<BTreeSet<usize>> {
+    let reached: Vec<BTreeSet<usize>> = (0..direct.len()).map(|i| reachable(direct, i)).collect();
+    (0..direct.len())
+        .map(|i| {
+            let group: BTreeSet<usize> = reached[i]
+                .iter()
+                .copied()
+                .filter(|&j| reached[j].contains(&i))
+                .chain([i])
+                .collect();
+            let all: BTreeSet<usize> = group
+                .iter()
+                .flat_map(|&j| direct[j].iter().copied())
+                .collect();
+            all.difference(&group).copied().collect()
+        })
+        .collect()
 }
 
 /// For each component, the length of the longest chain of components that it waits for.
@@ -245,6 +292,39 @@ mod tests {
         ]);
         assert_eq!(cycle, [vec![], vec![0], vec![0], vec![0], vec![3]]);
         assert_eq!(needs(&[("self", &["self"])]), [Vec::<usize>::new()]);
+    }
+
+    #[test]
+    fn a_process_starts_when_all_that_its_threads_need_is_ready() {
+        let mut plan = plan(&[
+            ("base", &[]),
+            ("a", &["base"]),
+            ("b", &["a"]),
+            ("c", &["x"]),
+            ("x", &["a"]),
+            ("top", &["b"]),
+        ]);
+        for (at, process) in [(1, "p"), (2, "p"), (3, "q"), (4, "q")] {
+            plan.components[at].thread = Some(Thread {
+                process: process.to_owned(),
+                component: "c".to_owned(),
+            });
+        }
+        let needs = |plan: &Plan| -> Vec<Vec<usize>> {
+            let needs = plan.needs().into_iter();
+            needs.map(|all| all.into_iter().collect()).collect()
+        };
+        let mates = plan.mates();
+        assert_eq!(mates[1], BTreeSet::from([1, 2]));
+        assert_eq!(mates[5], BTreeSet::from([5]));
+        assert_eq!(
+            needs(&plan),
+            [vec![], vec![0], vec![0, 1], vec![1, 4], vec![1], vec![2]]
+        );
+        // Two processes need each other: they start together.
+        plan.components[0].after = vec!["x".to_owned()];
+        plan.components[0].thread = plan.components[1].thread.clone();
+        assert_eq!(needs(&plan)[4], Vec::<usize>::new());
     }
 
     #[test]

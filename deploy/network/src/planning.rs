@@ -132,6 +132,12 @@ impl Network {
             let required = self.connections.required[at].iter().copied();
             let after: BTreeSet<usize> = after.chain(required).collect();
             out.push(Component {
+                thread: self.member_word(at).zip(instance.process.as_ref()).map(
+                    |(component, process)| plan::Thread {
+                        process: process.text.clone(),
+                        component,
+                    },
+                ),
                 args,
                 after: after.iter().map(|i| instances[*i].path.clone()).collect(),
                 env: instance

@@ -59,6 +59,9 @@ pub struct Process {
     pub starts_after: Vec<String>,
     /// Whether its life cycle is managed.
     pub managed: bool,
+    /// The process whose thread it is. `None` for one of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub process: Option<String>,
     /// The absolute path of its executable. `None` for a component outside of a cargo workspace.
     pub executable: Option<PathBuf>,
     /// The absolute path of its configuration. `None` if all parameters have their defaults.
@@ -145,6 +148,7 @@ impl Network {
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 managed: planned.managed,
+                process: planned.thread.map(|thread| thread.process),
                 executable: Some(planned.executable).filter(|p| !p.as_os_str().is_empty()),
                 configuration: configuration
                     .map(Path::canonicalize)
@@ -366,6 +370,9 @@ impl Preview {
             let mut row = |what: &str, text: &str| writeln!(f, "    {what:13}  {text}");
             let path =
                 |path: &Option<PathBuf>, none: &str| path.as_deref().map_or(none.to_owned(), short);
+            if let Some(process) = &c.process {
+                row("process", process)?;
+            }
             row(
                 "executable",
                 &path(&c.executable, "none: it is in no cargo workspace"),

@@ -23,17 +23,31 @@ impl Network {
         }
     }
 
-    /// Refuses processes of several components: this version starts each as a process of its own, in
-    /// which a panic or a restart would not be that of the process.
-    pub fn refuse_shared_processes(&self, found: &mut Diagnostics) {
-        let processes = self.deployment.processes.iter();
-        for process in processes.filter(|process| !process.instances.is_empty()) {
-            let message = format!(
-                "`{}` is a process of components; this version runs each component as a process of its own",
-                process.path
-            );
-            let error = Diagnostic::error("not-supported-yet", process.name.span, message);
-            found.push(error.help("leave `process` out"));
+    /// Reports processes of several components on other hosts: an agent there has one link for each
+    /// process.
+    pub(crate) fn refuse_processes_elsewhere(&self, found: &mut Diagnostics) {
+        for process in &self.deployment.processes {
+            let instances = process.instances.iter();
+            let hosts = instances.map(|at| {
+                let instance = &self.deployment.instances[*at];
+                let host = self.deployment.remote_host(instance)?;
+                Some((host, instance.host?.1))
+            });
+            // Two hosts were reported.
+            let hosts: Option<Vec<_>> = hosts.collect();
+            let host = hosts.into_iter().flatten().next();
+            if let Some((host, span)) = host {
+                let message = format!(
+                    "process `{}` runs components as threads, and does so on this machine only, not on `{}`",
+                    process.path, host.name.text
+                );
+                let error = Diagnostic::error("process-elsewhere", span, message);
+                found.push(
+                    error.help(
+                        "leave `process` out: there, each component has a process of its own",
+                    ),
+                );
+            }
         }
     }
 

@@ -17,7 +17,6 @@ pub(super) fn export(
 ) -> Result<u8, Failure> {
     let network = load(input, rc_diagnostics::Format::Human, |network, found| {
         network.check_locations(input.profile, found);
-        network.refuse_shared_processes(found);
     })?;
     let plan = network.plan(input.profile)?;
     let user = (

@@ -39,7 +39,6 @@ pub(super) fn up(
     let network = if build.is_some() {
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
-            network.refuse_shared_processes(found);
             network.check_generated(found);
             network.check_interpreters(Next::IsBuilt, found);
         })?;
@@ -54,7 +53,6 @@ pub(super) fn up(
     } else {
         load(input, human, |network, found| {
             machine::check(network, true, found);
-            network.refuse_shared_processes(found);
             network.check_programs(input.profile, found);
         })?
     };

@@ -10,14 +10,19 @@ use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::lines::{Line, Lines, Overlong};
+use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open};
-use std::fs::OpenOptions;
-use std::io::{self, Write};
-use std::os::fd::OwnedFd;
+use std::cell::{OnceCell, RefCell};
+use std::fs::{File, OpenOptions};
+use std::io::{self, IoSlice, Write};
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::rc::Rc;
+use std::time::Duration;
 
 /// How many times the link is read after the process has ended.
 const LAST_READS: usize = 16;
@@ -35,16 +40,42 @@ fn exact_recording(log: &Path) -> PathBuf {
     path
 }
 
-/// A process of this machine.
+/// A process of this machine, as one of its components has it.
 #[derive(Debug)]
 pub(crate) struct LocalProcess {
-    child: Child,
-    pid: Pid,
-    pidfd: OwnedFd,
-    identity: Identity,
+    process: Rc<Spawned>,
     link: Option<UnixStream>,
     lines: Lines,
 }
+
+/// A process that was started. Its components share it.
+#[derive(Debug)]
+struct Spawned {
+    child: RefCell<Child>,
+    pid: Pid,
+    pidfd: OwnedFd,
+    identity: Identity,
+    /// How it ended, once it is reaped.
+    exit: OnceCell<Exit>,
+    /// The link of the process, if its components have one each. It ends when this is closed.
+    _link: Option<UnixStream>,
+}
+
+/// A component that starts as a thread of a process.
+#[derive(Debug)]
+pub(crate) struct NewThread<'a> {
+    pub(crate) component: &'a Component,
+    /// Its name in the program.
+    pub(crate) word: &'a str,
+    /// The first line on its link.
+    pub(crate) greeting: Option<String>,
+    pub(crate) log: &'a Path,
+    /// The threads that must be ready before it starts, by their names of processes.
+    pub(crate) after: Vec<String>,
+}
+
+/// Most components of one process: a message hands over at most 253 descriptors (unix(7)).
+pub(crate) const MOST_THREADS: usize = 100;
 
 impl LocalProcess {
     /// Starts the process. `greeting` is the first line on its link; its output is appended to
@@ -56,85 +87,77 @@ impl LocalProcess {
         log: &Path,
         mark: &Mark,
     ) -> Result<Self, String> {
-        let refused = |what: String, error: io::Error| format!("cannot {what}: {error}");
-        // Somebody may have removed the folder while the network runs.
-        let file = log.parent().map_or(Ok(()), logs::make_folder);
-        let mut options = OpenOptions::new();
-        let options = options.create(true).append(true);
-        let file = file
-            .and_then(|()| options.open(log))
-            .map_err(|error| with_owner(log, error))
-            .map_err(|e| refused(format!("open {}", log.display()), e))?;
-        let also_file = file
-            .try_clone()
-            .map_err(|e| refused("share its log".to_owned(), e))?;
-        let (link, theirs) =
-            UnixStream::pair().map_err(|e| refused("make its link".to_owned(), e))?;
-        link.set_nonblocking(true)
-            .map_err(|e| refused("set up its link".to_owned(), e))?;
-        if let Some(line) = greeting {
-            (&link)
-                .write_all(line.as_bytes())
-                .map_err(|e| refused("hand over its changed parameters".to_owned(), e))?;
-        }
-        // The system reports a wrong folder and a wrong program with the same error.
-        if !component.directory.is_dir() {
-            return Err(format!(
-                "its working directory {} does not exist",
-                component.directory.display()
-            ));
-        }
-        let mut command = Command::new(&component.executable);
-        command
-            .args(&component.args)
-            .envs(&component.env)
-            .env("RC_SUPERVISED", "1")
-            .env(MARK, mark.value())
-            .env(COMPONENT, run)
-            .current_dir(&component.directory)
-            .process_group(0)
-            .stdin(Stdio::from(OwnedFd::from(theirs)))
-            .stdout(Stdio::from(file))
-            .stderr(Stdio::from(also_file));
+        let file = open_log(log)?;
+        let (link, theirs) = new_link(greeting)?;
+        let mut command = command(component, run, file, theirs, mark)?;
+        command.args(&component.args).envs(&component.env);
         if component.exact {
             command.arg("--record").arg(exact_recording(log));
         }
-        let mut spawn = || realtime::spawn(&mut command, &component.cpu, component.priority);
-        let mut child = match Tag::of(mark, run) {
-            Some(tag) => tag.give(spawn),
-            None => spawn(),
-        }?;
-        // The command holds the component's end of the link.
-        drop(command);
-        let pid = Pid::from_child(&child);
-        descriptors::restore(pid);
-        let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
-            Ok(pidfd) => pidfd,
-            Err(error) => {
-                kill_group(pid);
-                let _ = child.wait();
-                return Err(refused("watch its process".to_owned(), error.into()));
-            }
+        let (cpu, priority) = (&component.cpu, component.priority);
+        let process = spawn(command, cpu, priority, mark, run, None)?;
+        Ok(Self::new(Rc::new(process), link))
+    }
+
+    /// Starts a process with these threads, which have the same executable and directory. What the
+    /// process prints outside of its threads is appended to `log`.
+    pub(crate) fn start_threads(
+        threads: &[NewThread<'_>],
+        run: &str,
+        log: &Path,
+        mark: &Mark,
+    ) -> Result<Vec<Self>, String> {
+        let Some(first) = threads.first() else {
+            return Ok(Vec::new());
         };
-        let raw = pid.as_raw_nonzero().get();
-        // It may have ended already. Then its start time does not matter.
-        let identity = Identity::of(raw).unwrap_or(Identity {
-            pid: raw,
-            starttime: 0,
-        });
-        Ok(Self {
-            child,
-            pid,
-            pidfd,
-            identity,
+        let (link, theirs) = new_link(None)?;
+        let mut command = command(first.component, run, open_log(log)?, theirs, mark)?;
+        let mut links = Vec::new();
+        let mut handed: Vec<OwnedFd> = Vec::new();
+        for thread in threads {
+            command.envs(&thread.component.env);
+            command.args(["--member", thread.word]);
+            if !thread.after.is_empty() {
+                command.args(["--after", &thread.after.join(",")]);
+            }
+            let component = thread.component;
+            if !component.cpu.is_empty() {
+                let cpu: Vec<String> = component.cpu.iter().map(u16::to_string).collect();
+                command.args(["--cpu", &cpu.join(",")]);
+            }
+            if let Some(priority) = component.priority {
+                command.args(["--priority", &priority.to_string()]);
+            }
+            command.args(["--stop", &component.stop.as_secs_f64().to_string()]);
+            command.args(&component.args);
+            if component.exact {
+                command.arg("--record").arg(exact_recording(thread.log));
+            }
+            let (link, theirs) = new_link(thread.greeting.as_deref())?;
+            links.push(link);
+            handed.push(theirs.into());
+            handed.push(open_log(thread.log)?.into());
+        }
+        hand_over(&link, &handed).map_err(|e| format!("cannot hand over its links: {e}"))?;
+        drop(handed);
+        let process = Rc::new(spawn(command, &[], None, mark, run, Some(link))?);
+        let links = links.into_iter();
+        Ok(links
+            .map(|link| Self::new(Rc::clone(&process), link))
+            .collect())
+    }
+
+    fn new(process: Rc<Spawned>, link: UnixStream) -> Self {
+        Self {
+            process,
             link: Some(link),
             lines: Lines::new(Overlong::Count),
-        })
+        }
     }
 
     /// Becomes readable when the process ends.
     pub(crate) fn descriptor(&self) -> &OwnedFd {
-        &self.pidfd
+        &self.process.pidfd
     }
 
     /// The socket of the link, until the component closes it.
@@ -143,15 +166,15 @@ impl LocalProcess {
     }
 
     pub(crate) fn pid(&self) -> i32 {
-        self.identity.pid
+        self.process.identity.pid
     }
 
     /// Describes the process for the registry of this machine.
-    pub(crate) fn registered(&self, component: &Component) -> RegisteredProcess {
+    pub(crate) fn registered(&self, component: &Component, stop: Duration) -> RegisteredProcess {
         RegisteredProcess {
-            name: component.name.clone(),
-            process: self.identity,
-            stop_ms: component.stop.as_millis() as u64,
+            name: component.process().to_owned(),
+            process: self.process.identity,
+            stop_ms: stop.as_millis() as u64,
         }
     }
 
@@ -185,30 +208,153 @@ impl LocalProcess {
 
     /// Asks the process to end.
     pub(crate) fn terminate(&self) {
-        identity::signal(&self.pidfd, Signal::TERM);
+        identity::signal(&self.process.pidfd, Signal::TERM);
     }
 
     /// Ends the process and its group.
     pub(crate) fn kill(&self) {
         // The process is not reaped yet, so its pid cannot belong to another one.
-        kill_group(self.pid);
-        identity::signal(&self.pidfd, Signal::KILL);
+        if self.process.exit.get().is_none() {
+            kill_group(self.process.pid);
+            identity::signal(&self.process.pidfd, Signal::KILL);
+        }
     }
 
     /// Kills the rest of the group and reaps the process, which has ended.
     pub(crate) fn reap(&mut self) -> Exit {
-        // Before it is reaped, because its pid cannot become the number of another group until
-        // then.
-        kill_group(self.pid);
-        match self.child.wait() {
-            Ok(status) => Exit {
-                success: status.success(),
-                signal: status.signal(),
-                text: describe(status),
-            },
-            Err(error) => Exit::without_status(error.to_string()),
-        }
+        self.process.reap().clone()
     }
+}
+
+impl Spawned {
+    fn reap(&self) -> &Exit {
+        self.exit.get_or_init(|| {
+            // Before it is reaped, because its pid cannot become the number of another group until
+            // then.
+            kill_group(self.pid);
+            match self.child.borrow_mut().wait() {
+                Ok(status) => Exit {
+                    success: status.success(),
+                    signal: status.signal(),
+                    text: describe(status),
+                },
+                Err(error) => Exit::without_status(error.to_string()),
+            }
+        })
+    }
+}
+
+/// Opens a log to append to it.
+fn open_log(log: &Path) -> Result<File, String> {
+    // Somebody may have removed the folder while the network runs.
+    let folder = log.parent().map_or(Ok(()), logs::make_folder);
+    let mut options = OpenOptions::new();
+    let options = options.create(true).append(true);
+    folder
+        .and_then(|()| options.open(log))
+        .map_err(|error| with_owner(log, error))
+        .map_err(|error| format!("cannot open {}: {error}", log.display()))
+}
+
+/// A link, on which `greeting` is the first line: the end of the supervisor, and the other one.
+fn new_link(greeting: Option<&str>) -> Result<(UnixStream, UnixStream), String> {
+    let refused = |what: &str, error: io::Error| format!("cannot {what}: {error}");
+    let (link, theirs) = UnixStream::pair().map_err(|e| refused("make its link", e))?;
+    let made = link.set_nonblocking(true);
+    made.map_err(|e| refused("set up its link", e))?;
+    if let Some(line) = greeting {
+        (&link)
+            .write_all(line.as_bytes())
+            .map_err(|e| refused("hand over its changed parameters", e))?;
+    }
+    Ok((link, theirs))
+}
+
+/// The command of a process, without its arguments and the environment of its components.
+fn command(
+    component: &Component,
+    run: &str,
+    log: File,
+    link: UnixStream,
+    mark: &Mark,
+) -> Result<Command, String> {
+    let also = log.try_clone();
+    let also = also.map_err(|e| format!("cannot share its log: {e}"))?;
+    // The system reports a wrong folder and a wrong program with the same error.
+    if !component.directory.is_dir() {
+        return Err(format!(
+            "its working directory {} does not exist",
+            component.directory.display()
+        ));
+    }
+    let mut command = Command::new(&component.executable);
+    command
+        .env("RC_SUPERVISED", "1")
+        .env(MARK, mark.value())
+        .env(COMPONENT, run)
+        .current_dir(&component.directory)
+        .process_group(0)
+        .stdin(Stdio::from(OwnedFd::from(link)))
+        .stdout(Stdio::from(log))
+        .stderr(Stdio::from(also));
+    Ok(command)
+}
+
+/// Starts a process. It keeps `link` open as long as its components are known.
+fn spawn(
+    mut command: Command,
+    cpu: &[u16],
+    priority: Option<u8>,
+    mark: &Mark,
+    run: &str,
+    link: Option<UnixStream>,
+) -> Result<Spawned, String> {
+    let mut spawn = || realtime::spawn(&mut command, cpu, priority);
+    let mut child = match Tag::of(mark, run) {
+        Some(tag) => tag.give(spawn),
+        None => spawn(),
+    }?;
+    // The command holds the component's end of the link.
+    drop(command);
+    let pid = Pid::from_child(&child);
+    descriptors::restore(pid);
+    let pidfd = match pidfd_open(pid, PidfdFlags::empty()) {
+        Ok(pidfd) => pidfd,
+        Err(error) => {
+            kill_group(pid);
+            let _ = child.wait();
+            return Err(format!("cannot watch its process: {error}"));
+        }
+    };
+    let raw = pid.as_raw_nonzero().get();
+    // It may have ended already. Then its start time does not matter.
+    let identity = Identity::of(raw).unwrap_or(Identity {
+        pid: raw,
+        starttime: 0,
+    });
+    Ok(Spawned {
+        child: RefCell::new(child),
+        pid,
+        pidfd,
+        identity,
+        exit: OnceCell::new(),
+        _link: link,
+    })
+}
+
+/// Hands the links and logs of threads over, in one message on the link of their process.
+fn hand_over(link: &UnixStream, descriptors: &[OwnedFd]) -> io::Result<()> {
+    let descriptors: Vec<BorrowedFd<'_>> = descriptors.iter().map(AsFd::as_fd).collect();
+    let mut space = vec![MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(2 * MOST_THREADS))];
+    let mut ancillary = SendAncillaryBuffer::new(&mut space);
+    if !ancillary.push(SendAncillaryMessage::ScmRights(&descriptors)) {
+        return Err(io::Error::other(format!(
+            "a process has at most {MOST_THREADS} components"
+        )));
+    }
+    let text = [IoSlice::new(b"\n")];
+    sendmsg(link, &text, &mut ancillary, SendFlags::empty())?;
+    Ok(())
 }
 
 /// `exit status 1`, `signal 11 (SIGSEGV)`.

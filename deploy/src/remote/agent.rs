@@ -347,7 +347,7 @@ impl Agent {
         let name = component.name.clone();
         match self.launch(component, &start.run, start.greeting.as_deref()) {
             Ok(process) => {
-                let registered = process.registered(component);
+                let registered = process.registered(component, component.stop);
                 let pid = process.pid();
                 let run = start.run.clone();
                 self.running.insert(name.clone(), Running { process, run });

@@ -35,6 +35,45 @@ pub(crate) fn select(names: &[String], all: &[&str]) -> Result<BTreeSet<usize>, 
     Ok(selected)
 }
 
+/// Names in which that of a process stands for its components.
+pub(crate) fn with_processes(names: &[String], units: &[Unit]) -> Vec<String> {
+    let mut meant = Vec::new();
+    for name in names {
+        let threads = units.iter().filter(|unit| {
+            let thread = unit.component.thread.as_ref();
+            thread.is_some_and(|thread| thread.process == *name)
+        });
+        let known = meant.len();
+        meant.extend(threads.map(|unit| unit.name().to_owned()));
+        if meant.len() == known {
+            meant.push(name.clone());
+        }
+    }
+    meant
+}
+
+/// Refuses a selection with only some threads of a process: they start and end together.
+pub(crate) fn check_whole(
+    selected: &BTreeSet<usize>,
+    verb: Verb,
+    units: &[Unit],
+    mates: &[BTreeSet<usize>],
+) -> Result<(), String> {
+    let part = selected.iter().find(|&&i| !mates[i].is_subset(selected));
+    let Some(&i) = part else {
+        return Ok(());
+    };
+    let others = mates[i].difference(selected);
+    let others: Vec<&str> = others.map(|&j| units[j].name()).collect();
+    Err(format!(
+        "`{}` is a thread of process `{process}`, which is started and stopped as a whole; `{} {process}` means {} as well",
+        units[i].name(),
+        verb.word(),
+        others.join(", "),
+        process = units[i].process_name(),
+    ))
+}
+
 fn unknown(name: &str, all: &[&str]) -> String {
     let groups = all.iter().flat_map(|whole| {
         let dots = whole.match_indices('.');
@@ -52,8 +91,11 @@ fn unknown(name: &str, all: &[&str]) -> String {
 #[derive(Debug)]
 pub(crate) struct Commands {
     jobs: Vec<Job>,
-    /// For each unit, the units that it needs, directly or through others.
+    /// For each unit, the units of other processes that its process needs, directly or through
+    /// others.
     reach: Vec<BTreeSet<usize>>,
+    /// For each unit, the units of its process.
+    mates: Vec<BTreeSet<usize>>,
 }
 
 #[derive(Debug)]
@@ -69,10 +111,14 @@ struct Job {
 }
 
 impl Commands {
-    pub(crate) fn new(needs: &[BTreeSet<usize>]) -> Self {
+    pub(crate) fn new(needs: &[BTreeSet<usize>], mates: &[BTreeSet<usize>]) -> Self {
+        let whole = needs.iter().zip(mates).map(|(needs, mates)| needs | mates);
+        let whole: Vec<BTreeSet<usize>> = whole.collect();
+        let reach = |i: usize| &reachable(&whole, i) - &mates[i];
         Self {
             jobs: Vec::new(),
-            reach: (0..needs.len()).map(|i| reachable(needs, i)).collect(),
+            reach: (0..needs.len()).map(reach).collect(),
+            mates: mates.to_vec(),
         }
     }
 
@@ -121,6 +167,19 @@ impl Commands {
         };
         let limits: Duration = members.iter().map(limit).sum();
         let mut failed = BTreeMap::new();
+        let mut starts = starts;
+        if verb == Verb::Start {
+            // A thread that has ended starts with its process, which may run on.
+            starts.retain(|&i| {
+                let runs_on = self.mates[i].iter().any(|j| *j != i && runs(&j));
+                if runs_on {
+                    let process = units[i].process_name();
+                    let text = format!("has ended, and its process runs on; restart `{process}`");
+                    failed.insert(i, text);
+                }
+                !runs_on
+            });
+        }
         if let Verb::Lifecycle(transition) = verb {
             for &i in &members {
                 match refusal(&units[i]) {
@@ -178,7 +237,7 @@ impl Commands {
         now: Instant,
     ) -> Vec<(ClientRequest, CommandResult)> {
         let mut answers = Vec::new();
-        let Self { jobs, reach } = self;
+        let Self { jobs, reach, .. } = self;
         for mut job in std::mem::take(jobs) {
             job.stop(units, reach);
             if job.stops.is_empty() {

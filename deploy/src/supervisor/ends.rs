@@ -7,17 +7,20 @@ use rc_management::event::{Event, Severity};
 use std::time::Duration;
 
 impl Supervisor<'_> {
+    /// The process of a unit could not be started.
     pub(super) fn not_started(&mut self, i: usize, reason: &str) {
-        let unit = &mut self.units[i];
+        let unit = &self.units[i];
         // A unit that has run before is restarted by its policy: the user may be building its
         // program.
         if !unit.is_restarted() {
             return self.fail(i, reason);
         }
         let text = unit.failure(reason);
-        self.commands.failed(i, reason);
-        unit.event(self.report, Severity::Error, "start-failed", text);
-        let next = unit.follow(Duration::ZERO, true);
+        for &j in &self.mates[i] {
+            self.commands.failed(j, reason);
+        }
+        unit.process_event(self.report, Severity::Error, "start-failed", text);
+        let next = self.follow(i, Duration::ZERO, true);
         self.follow_up(i, next, true);
     }
 
@@ -30,21 +33,46 @@ impl Supervisor<'_> {
         self.stop(StopReason::Failed(message), "a component did not start");
     }
 
+    /// Decides what follows an end of the process of a unit, for all of its units alike.
+    fn follow(&mut self, i: usize, ran: Duration, failed: bool) -> Next {
+        let mut next = Next::Nothing;
+        for &j in &self.mates[i] {
+            next = self.units[j].follow(ran, failed);
+        }
+        next
+    }
+
+    /// Handles the end of the process of a unit, for all of its units.
     pub(super) fn unit_ended(&mut self, i: usize) {
+        let mates = self.mates[i].clone();
         let asked = self.units[i].is_asked_to_stop();
-        let Some(end) = self.units[i].end(self.report) else {
+        let is_thread = self.units[i].component.thread.is_some();
+        let name = self.units[i].process_name().to_owned();
+        let mut end = None;
+        for &j in &mates {
+            // One that has ended before the others has told it.
+            let Some(own) = self.units[j].end(self.report) else {
+                continue;
+            };
+            if is_thread {
+                let text = format!("ended with process {name}");
+                self.units[j].event(self.report, Severity::Info, "exited", text);
+            }
+            end = Some(own);
+        }
+        let Some(end) = end else {
             return;
         };
         let goes_on = self.ending.is_none();
         if self.hosts.of(i).is_none() {
-            self.network_guard.ended(self.units[i].name(), goes_on);
+            self.network_guard.ended(&name, goes_on);
         }
         let unit = &self.units[i];
         // At the end of the network all are looked for at once; on another machine, its agent has
         // looked.
         if goes_on && self.hosts.of(i).is_none() {
             let mark = self.network_guard.mark();
-            self.sweeps.begin(unit.name(), mark, unit.run());
+            self.sweeps.begin(&name, mark, unit.run());
         }
         if goes_on && unit.is_stopped() {
             let severity = if end.done {
@@ -52,37 +80,43 @@ impl Supervisor<'_> {
             } else {
                 Severity::Warning
             };
-            return unit.event(
+            return unit.process_event(
                 self.report,
                 severity,
                 "stopped",
                 format!("stopped: {}", end.text),
             );
         }
-        if goes_on && !unit.has_settled() && !unit.is_restarted() {
-            return self.fail(i, &format!("ended before it was ready: {}", end.text));
+        let mut unsettled = mates.iter().filter(|&&j| !self.units[j].has_settled());
+        if let Some(&j) = unsettled.next()
+            && goes_on
+            && !unit.is_restarted()
+        {
+            return self.fail(j, &format!("ended before it was ready: {}", end.text));
         }
+        let all_ready = mates.iter().all(|&j| self.units[j].is_ready());
         // While the network goes on, only a component is asked that did not get ready again; others
         // wait for one that ends without getting ready, however well it ends.
-        let failed = !end.done || (goes_on && (asked || !unit.is_ready()));
+        let failed = !end.done || (goes_on && (asked || !all_ready));
         let text = format!("ended: {}", end.text);
-        if failed {
-            self.commands.failed(i, &unit.failure(&text));
-        }
-        if self.commands.changes_lifecycle(i) {
-            self.units[i].abandon_goal();
-        }
-        let unit = &self.units[i];
+        let reason = unit.failure(&text);
         if !failed {
-            unit.event(self.report, Severity::Info, "exited", text);
+            unit.process_event(self.report, Severity::Info, "exited", text);
         } else if asked {
-            unit.event(self.report, Severity::Warning, "exited", text);
+            unit.process_event(self.report, Severity::Warning, "exited", text);
         } else {
-            let text = unit.failure(&text);
-            unit.event(self.report, Severity::Error, "exited", text);
+            unit.process_event(self.report, Severity::Error, "exited", reason.clone());
+        }
+        for &j in &mates {
+            if failed {
+                self.commands.failed(j, &reason);
+            }
+            if self.commands.changes_lifecycle(j) {
+                self.units[j].abandon_goal();
+            }
         }
         let next = if goes_on {
-            self.units[i].follow(end.ran, failed)
+            self.follow(i, end.ran, failed)
         } else {
             Next::Nothing
         };
@@ -102,16 +136,16 @@ impl Supervisor<'_> {
     fn follow_up(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
         match next {
-            Next::Nothing if failed => self.failed.push(unit.name().to_owned()),
+            Next::Nothing if failed => self.failed.push(unit.process_name().to_owned()),
             Next::Nothing => {}
             Next::Again(pause) => {
                 let text = format!("restarts in {pause:?}");
-                unit.event(self.report, Severity::Warning, "restarting", text);
+                unit.process_event(self.report, Severity::Warning, "restarting", text);
             }
             Next::GiveUp(why) => {
                 let text = unit.failure(&why);
-                unit.event(self.report, Severity::Error, "gave-up", text.clone());
-                let message = format!("{}: {text}", unit.name());
+                unit.process_event(self.report, Severity::Error, "gave-up", text.clone());
+                let message = format!("{}: {text}", unit.process_name());
                 let why = "a component reached its restart limit";
                 self.stop(StopReason::Failed(message), why);
             }

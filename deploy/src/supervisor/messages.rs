@@ -172,8 +172,21 @@ impl Unit {
         report.event(Event::component(self.name(), severity, code, message));
     }
 
-    /// A failure with what the component printed last.
+    /// Reports something about its process.
+    pub(crate) fn process_event(
+        &self,
+        report: &Reporter,
+        severity: Severity,
+        code: &'static str,
+        message: impl Into<String>,
+    ) {
+        let name = self.process_name();
+        report.event(Event::component(name, severity, code, message));
+    }
+
+    /// A failure of its process with what that printed last.
     pub(crate) fn failure(&self, reason: &str) -> String {
-        format!("{reason}; {}", logs::quote(&self.log))
+        let log = self.process_log.as_deref().unwrap_or(&self.log);
+        format!("{reason}; {}", logs::quote(log))
     }
 }

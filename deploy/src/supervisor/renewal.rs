@@ -56,7 +56,8 @@ impl Supervisor<'_> {
         self.trouble_of(&about, Severity::Error, "memory-lost", &text);
         self.renewal.restarting.insert(place);
         let mut members = self.hosts.members(place);
-        members.retain(|&i| !self.units[i].is_gone());
+        let runs = |i: &usize| !self.units[*i].is_gone();
+        members.retain(|&i| self.mates[i].iter().any(runs));
         let names = members.iter().map(|&i| self.units[i].name().to_owned());
         let request = ClientRequest::own(Request::Restart {
             names: names.collect(),

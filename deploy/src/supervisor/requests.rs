@@ -82,9 +82,13 @@ impl Supervisor<'_> {
     /// Begins a command, or answers why it is refused.
     pub(super) fn take_command(&mut self, request: ClientRequest, verb: Verb, names: &[String]) {
         let all: Vec<&str> = self.units.iter().map(Unit::name).collect();
+        let meant = commands::with_processes(names, &self.units);
         let selected = match verb {
-            Verb::Lifecycle(_) => self.managed(names, &all),
-            _ => commands::select(names, &all),
+            Verb::Lifecycle(_) => self.managed(&meant, &all),
+            _ => commands::select(&meant, &all).and_then(|selected| {
+                commands::check_whole(&selected, verb, &self.units, &self.mates)?;
+                Ok(selected)
+            }),
         };
         let members = match selected {
             Ok(members) if self.ending.is_none() => members,
@@ -97,7 +101,10 @@ impl Supervisor<'_> {
         };
         self.network_event(Severity::Info, "asked", text);
         self.failed.retain(|name| {
-            let again = |&i: &usize| self.units[i].name() == name;
+            let again = |&i: &usize| {
+                let unit = &self.units[i];
+                unit.name() == name || unit.process_name() == name
+            };
             !members.iter().any(again)
         });
         self.commands.take(request, verb, members, &mut self.units);

@@ -27,13 +27,23 @@ pub(super) fn in_order_of_start(
 }
 
 /// The managed units that can be configured before any other one is active: those that need no
-/// unmanaged unit that needs a managed one.
-pub(super) fn configured_first(units: &[Unit], needs: &[BTreeSet<usize>]) -> BTreeSet<usize> {
+/// unmanaged unit that needs a managed one, and start in one process with none.
+pub(super) fn configured_first(
+    units: &[Unit],
+    needs: &[BTreeSet<usize>],
+    mates: &[BTreeSet<usize>],
+) -> BTreeSet<usize> {
     let reach: Vec<BTreeSet<usize>> = (0..needs.len()).map(|i| reachable(needs, i)).collect();
-    let waits =
-        |j: &usize| !units[*j].is_managed() && reach[*j].iter().any(|&k| units[k].is_managed());
+    let waits = |j: &usize| {
+        let mut outside = reach[*j].difference(&mates[*j]);
+        !units[*j].is_managed() && outside.any(|&k| units[k].is_managed())
+    };
     let managed = (0..units.len()).filter(|&i| units[i].is_managed());
-    managed.filter(|&i| !reach[i].iter().any(waits)).collect()
+    let first = managed.filter(|&i| {
+        let mut before = reach[i].iter().flat_map(|&j| &mates[j]).chain(&mates[i]);
+        !before.any(waits)
+    });
+    first.collect()
 }
 
 #[cfg(test)]
@@ -91,7 +101,7 @@ mod tests {
             let units: Vec<Unit> = units
                 .map(|c| Unit::new(c.clone(), "/nowhere".into()))
                 .collect();
-            let first = configured_first(&units, &plan.needs());
+            let first = configured_first(&units, &plan.needs(), &plan.mates());
             Vec::from_iter(first)
         };
         assert_eq!(first(&[&["a"], &["m1"], &["m2", "m1"]]), [1, 2]);

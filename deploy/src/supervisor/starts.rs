@@ -98,7 +98,8 @@ impl Supervisor<'_> {
     pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
         let units = self.units.iter().enumerate();
-        let starting = units.filter_map(|(i, unit)| Some((self.hosts.of(i), unit.starting()?)));
+        let starting = units.filter(|(i, _)| self.mates[*i].first() == Some(i));
+        let starting = starting.filter_map(|(i, unit)| Some((self.hosts.of(i), unit.starting()?)));
         let starting = starting.filter(|(_, end)| now < *end);
         self.quota.begin_turn(starting);
         for i in 0..self.units.len() {
@@ -116,16 +117,26 @@ impl Supervisor<'_> {
         self.quota.end_turn(now);
     }
 
-    /// Whether nothing but the number of starts holds a unit back.
+    /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
+    /// one process, the first one stands for all.
     fn may_start(&self, i: usize) -> bool {
-        let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
-        let name = self.units[i].name();
+        let mates = &self.mates[i];
+        let name = self.units[i].process_name();
         self.ending.is_none()
-            && self.needs[i].iter().all(lets)
-            && self.units[i].is_due()
+            && mates.first() == Some(&i)
+            && mates.iter().all(|&j| self.lets_its_process_start(j))
             && !self.sweeps.hold_back(name)
             && (self.hosts.of(i).is_some() || self.network_guard.lets_start(name))
             && self.hosts.lets_start(i)
+    }
+
+    /// Whether a unit does not hold its process back.
+    fn lets_its_process_start(&self, i: usize) -> bool {
+        let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
+        let is_elsewhere = self.hosts.of(i).is_some();
+        self.needs[i].difference(&self.mates[i]).all(lets)
+            && self.units[i].is_due()
+            && (is_elsewhere || self.network_guard.lets_start(self.units[i].name()))
     }
 }
 

@@ -25,12 +25,14 @@ use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
+use rc_deploy_network::process_name;
 use rc_files::Disk;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How often the supervisor reads the memory of the components.
@@ -72,6 +74,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) units: Vec<Unit>,
     /// For each unit, the units that must be ready before it starts.
     pub(super) needs: Vec<BTreeSet<usize>>,
+    /// For each unit, the units of its process, also itself.
+    pub(super) mates: Vec<BTreeSet<usize>>,
     /// The managed units that are configured before the first one is activated.
     pub(super) configured_first: BTreeSet<usize>,
     pub(super) hosts: Hosts,
@@ -125,7 +129,8 @@ impl<'p> Supervisor<'p> {
         for (i, unit) in units.iter_mut().enumerate() {
             unit.outbox = hosts.outbox_of(i);
         }
-        let written = units.iter().map(|unit| &*unit.log);
+        let logs: BTreeMap<&str, &Path> = units.iter().flat_map(Unit::logs).collect();
+        let written = logs.values().copied();
         let written = written.chain([&*guard_log, &*supervisor_log]);
         for path in written.chain(hosts.logs()) {
             logs::clear(path).context(format!("write {}", path.display()))?;
@@ -133,13 +138,14 @@ impl<'p> Supervisor<'p> {
         let relay = options
             .relay
             .then(|| {
-                let logs = units.iter().map(|u| (u.name().to_owned(), u.log.clone()));
+                let logs = logs.iter();
+                let logs = logs.map(|(name, log)| ((*name).to_owned(), (*log).to_owned()));
                 Relay::new(&log_directory, logs)
             })
             .transpose()
             .context("follow the logs")?;
         let limit = options.log_limit.unwrap_or(rotation::LIMIT);
-        let logs = units.iter().map(|unit| unit.log.clone());
+        let logs = logs.values().map(|log| (*log).to_owned());
         let ring_log = logs::file(&log_directory, logs::RING);
         let logs = logs.chain([guard_log.clone(), supervisor_log, ring_log]);
         let logs = logs.collect();
@@ -152,6 +158,7 @@ impl<'p> Supervisor<'p> {
             None => GuardCommand::own().context("find out which program this is")?,
         };
         let needs = plan.needs();
+        let mates = plan.mates();
         let services = in_order_of_start(options.hold.clone(), plan, &needs);
         let mut network_guard =
             NetworkGuard::new(&plan.network, lock, guard_command, guard_log, services)?;
@@ -163,10 +170,11 @@ impl<'p> Supervisor<'p> {
             plan,
             digest: digest(&plan.ddsl),
             report,
-            configured_first: configured_first(&units, &needs),
+            configured_first: configured_first(&units, &needs, &mates),
             units,
-            commands: Commands::new(&needs),
+            commands: Commands::new(&needs, &mates),
             needs,
+            mates,
             hosts,
             network_guard,
             troubles,
@@ -233,13 +241,30 @@ impl<'p> Supervisor<'p> {
         self.report.event(Event::network(severity, code, message));
     }
 
+    /// Starts the process of a unit.
     pub(super) fn start(&mut self, i: usize) {
         let gone = self.gone();
-        let unit = &mut self.units[i];
-        unit.event(self.report, Severity::Info, "starting", "starting");
-        match unit.start(self.network_guard.mark(), &gone) {
+        let mates = &self.mates[i];
+        for &j in mates {
+            self.units[j].event(self.report, Severity::Info, "starting", "starting");
+        }
+        let mark = self.network_guard.mark();
+        let started = if self.units[i].component.thread.is_none() {
+            self.units[i].start(mark, &gone)
+        } else {
+            let inside = |j: usize| -> Vec<String> {
+                let after = self.needs[j].intersection(mates);
+                let names = after.map(|&k| process_name(&self.plan.components[k].name));
+                names.collect()
+            };
+            let units = self.units.iter_mut().enumerate();
+            let threads = units.filter(|(j, _)| mates.contains(j));
+            let mut threads: Vec<_> = threads.map(|(j, unit)| (unit, inside(j))).collect();
+            Unit::start_threads(&mut threads, mark, &gone)
+        };
+        match started {
             Ok(()) => {
-                if let Some(process) = unit.registered() {
+                if let Some(process) = self.units[i].registered() {
                     self.network_guard.started(process);
                 }
             }
@@ -260,11 +285,11 @@ impl<'p> Supervisor<'p> {
         if self.ending.is_none() {
             return;
         }
-        let alive = self.needs.iter().zip(&self.units);
-        let alive = alive.filter(|(_, unit)| unit.is_alive());
-        let needed: BTreeSet<usize> = alive.flat_map(|(needs, _)| needs).copied().collect();
-        for (i, unit) in self.units.iter_mut().enumerate() {
-            if !needed.contains(&i) {
+        let alive = (0..self.units.len()).filter(|&i| self.units[i].is_alive());
+        let needed = alive.flat_map(|i| self.needs[i].difference(&self.mates[i]));
+        let needed: BTreeSet<usize> = needed.copied().collect();
+        for (unit, mates) in self.units.iter_mut().zip(&self.mates) {
+            if needed.is_disjoint(mates) {
                 unit.ask_to_stop();
             }
         }
@@ -451,8 +476,11 @@ impl<'p> Supervisor<'p> {
             let disk = self.rotation.check_disk();
             self.disk_changed(disk);
             let pause = self.rounds.pause;
-            for unit in &mut self.units {
-                unit.measure(pause, self.report);
+            for (i, unit) in self.units.iter_mut().enumerate() {
+                // The memory of a process is told once.
+                if self.mates[i].first() == Some(&i) {
+                    unit.measure(pause, self.report);
+                }
             }
         }
         for (name, left) in self.sweeps.done() {

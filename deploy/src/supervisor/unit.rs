@@ -3,7 +3,7 @@
 use crate::guard::process_registry::RegisteredProcess;
 use crate::log::reporter::Reporter;
 use crate::process::identity::Mark;
-use crate::process::launch::LocalProcess;
+use crate::process::launch::{LocalProcess, NewThread};
 use crate::process::memory::resident;
 use crate::remote::{self, Outbox, RemoteProcess};
 use crate::supervisor::followers::without_followers;
@@ -13,15 +13,19 @@ use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
+use rc_deploy_client::logs;
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::Exit;
 use rc_management::component::{ConvertedStatus, State};
 use rc_management::event::Severity;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
+use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// How old the last heartbeat of a component, or the last iteration of its loop, may be.
@@ -38,6 +42,8 @@ const START_SHARE: Duration = Duration::from_millis(250);
 pub(crate) struct Unit {
     pub(crate) component: Component,
     pub(crate) log: PathBuf,
+    /// The log of its process, if it is a thread of one: what its threads do not write themselves.
+    pub(crate) process_log: Option<PathBuf>,
     /// The outbox of its host, and the component with the paths of that host, if it runs on another
     /// machine.
     pub(crate) outbox: Option<Outbox>,
@@ -89,7 +95,26 @@ pub(super) struct Running {
     /// its end is known.
     pub(super) closed: Option<Instant>,
     pub(super) started: Instant,
-    pub(super) stop: Stop,
+    stopping: Rc<Stopping>,
+}
+
+/// How far a process has been stopped. Its threads share it while they run.
+#[derive(Debug)]
+struct Stopping {
+    stop: Cell<Stop>,
+    /// The limit for its end after SIGTERM.
+    limit: Duration,
+}
+
+impl Running {
+    pub(super) fn stop(&self) -> Stop {
+        self.stopping.stop.get()
+    }
+
+    /// Whether other threads of its process run.
+    fn has_mates(&self) -> bool {
+        Rc::strong_count(&self.stopping) > 1
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +162,10 @@ impl Unit {
             changes: Changes::default(),
             unkept: None,
             lifecycle: component.managed.then(LifecycleControl::new),
+            process_log: component.thread.as_ref().map(|thread| {
+                let folder = log.parent().unwrap_or(Path::new(""));
+                logs::file(folder, &thread.process)
+            }),
             component,
             log,
             outbox: None,
@@ -155,6 +184,18 @@ impl Unit {
 
     pub(crate) fn name(&self) -> &str {
         &self.component.name
+    }
+
+    /// Name of its process, which is its own unless it is a thread of one.
+    pub(crate) fn process_name(&self) -> &str {
+        self.component.process()
+    }
+
+    /// What it appends to, with names: its log, and that of its process.
+    pub(crate) fn logs(&self) -> impl Iterator<Item = (&str, &Path)> {
+        let process = self.process_log.as_deref();
+        let process = process.map(|log| (self.process_name(), log));
+        std::iter::once((self.name(), &*self.log)).chain(process)
     }
 
     pub(crate) fn is_waiting(&self) -> bool {
@@ -230,7 +271,7 @@ impl Unit {
     /// If it starts: until when it counts for the number of starts at once.
     pub(crate) fn starting(&self) -> Option<Instant> {
         match &self.phase {
-            Phase::Alive(running) if !self.ready && running.stop == Stop::No => {
+            Phase::Alive(running) if !self.ready && running.stop() == Stop::No => {
                 Some(running.started + START_SHARE)
             }
             _ => None,
@@ -243,7 +284,7 @@ impl Unit {
     }
 
     pub(crate) fn is_asked_to_stop(&self) -> bool {
-        matches!(&self.phase, Phase::Alive(running) if running.stop != Stop::No)
+        matches!(&self.phase, Phase::Alive(running) if running.stop() != Stop::No)
     }
 
     /// Entry for the process registry of this machine.
@@ -251,8 +292,9 @@ impl Unit {
         match &self.phase {
             Phase::Alive(Running {
                 handle: ProcessHandle::Local(process),
+                stopping,
                 ..
-            }) => Some(process.registered(&self.component)),
+            }) => Some(process.registered(&self.component, stopping.limit)),
             _ => None,
         }
     }
@@ -285,9 +327,9 @@ impl Unit {
         }
     }
 
-    /// Name and the number of its run.
+    /// Name of its process and the number of its run.
     pub(crate) fn run(&self) -> String {
-        format!("{}/{}", self.name(), self.runs)
+        format!("{}/{}", self.process_name(), self.runs)
     }
 
     /// Starts the process. `gone`: processes that a source of time does not wait for.
@@ -309,6 +351,57 @@ impl Unit {
                 ProcessHandle::Remote(RemoteProcess::start(&component, run, greeting, outbox))
             }
         };
+        let stopping = Stopping {
+            stop: Cell::new(Stop::No),
+            limit: self.component.stop,
+        };
+        self.begin(handle, Rc::new(stopping));
+        Ok(())
+    }
+
+    /// Starts a process with its threads, each a unit with those that must be ready before it.
+    pub(crate) fn start_threads(
+        threads: &mut [(&mut Self, Vec<String>)],
+        mark: &Mark,
+        gone: &BTreeSet<String>,
+    ) -> Result<(), String> {
+        for (unit, _) in &mut *threads {
+            unit.runs += 1;
+        }
+        let Some((first, _)) = threads.first() else {
+            return Ok(());
+        };
+        let components = threads.iter();
+        let components: Vec<Cow<'_, Component>> = components
+            .map(|(unit, _)| without_followers(&unit.component, gone))
+            .collect();
+        let new = threads.iter().zip(&components);
+        let new = new.map(|((unit, after), component)| {
+            let thread = component.thread.as_ref();
+            NewThread {
+                component,
+                word: thread.map_or("", |thread| &thread.component),
+                greeting: unit.changes.line(),
+                log: &unit.log,
+                after: after.clone(),
+            }
+        });
+        let new: Vec<NewThread<'_>> = new.collect();
+        let log = first.process_log.as_deref().unwrap_or(&first.log);
+        let started = LocalProcess::start_threads(&new, &first.run(), log, mark)?;
+        let limits = threads.iter().map(|(unit, _)| unit.component.stop);
+        let stopping = Rc::new(Stopping {
+            stop: Cell::new(Stop::No),
+            limit: limits.max().unwrap_or_default(),
+        });
+        for ((unit, _), process) in threads.iter_mut().zip(started) {
+            unit.begin(ProcessHandle::Local(process), Rc::clone(&stopping));
+        }
+        Ok(())
+    }
+
+    /// Notes that its process has started.
+    fn begin(&mut self, handle: ProcessHandle, stopping: Rc<Stopping>) {
         let now = Instant::now();
         self.heard = now;
         self.reported = None;
@@ -325,9 +418,8 @@ impl Unit {
             handle,
             closed: None,
             started: now,
-            stop: Stop::No,
+            stopping,
         });
-        Ok(())
     }
 
     /// Its host could not start it.
@@ -384,20 +476,23 @@ impl Unit {
     /// Asks the process to end.
     pub(crate) fn ask_to_stop(&mut self) {
         if let Phase::Alive(running) = &mut self.phase
-            && running.stop == Stop::No
+            && running.stop() == Stop::No
         {
             running.handle.terminate();
-            running.stop = Stop::Asked(Instant::now() + self.component.stop);
+            let stopping = &running.stopping;
+            let limit = Instant::now() + stopping.limit;
+            stopping.stop.set(Stop::Asked(limit));
         }
     }
 
     /// Ends the process and its group.
     pub(crate) fn kill(&mut self) {
         if let Phase::Alive(running) = &mut self.phase
-            && !matches!(running.stop, Stop::Killed(_))
+            && !matches!(running.stop(), Stop::Killed(_))
         {
             running.handle.kill();
-            running.stop = Stop::Killed(Instant::now() + KILL_LIMIT);
+            let limit = Instant::now() + KILL_LIMIT;
+            running.stopping.stop.set(Stop::Killed(limit));
         }
     }
 
@@ -415,7 +510,7 @@ impl Unit {
         };
         let exit: Exit = running.handle.reap();
         let end = Termination {
-            done: exit.is_done(running.stop != Stop::No),
+            done: exit.is_done(running.stop() != Stop::No),
             text: exit.text,
             ran: running.started.elapsed(),
             lost: false,
@@ -458,7 +553,7 @@ impl Unit {
         let Phase::Alive(running) = &self.phase else {
             return self.due;
         };
-        let limit = match running.stop {
+        let limit = match running.stop() {
             Stop::Asked(at) | Stop::Killed(at) => Some(at),
             Stop::No if !self.ready => Some(running.started + self.component.ready),
             Stop::No => self.silence().or_else(|| self.hung_limit()),
@@ -497,18 +592,22 @@ impl Unit {
         if let Phase::Alive(running) = &mut self.phase
             && running.closed.take_if(|at| now >= *at).is_some()
         {
-            self.report_closed_link(report);
+            if self.ready && running.has_mates() && running.stop() == Stop::No {
+                self.end_alone(report);
+            } else {
+                self.report_closed_link(report);
+            }
             return Overdue::Nothing;
         }
         let Phase::Alive(running) = &self.phase else {
             self.due = None;
             return Overdue::Nothing;
         };
-        match running.stop {
+        match running.stop() {
             Stop::Asked(_) => {
-                let limit = self.component.stop;
+                let limit = running.stopping.limit;
                 let text = format!("did not end within {limit:?} and is killed");
-                self.event(report, Severity::Warning, "killed", text);
+                self.process_event(report, Severity::Warning, "killed", text);
                 self.kill();
                 Overdue::Nothing
             }
@@ -536,6 +635,22 @@ impl Unit {
         }
     }
 
+    /// Notes that it has ended in order, and its process runs on with other threads.
+    fn end_alone(&mut self, report: &Reporter) {
+        let Phase::Alive(running) = &self.phase else {
+            return;
+        };
+        let end = Termination {
+            done: true,
+            text: format!("its process {} runs on", self.process_name()),
+            ran: running.started.elapsed(),
+            lost: false,
+        };
+        let text = format!("ended: {}", end.text);
+        self.phase = Phase::Ended(end);
+        self.event(report, Severity::Info, "exited", text);
+    }
+
     fn pid_text(&self) -> String {
         let pid = self.handle().and_then(ProcessHandle::pid);
         pid.map_or_else(String::new, |pid| pid.to_string())
@@ -551,6 +666,7 @@ impl Unit {
             by_hand: false,
             state: self.state(),
             lifecycle: running.and_then(|_| self.lifecycle_state()),
+            process: self.component.thread.as_ref().map(|t| t.process.clone()),
             host: self.component.host.as_ref().map(|host| host.name.clone()),
             pid: running.and_then(|r| r.handle.pid()),
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
@@ -581,7 +697,7 @@ impl Unit {
             Phase::Waiting => ComponentState::Waiting,
             Phase::Ended(end) if end.done => ComponentState::Done,
             Phase::Ended(_) => ComponentState::Failed,
-            Phase::Alive(running) if running.stop != Stop::No => ComponentState::Stopping,
+            Phase::Alive(running) if running.stop() != Stop::No => ComponentState::Stopping,
             Phase::Alive(_) if self.hung.is_some() => ComponentState::Hung,
             Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running).into(),
             Phase::Alive(_) => ComponentState::Starting,

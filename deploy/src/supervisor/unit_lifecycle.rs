@@ -132,7 +132,7 @@ impl Unit {
         let Phase::Alive(running) = &self.phase else {
             return None;
         };
-        control.deadline().filter(|_| running.stop == Stop::No)
+        control.deadline().filter(|_| running.stop() == Stop::No)
     }
 
     /// Takes why its last goal was missed, or is late at this time.

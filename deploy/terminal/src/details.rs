@@ -43,6 +43,9 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
     if status.by_hand {
         facts += "  by hand";
     }
+    if let Some(process) = &status.process {
+        facts += &format!("  in process {process}");
+    }
     if let Some(host) = &status.host {
         facts += &format!("  on {host}");
     }

@@ -28,4 +28,5 @@ mod shared_program;
 mod start;
 mod stop;
 mod target_folder;
+mod threads;
 mod watch;

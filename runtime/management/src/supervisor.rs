@@ -277,6 +277,10 @@ pub struct ComponentStatus {
     /// The state of its life cycle, while it runs, if it is managed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lifecycle: Option<LifecycleState>,
+    /// The name of the process whose thread it is; none for one of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "foreign::optional")]
+    pub process: Option<String>,
     /// The process, while it runs.
     pub pid: Option<i32>,
     /// Seconds since the start, while it runs.

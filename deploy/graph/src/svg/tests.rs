@@ -64,6 +64,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
             component: Some((*u.choose(&WORDS)?).to_owned()),
             group,
             host: u.choose(&hosts)?.name.clone(),
+            process: None,
             middleware: "iceoryx2",
             clock: u.choose(&["system", "simulated", "source", "ros"])?,
             external: *u.choose(&[false, false, true])?,

@@ -40,9 +40,10 @@ impl Group {
         let needs: Vec<BTreeSet<usize>> = (0..benches.len())
             .map(|i| i.checked_sub(1).into_iter().collect())
             .collect();
+        let mates: Vec<BTreeSet<usize>> = (0..benches.len()).map(|i| BTreeSet::from([i])).collect();
         Self {
             benches,
-            commands: Commands::new(&needs),
+            commands: Commands::new(&needs, &mates),
             needs,
         }
     }

@@ -46,6 +46,7 @@ fn status() -> NetworkStatus {
     let components = NAMES.iter().enumerate().map(|(at, name)| ComponentStatus {
         name: (*name).to_owned(),
         by_hand: false,
+        process: None,
         host: None,
         state: match at {
             3 => ComponentState::Emergency,

@@ -106,6 +106,7 @@ fn of_supervisors(golden: &mut Golden) {
     golden.title("answers of a supervisor");
     let component = |state| supervisor::ComponentStatus {
         by_hand: false,
+        process: None,
         name: text("lidar"),
         host: Some(text("base")),
         state,
