@@ -107,10 +107,10 @@ fn check(
                 let ids = tree.nodes.iter().filter(|node| fits(element, &node.kind));
                 let ids = ids.map(|node| node.id.as_str());
                 // The value stands in another file than the finding.
-            found.push(match nearest(value, ids) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error,
-            });
+                found.push(match nearest(value, ids) {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error,
+                });
             }
         },
     );
