@@ -51,7 +51,9 @@ pub struct Diagnostic {
     /// How to solve the problem, in the imperative.
     pub help: Option<String>,
     /// The change of the text that solves it, where there is one.
-    pub mend: Option<Mend>,
+    ///
+    /// In a box: recursive parsers return diagnostics, and their frames have a limit.
+    pub mend: Option<Box<Mend>>,
     /// Locations of secret values. Renderers replace them by asterisks.
     pub secrets: Vec<Span>,
 }
@@ -107,11 +109,11 @@ impl Diagnostic {
     /// Sets the mend of which only this one is right: `new` instead of `old` at the location.
     #[must_use]
     pub fn mend(mut self, old: impl Into<String>, new: impl Into<String>) -> Self {
-        self.mend = Some(Mend {
+        self.mend = Some(Box::new(Mend {
             old: old.into(),
             new: new.into(),
             certain: true,
-        });
+        }));
         self
     }
 
@@ -119,11 +121,11 @@ impl Diagnostic {
     #[must_use]
     pub fn did_you_mean(mut self, name: &str, near: Option<&str>) -> Self {
         let Some(near) = near else { return self };
-        self.mend = Some(Mend {
+        self.mend = Some(Box::new(Mend {
             old: name.to_owned(),
             new: near.to_owned(),
             certain: false,
-        });
+        }));
         self.help(format!("did you mean `{near}`?"))
     }
 

@@ -119,11 +119,11 @@ mod tests {
         for (start, end, old, new, certain) in finds {
             let span = Span::new(source, *start, *end);
             let mut one = Diagnostic::error("syntax-error", span, format!("{start} {old} {new}"));
-            one.mend = Some(Mend {
+            one.mend = Some(Box::new(Mend {
                 old: (*old).to_owned(),
                 new: (*new).to_owned(),
                 certain: *certain,
-            });
+            }));
             found.push(one);
         }
         edited(text, &edits(&sources, &found, source, likely))
