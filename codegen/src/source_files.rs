@@ -23,6 +23,11 @@ pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Ve
     Ok(files)
 }
 
+/// Whether a folder with this name holds what programs have written.
+pub fn is_left_out(name: &str) -> bool {
+    matches!(name, "target" | "generated")
+}
+
 fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(named)?;
@@ -31,7 +36,7 @@ fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>)
     for entry in entries {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        let left_out = name.starts_with('.') || name == "target" || name == "generated";
+        let left_out = name.starts_with('.') || is_left_out(&name);
         let path = entry.path();
         // Links to folders are not followed: they could be cyclic.
         if entry.file_type().map_err(named)?.is_dir() {

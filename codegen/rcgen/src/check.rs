@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-const ENDINGS: [&str; 11] = [
+pub(crate) const ENDINGS: [&str; 11] = [
     "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
 ];
 

@@ -1,6 +1,6 @@
 //! Mends files: does what findings suggest.
 
-use rc_diagnostics::{Diagnostics, SourceMap, mend};
+use rc_diagnostics::{Diagnostics, Edit, SourceMap, mend};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,13 +29,15 @@ pub struct Change {
     pub new: String,
 }
 
-/// Does the mends of `found` in the files that were read, and returns what was changed. Files that
-/// are not description files, and those that have changed since they were read, stay as they are.
-///
-/// # Errors
-/// The system does not write a file; those before it are written.
-pub fn files(sources: &SourceMap, found: &Diagnostics, which: Which) -> io::Result<Vec<Change>> {
-    let mut changes = Vec::new();
+/// Does the mends of `found` in the files that were read. Returns what was changed, and what the system
+/// refused, by file. Files that are not description files, and those that have changed since they
+/// were read, stay as they are.
+pub fn files(
+    sources: &SourceMap,
+    found: &Diagnostics,
+    which: Which,
+) -> (Vec<Change>, Vec<(PathBuf, io::Error)>) {
+    let (mut changes, mut refused) = (Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
     for source in sources.ids() {
         let edits = mend::edits(sources, found, source, which == Which::Likely);
@@ -47,29 +49,37 @@ pub fn files(sources: &SourceMap, found: &Diagnostics, which: Which) -> io::Resu
         let Ok(real) = path.canonicalize() else {
             continue;
         };
-        let text = sources.text(source);
-        let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", path.display()));
-        let Some(before) = unchanged(&real, text).map_err(named)? else {
-            continue;
-        };
         if !seen.insert(real.clone()) {
             continue;
         }
-        let mark = &before[..before.len() - text.len()];
-        let after = format!("{mark}{}", mend::edited(text, &edits));
-        rc_files::replace(&real, &before, &after).map_err(named)?;
-        changes.extend(edits.into_iter().map(|edit| {
-            let at = sources.position(source, edit.span.start);
-            Change {
-                file: path.to_path_buf(),
-                line: at.line,
-                column: at.column,
-                old: text[edit.span.start..edit.span.end].to_owned(),
-                new: edit.text,
-            }
-        }));
+        match write(&real, sources.text(source), &edits) {
+            Err(error) => refused.push((path.to_path_buf(), error)),
+            Ok(false) => {}
+            Ok(true) => changes.extend(edits.into_iter().map(|edit| {
+                let at = sources.position(source, edit.span.start);
+                let text = sources.text(source);
+                Change {
+                    file: path.to_path_buf(),
+                    line: at.line,
+                    column: at.column,
+                    old: text[edit.span.start..edit.span.end].to_owned(),
+                    new: edit.text,
+                }
+            })),
+        }
     }
-    Ok(changes)
+    (changes, refused)
+}
+
+/// Writes a file with edits, if its content is still `text`. Returns whether it is.
+fn write(file: &Path, text: &str, edits: &[Edit]) -> io::Result<bool> {
+    let Some(before) = unchanged(file, text)? else {
+        return Ok(false);
+    };
+    let mark = &before[..before.len() - text.len()];
+    let after = format!("{mark}{}", mend::edited(text, edits));
+    rc_files::replace(file, &before, &after)?;
+    Ok(true)
 }
 
 /// The content of a file, if it is still `text`, perhaps behind a byte order mark.

@@ -2,7 +2,8 @@
 //!
 //! An editor sees what `rcgen check` and `rcgen fmt` say: [`crate::check`] reads each file through
 //! [`rc_files::unsaved`], which holds the texts that are open. A change checks its file first, then
-//! each file that read it; a further message goes first.
+//! each file that read it; a further message goes first. What a request needs is checked before it
+//! is answered, so no edit has a place of an earlier text.
 
 mod findings;
 mod place;
@@ -14,6 +15,7 @@ use crate::{check, explain, innermodel};
 use findings::{Findings, Place};
 use place::Encoding;
 use rc_codegen::FileLoader;
+use rc_codegen::source_files::is_left_out;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -27,18 +29,33 @@ const MOST_FILES: usize = 2_000;
 /// How many messages wait; each has a limit.
 const MESSAGES: usize = 4;
 
+/// After how many messages a file is checked, although further ones wait.
+const MESSAGES_BETWEEN: usize = 32;
+
+/// The requests that are answered.
+const REQUESTS: [&str; 3] = [
+    "textDocument/formatting",
+    "textDocument/codeAction",
+    "textDocument/hover",
+];
+
+/// How the protocol numbers a change of a watched file's text.
+const CHANGED: i64 = 2;
+
 /// Codes of errors, as the protocol numbers them.
+const PARSE_ERROR: i64 = -32700;
 const METHOD_NOT_FOUND: i64 = -32601;
 const NOT_INITIALIZED: i64 = -32002;
 const INVALID_REQUEST: i64 = -32600;
 
-/// Serves an editor until it says `exit` or closes the input. Returns whether it said so in order.
+/// Serves an editor until it says `exit` or closes the input. Returns whether it said
+/// `shutdown` before.
 ///
 /// # Errors
 /// The input is none of the protocol, or the output is closed.
 pub fn run(include: &[PathBuf]) -> io::Result<bool> {
     let (sender, messages) = sync_channel(MESSAGES);
-    // It ends with the process: nothing can interrupt a read.
+    // The thread ends with the process: nothing can interrupt a read.
     std::thread::spawn(move || {
         let mut input = BufReader::new(io::stdin());
         loop {
@@ -68,35 +85,68 @@ enum Stage {
     ShutDown,
 }
 
+/// An open text.
+struct Document {
+    /// The path of its file when it was opened.
+    path: PathBuf,
+    text: String,
+    version: Value,
+}
+
 #[derive(Default)]
 struct Server {
     stage: Stage,
     include: Vec<PathBuf>,
     encoding: Encoding,
-    /// Open texts: the address that the editor has for the path, and the text.
-    open: BTreeMap<PathBuf, (String, String)>,
+    /// Whether the editor watches files, if it is asked to.
+    watches: bool,
+    /// Open texts, by the address that the editor has for them.
+    open: BTreeMap<String, Document>,
     findings: Findings,
-    /// Files to check, and the same as a set.
+    /// Files to check.
     waiting: VecDeque<PathBuf>,
+    /// Folders in which files to check are looked for, and how many files were found.
+    folders: VecDeque<PathBuf>,
+    files: usize,
 }
 
 impl Server {
-    fn serve(&mut self, messages: &Receiver<io::Result<Value>>) -> io::Result<bool> {
+    fn serve(
+        &mut self,
+        messages: &Receiver<io::Result<Result<Value, String>>>,
+    ) -> io::Result<bool> {
+        let mut taken = 0;
         loop {
-            let message = if self.waiting.is_empty() {
+            let busy = !self.waiting.is_empty() || !self.folders.is_empty();
+            let message = if !busy {
                 messages.recv().ok()
+            } else if taken >= MESSAGES_BETWEEN {
+                // A client that never stops to write gets its findings, too.
+                taken = 0;
+                self.work()?;
+                continue;
             } else {
                 match messages.try_recv() {
                     Ok(message) => Some(message),
                     Err(TryRecvError::Disconnected) => None,
                     Err(TryRecvError::Empty) => {
-                        self.check_next()?;
+                        taken = 0;
+                        self.work()?;
                         continue;
                     }
                 }
             };
+            taken += 1;
             let Some(message) = message.transpose()? else {
                 return Ok(false);
+            };
+            let message = match message {
+                Ok(message) => message,
+                Err(reason) => {
+                    let error = json!({ "code": PARSE_ERROR, "message": reason });
+                    send(json!({ "id": null, "error": error }))?;
+                    continue;
+                }
             };
             if message["method"] == "exit" {
                 return Ok(self.stage == Stage::ShutDown);
@@ -106,26 +156,30 @@ impl Server {
     }
 
     fn take(&mut self, message: &Value) -> io::Result<()> {
-        // An answer to a request: this server asks nothing.
+        // An answer to a request of this server, which needs none.
         let Some(method) = message["method"].as_str() else {
             return Ok(());
         };
         let parameters = &message["params"];
         let Some(id) = message.get("id") else {
-            if self.stage == Stage::Initialized {
-                self.notice(method, parameters);
-            }
-            return Ok(());
+            return match self.stage {
+                Stage::Initialized => self.notice(method, parameters),
+                Stage::New | Stage::ShutDown => Ok(()),
+            };
         };
         let answer = match (self.stage, method) {
             (Stage::New, "initialize") => Ok(self.initialize(parameters)),
             (Stage::New, _) => Err((NOT_INITIALIZED, "initialize comes first".to_owned())),
+            (Stage::Initialized, "initialize") => {
+                Err((INVALID_REQUEST, "the server is initialized".to_owned()))
+            }
             (Stage::Initialized, "shutdown") => {
                 self.stage = Stage::ShutDown;
                 self.waiting.clear();
+                self.folders.clear();
                 Ok(Value::Null)
             }
-            (Stage::Initialized, _) => self.request(method, parameters),
+            (Stage::Initialized, _) => self.request(method, parameters)?,
             (Stage::ShutDown, _) => Err((INVALID_REQUEST, "the server was shut down".to_owned())),
         };
         send(match answer {
@@ -138,16 +192,19 @@ impl Server {
 
     fn initialize(&mut self, parameters: &Value) -> Value {
         self.stage = Stage::Initialized;
-        self.encoding = Encoding::of(&parameters["capabilities"]["general"]["positionEncodings"]);
+        let client = &parameters["capabilities"];
+        self.encoding = Encoding::of(&client["general"]["positionEncodings"]);
+        let watching = &client["workspace"]["didChangeWatchedFiles"];
+        self.watches = watching["dynamicRegistration"] == true;
         let folders = parameters["workspaceFolders"].as_array();
         let folders = folders.into_iter().flatten().map(|folder| &folder["uri"]);
         let root = [&parameters["rootUri"]];
-        let mut roots: Vec<PathBuf> = folders
-            .chain(root)
+        let roots = folders.chain(root);
+        let roots: BTreeSet<PathBuf> = roots
             .filter_map(|uri| place::path(uri.as_str()?))
+            .map(|path| key(&path))
             .collect();
-        roots.dedup();
-        self.look_around(&roots);
+        self.folders = roots.into_iter().collect();
         json!({
             "capabilities": {
                 "positionEncoding": self.encoding.word(),
@@ -160,73 +217,131 @@ impl Server {
         })
     }
 
-    /// Checks the description files of the folders that the editor has opened.
-    fn look_around(&mut self, roots: &[PathBuf]) {
-        for root in roots {
-            let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
-            let files = check::files(std::slice::from_ref(root), &mut sources, &mut found);
-            let left = MOST_FILES.saturating_sub(self.waiting.len());
-            for file in files.unwrap_or_default().into_iter().take(left) {
-                self.wait_for(&file);
-            }
-        }
-    }
-
-    fn notice(&mut self, method: &str, parameters: &Value) {
+    fn notice(&mut self, method: &str, parameters: &Value) -> io::Result<()> {
         let document = &parameters["textDocument"];
-        let uri = document["uri"].as_str();
-        let path = uri.and_then(place::path);
-        match (method, path) {
-            ("textDocument/didOpen", Some(path)) => {
-                let text = document["text"].as_str();
-                self.edit(&path, uri, text);
+        let uri = document["uri"].as_str().unwrap_or_default();
+        match method {
+            "initialized" if self.watches => send(json!({
+                "id": "watch",
+                "method": "client/registerCapability",
+                "params": { "registrations": [{
+                    "id": "watch",
+                    "method": "workspace/didChangeWatchedFiles",
+                    "registerOptions": { "watchers": [{
+                        "globPattern": format!("**/*.{{{}}}", check::ENDINGS.join(",")),
+                    }] },
+                }] },
+            })),
+            "textDocument/didOpen" => {
+                if let (Some(path), Some(text)) = (place::path(uri), document["text"].as_str()) {
+                    self.open(uri, &path, text, &document["version"]);
+                }
+                Ok(())
             }
-            ("textDocument/didChange", Some(path)) => {
+            "textDocument/didChange" => {
                 // Each change has the whole text: this server offers nothing else.
-                let last = parameters["contentChanges"]
-                    .as_array()
-                    .and_then(|all| all.last());
-                let text = last.and_then(|change| change["text"].as_str());
-                self.edit(&path, uri, text);
+                let changes = parameters["contentChanges"].as_array();
+                let last = changes.and_then(|all| all.last());
+                if let Some(text) = last.and_then(|change| change["text"].as_str()) {
+                    self.edit(uri, text, &document["version"]);
+                }
+                Ok(())
             }
-            ("textDocument/didClose", Some(path)) => {
-                self.open.remove(&key(&path));
-                rc_files::unsaved::remove(&path);
-                self.changed(&path);
-            }
-            ("textDocument/didSave", Some(path)) => self.changed(&path),
-            ("workspace/didChangeWatchedFiles", _) => {
-                let changes = parameters["changes"].as_array().into_iter().flatten();
-                let uris = changes.filter_map(|change| change["uri"].as_str());
-                for path in uris.filter_map(place::path).collect::<Vec<_>>() {
+            "textDocument/didClose" => self.close(uri),
+            "textDocument/didSave" => {
+                if let Some(path) = self.open.get(uri).map(|open| open.path.clone()) {
                     self.changed(&path);
                 }
+                Ok(())
             }
-            _ => {}
+            "workspace/didChangeWatchedFiles" => {
+                let changes = parameters["changes"].as_array().into_iter().flatten();
+                for change in changes {
+                    if let Some(path) = change["uri"].as_str().and_then(place::path) {
+                        self.changed(&key(&path));
+                        // Not its text alone: it has come or gone.
+                        if change["type"] != CHANGED {
+                            self.check_all();
+                        }
+                    }
+                }
+                Ok(())
+            }
+            _ => Ok(()),
         }
     }
 
-    fn edit(&mut self, path: &Path, uri: Option<&str>, text: Option<&str>) {
-        let (Some(uri), Some(text)) = (uri, text) else {
+    fn open(&mut self, uri: &str, path: &Path, text: &str, version: &Value) {
+        let path = key(path);
+        let is_new = self.findings.readers(&path).is_empty();
+        let document = Document {
+            path: path.clone(),
+            text: String::new(),
+            version: Value::Null,
+        };
+        self.open.insert(uri.to_owned(), document);
+        self.edit(uri, text, version);
+        // Whether it is a file of InnerModel, its text says.
+        if !check::is_wanted(&path) {
+            self.open.remove(uri);
+            self.take_from_disk(&path);
+        } else if is_new {
+            // Others may have missed it.
+            self.check_all();
+        }
+    }
+
+    fn edit(&mut self, uri: &str, text: &str, version: &Value) {
+        let Some(document) = self.open.get_mut(uri) else {
             return;
         };
-        if !is_known(path) {
-            return;
+        // Texts of checks have none, and an edit of the whole text must not count it.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        text.clone_into(&mut document.text);
+        document.version = version.clone();
+        let path = document.path.clone();
+        rc_files::unsaved::set(&path, text);
+        self.changed(&path);
+    }
+
+    fn close(&mut self, uri: &str) -> io::Result<()> {
+        let Some(document) = self.open.remove(uri) else {
+            return Ok(());
+        };
+        self.take_from_disk(&document.path);
+        self.changed(&document.path);
+        if !document.path.exists() {
+            self.check_all();
         }
-        self.open
-            .insert(key(path), (uri.to_owned(), text.to_owned()));
-        rc_files::unsaved::set(path, text);
-        self.changed(path);
+        // From now on, the findings of the file have its own address.
+        if uri == place::uri(&document.path) {
+            return Ok(());
+        }
+        self.publish_at(uri, &Value::Null, &[])
+    }
+
+    /// The text of a file is that of another address, or the one on disk.
+    fn take_from_disk(&mut self, path: &Path) {
+        let other = self.open.values().find(|open| open.path == path);
+        match other {
+            Some(other) => rc_files::unsaved::set(path, &other.text),
+            None => rc_files::unsaved::remove(path),
+        }
+    }
+
+    fn is_open(&self, path: &Path) -> bool {
+        self.open.values().any(|open| open.path == path)
     }
 
     /// A file has another text: it is checked next, and then what read it, open files first.
     fn changed(&mut self, path: &Path) {
-        let path = key(path);
-        let mut readers = self.findings.readers(&path);
-        readers.sort_by_key(|reader| !self.open.contains_key(reader));
-        if is_known(&path) {
-            readers.retain(|reader| *reader != path);
-            readers.insert(0, path);
+        self.findings.forget(path);
+        let mut readers = self.findings.readers(path);
+        readers.sort_by_key(|reader| !self.is_open(reader));
+        let is_checked = readers.iter().any(|reader| reader == path);
+        if is_checked || check::is_wanted(path) {
+            readers.retain(|reader| reader != path);
+            readers.insert(0, path.to_path_buf());
         }
         let first: BTreeSet<&PathBuf> = readers.iter().collect();
         self.waiting.retain(|waiting| !first.contains(waiting));
@@ -235,64 +350,131 @@ impl Server {
         }
     }
 
-    fn wait_for(&mut self, path: &Path) {
-        let path = key(path);
-        if !self.waiting.contains(&path) {
-            self.waiting.push_back(path);
+    /// All files are checked again, after those that wait.
+    fn check_all(&mut self) {
+        let waiting: BTreeSet<PathBuf> = self.waiting.iter().cloned().collect();
+        let others = self.findings.all().into_iter();
+        self.waiting
+            .extend(others.filter(|path| !waiting.contains(path)));
+    }
+
+    /// Checks a file, or else looks into a folder.
+    fn work(&mut self) -> io::Result<()> {
+        if let Some(path) = self.waiting.pop_front() {
+            return self.check(&path);
+        }
+        if let Some(folder) = self.folders.pop_front() {
+            self.look_into(&folder);
+        }
+        Ok(())
+    }
+
+    /// Finds the description files of a folder, as `rcgen check` does. What cannot be read is left out.
+    fn look_into(&mut self, folder: &Path) {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut entries: Vec<_> = entries.collect();
+        entries.sort_by_key(std::fs::DirEntry::file_name);
+        for entry in entries {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            let left_out = name.starts_with('.') || is_folder && is_left_out(&name);
+            if left_out || self.files >= MOST_FILES {
+                continue;
+            }
+            if is_folder {
+                if self.folders.len() < MOST_FILES {
+                    self.folders.push_back(entry.path());
+                }
+            } else if entry.path().is_file() && check::is_wanted(&entry.path()) {
+                self.files += 1;
+                let path = key(&entry.path());
+                if !self.waiting.contains(&path) {
+                    self.waiting.push_back(path);
+                }
+            }
         }
     }
 
-    fn check_next(&mut self) -> io::Result<()> {
-        let Some(path) = self.waiting.pop_front() else {
-            return Ok(());
-        };
+    fn check(&mut self, path: &Path) -> io::Result<()> {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = FileLoader::new(&self.include);
         let include = &self.include;
         // A file that is gone, or no text, has no findings of its own.
-        let _ = check::file(&path, false, &mut sources, &loader, include, &mut found);
-        let changed = self
-            .findings
-            .checked(&path, &sources, &found, self.encoding);
+        let _ = check::file(path, false, &mut sources, &loader, include, &mut found);
+        let mut changed = self.findings.checked(path, &sources, &found, self.encoding);
+        // It was forgotten when it changed.
+        changed.insert(path.to_path_buf());
         for target in changed {
-            let diagnostics = self.findings.of(&target);
-            let uri = self.uri(&target);
-            send(json!({
-                "method": "textDocument/publishDiagnostics",
-                "params": { "uri": uri, "diagnostics": diagnostics },
-            }))?;
+            self.publish(&target)?;
         }
         Ok(())
     }
 
-    /// The address of a file, as the editor wrote it.
-    fn uri(&self, path: &Path) -> String {
-        let open = self.open.get(path).map(|(uri, _)| uri.clone());
-        open.unwrap_or_else(|| place::uri(path))
+    fn publish(&self, path: &Path) -> io::Result<()> {
+        let diagnostics = self.findings.of(path);
+        let mut is_open = false;
+        for (uri, document) in &self.open {
+            if document.path == path {
+                is_open = true;
+                self.publish_at(uri, &document.version, &diagnostics)?;
+            }
+        }
+        if is_open {
+            return Ok(());
+        }
+        self.publish_at(&place::uri(path), &Value::Null, &diagnostics)
     }
 
-    fn request(&self, method: &str, parameters: &Value) -> Result<Value, (i64, String)> {
-        let uri = parameters["textDocument"]["uri"].as_str();
-        let path = uri.and_then(place::path).map(|path| key(&path));
-        Ok(match (method, path) {
-            ("textDocument/formatting", Some(path)) => self.format(&path),
-            ("textDocument/codeAction", Some(path)) => {
-                self.actions(&path, &parameters["range"], &parameters["context"])
+    #[expect(clippy::unused_self, reason = "it belongs to the two above")]
+    fn publish_at(&self, uri: &str, version: &Value, diagnostics: &[Value]) -> io::Result<()> {
+        let mut parameters = json!({ "uri": uri, "diagnostics": diagnostics });
+        if !version.is_null() {
+            parameters["version"] = version.clone();
+        }
+        send(json!({ "method": "textDocument/publishDiagnostics", "params": parameters }))
+    }
+
+    /// Answers a request. What it is about is checked first.
+    fn request(
+        &mut self,
+        method: &str,
+        parameters: &Value,
+    ) -> io::Result<Result<Value, (i64, String)>> {
+        if !REQUESTS.contains(&method) {
+            return Ok(Err((
+                METHOD_NOT_FOUND,
+                format!("`{method}` is not offered"),
+            )));
+        }
+        let uri = parameters["textDocument"]["uri"]
+            .as_str()
+            .unwrap_or_default();
+        let Some(path) = self.open.get(uri).map(|open| open.path.clone()) else {
+            return Ok(Ok(Value::Null));
+        };
+        if self.waiting.contains(&path) {
+            self.waiting.retain(|waiting| *waiting != path);
+            self.check(&path)?;
+        }
+        Ok(Ok(match method {
+            "textDocument/formatting" => self.format(uri),
+            "textDocument/codeAction" => {
+                self.actions(uri, &path, &parameters["range"], &parameters["context"])
             }
-            ("textDocument/hover", Some(path)) => self.hover(&path, &parameters["position"]),
-            ("textDocument/formatting" | "textDocument/codeAction" | "textDocument/hover", _) => {
-                Value::Null
-            }
-            _ => return Err((METHOD_NOT_FOUND, format!("`{method}` is not offered"))),
-        })
+            _ => self.hover(&path, &parameters["position"]),
+        }))
     }
 
     /// The edit that lays out an open file. Nothing if it has errors, as with `rcgen fmt`.
-    fn format(&self, path: &Path) -> Value {
-        let Some((_, text)) = self.open.get(path).filter(|_| is_formatted(path)) else {
+    fn format(&self, uri: &str) -> Value {
+        let Some(Document { path, text, .. }) = self.open.get(uri) else {
             return Value::Null;
         };
+        if !is_formatted(path) {
+            return Value::Null;
+        }
         let mut sources = SourceMap::new();
         let source = sources.add(path, text.as_str());
         let formatted = match Language::of(path) {
@@ -310,18 +492,20 @@ impl Server {
     }
 
     /// The mends of the findings in a range, and one for all that are certain.
-    fn actions(&self, path: &Path, range: &Value, context: &Value) -> Value {
-        let uri = self.uri(path);
+    fn actions(&self, uri: &str, path: &Path, range: &Value, context: &Value) -> Value {
         let kinds = context["only"].as_array();
         let wanted = |kind: &str| {
-            let starts = |only: &Value| only.as_str().is_some_and(|only| kind.starts_with(only));
-            kinds.is_none_or(|kinds| kinds.iter().any(starts))
+            let holds = |only: &str| {
+                let rest = kind.strip_prefix(only);
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            kinds.is_none_or(|kinds| kinds.iter().filter_map(Value::as_str).any(holds))
         };
-        let edit = |edits: Vec<Value>| json!({ "changes": { uri.as_str(): edits } });
+        let edit = |edits: Vec<Value>| json!({ "changes": { uri: edits } });
         let mut actions = Vec::new();
-        let mut certain: Vec<Value> = Vec::new();
+        let mut certain = Vec::new();
         for (diagnostic, mend) in self.findings.mends(path) {
-            if mend.certain && !certain.contains(&mend.edit) {
+            if mend.certain {
                 certain.push(mend.edit.clone());
             }
             if wanted("quickfix") && Place::meet(&diagnostic["range"], range) {
@@ -330,15 +514,15 @@ impl Server {
                     "kind": "quickfix",
                     "diagnostics": [diagnostic],
                     "isPreferred": mend.certain,
-                    "edit": edit(vec![mend.edit.clone()]),
+                    "edit": edit(vec![mend.edit]),
                 }));
             }
         }
         if wanted("source.fixAll") && !certain.is_empty() {
             actions.push(json!({
-                "title": "Mend what can only be meant",
+                "title": "Make all certain mends",
                 "kind": "source.fixAll",
-                "edit": edit(certain),
+                "edit": edit(findings::together(certain)),
             }));
         }
         json!(actions)
@@ -365,11 +549,6 @@ impl Server {
         }
         json!({ "contents": { "kind": "markdown", "value": pages.join("\n\n") } })
     }
-}
-
-/// Whether a file is one that is checked. Other `.json` and `.toml` files are other programs'.
-fn is_known(path: &Path) -> bool {
-    check::is_wanted(path)
 }
 
 /// One path for all that lead to a file.

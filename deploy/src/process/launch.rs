@@ -89,7 +89,7 @@ impl LocalProcess {
     ) -> Result<Self, String> {
         let file = open_log(log)?;
         let (link, theirs) = new_link(greeting)?;
-        let mut command = command(component, run, file, theirs, mark)?;
+        let mut command = command(component, file, theirs)?;
         command.args(&component.args).envs(&component.env);
         if component.exact {
             command.arg("--record").arg(exact_recording(log));
@@ -111,7 +111,7 @@ impl LocalProcess {
             return Ok(Vec::new());
         };
         let (link, theirs) = new_link(None)?;
-        let mut command = command(first.component, run, open_log(log)?, theirs, mark)?;
+        let mut command = command(first.component, open_log(log)?, theirs)?;
         let mut links = Vec::new();
         let mut handed: Vec<OwnedFd> = Vec::new();
         for thread in threads {
@@ -271,13 +271,7 @@ fn new_link(greeting: Option<&str>) -> Result<(UnixStream, UnixStream), String> 
 }
 
 /// The command of a process, without its arguments and the environment of its components.
-fn command(
-    component: &Component,
-    run: &str,
-    log: File,
-    link: UnixStream,
-    mark: &Mark,
-) -> Result<Command, String> {
+fn command(component: &Component, log: File, link: UnixStream) -> Result<Command, String> {
     let also = log.try_clone();
     let also = also.map_err(|e| format!("cannot share its log: {e}"))?;
     // The system reports a wrong folder and a wrong program with the same error.
@@ -289,9 +283,6 @@ fn command(
     }
     let mut command = Command::new(&component.executable);
     command
-        .env("RC_SUPERVISED", "1")
-        .env(MARK, mark.value())
-        .env(COMPONENT, run)
         .current_dir(&component.directory)
         .process_group(0)
         .stdin(Stdio::from(OwnedFd::from(link)))
@@ -309,6 +300,11 @@ fn spawn(
     run: &str,
     link: Option<UnixStream>,
 ) -> Result<Spawned, String> {
+    // Last: no variable of a component stands for one of these.
+    command
+        .env("RC_SUPERVISED", "1")
+        .env(MARK, mark.value())
+        .env(COMPONENT, run);
     let mut spawn = || realtime::spawn(&mut command, cpu, priority);
     let mut child = match Tag::of(mark, run) {
         Some(tag) => tag.give(spawn),

@@ -32,100 +32,143 @@ struct Finding {
 #[derive(Debug, Default)]
 struct Checked {
     reads: BTreeSet<PathBuf>,
-    found: BTreeMap<PathBuf, Vec<Finding>>,
+    /// Files with the texts of their findings.
+    found: Vec<(PathBuf, String)>,
 }
 
 /// The findings of all checks. Two files that read one report it once.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     checks: BTreeMap<PathBuf, Checked>,
+    /// By file and text: how many checks have a finding.
+    shown: BTreeMap<PathBuf, BTreeMap<String, (usize, Finding)>>,
 }
 
 impl Findings {
-    /// Takes the findings of a check of `path`. Returns the files whose findings are others now.
+    /// Takes the findings of a check of `path`. Returns the files whose findings changed.
     pub(super) fn checked(
         &mut self,
         path: &Path,
         sources: &SourceMap,
         found: &Diagnostics,
         encoding: Encoding,
-    ) -> Vec<PathBuf> {
+    ) -> BTreeSet<PathBuf> {
         let paths: Vec<PathBuf> = sources
             .ids()
             .map(|id| super::key(sources.path(id)))
             .collect();
+        let place = |id| paths.get(sources.ids().position(|one| one == id)?);
         let mut now = Checked {
             // The file itself, also where it could not be read.
             reads: paths.iter().cloned().chain([path.to_path_buf()]).collect(),
-            found: BTreeMap::new(),
+            found: Vec::new(),
         };
-        let place = |id| paths.get(sources.ids().position(|one| one == id)?);
+        let mut counts: BTreeMap<&PathBuf, usize> = BTreeMap::new();
+        let mut changed = BTreeSet::new();
         for diagnostic in found.sorted() {
             // Interfaces that come with this program have no file.
-            let Some(target) =
-                place(diagnostic.span.source).filter(|path| rc_files::unsaved::exists(path))
-            else {
+            let target = place(diagnostic.span.source);
+            let Some(target) = target.filter(|path| rc_files::unsaved::exists(path)) else {
                 continue;
             };
-            let all = now.found.entry(target.clone()).or_default();
-            if all.len() < MOST {
-                all.push(Finding::new(sources, diagnostic, encoding, &place));
+            let count = counts.entry(target).or_default();
+            *count += 1;
+            if *count > MOST {
+                continue;
+            }
+            let finding = Finding::new(sources, diagnostic, encoding, &place);
+            let text = finding.diagnostic.to_string();
+            let all = self.shown.entry(target.clone()).or_default();
+            all.entry(text.clone()).or_insert_with(|| {
+                changed.insert(target.clone());
+                (0, finding)
+            });
+            if let Some((count, _)) = all.get_mut(&text) {
+                *count += 1;
+            }
+            now.found.push((target.clone(), text));
+        }
+        let before = if paths.is_empty() {
+            // It could not be read: nothing is known of it any more.
+            self.checks.remove(path)
+        } else {
+            self.checks.insert(path.to_path_buf(), now)
+        };
+        for (target, text) in before.into_iter().flat_map(|checked| checked.found) {
+            let Some(all) = self.shown.get_mut(&target) else {
+                continue;
+            };
+            let left = all.get_mut(&text).map(|(count, _)| {
+                *count -= 1;
+                *count
+            });
+            if left == Some(0) {
+                all.remove(&text);
+                changed.insert(target);
             }
         }
-        let before = self.checks.get(path);
-        let targets: BTreeSet<PathBuf> = now
-            .found
-            .keys()
-            .chain(before.into_iter().flat_map(|checked| checked.found.keys()))
-            .cloned()
-            .collect();
-        let shown: Vec<Vec<Value>> = targets.iter().map(|target| self.of(target)).collect();
-        self.checks.insert(path.to_path_buf(), now);
-        let both = targets.into_iter().zip(shown);
-        both.filter(|(target, before)| self.of(target) != *before)
-            .map(|(target, _)| target)
-            .collect()
+        changed
+    }
+
+    /// A file has another text: what was found in the one before has no places any more.
+    pub(super) fn forget(&mut self, path: &Path) {
+        self.shown.remove(path);
+        for checked in self.checks.values_mut() {
+            checked.found.retain(|(target, _)| target != path);
+        }
     }
 
     /// The checked files that read `path`.
     pub(super) fn readers(&self, path: &Path) -> Vec<PathBuf> {
-        let readers = self
-            .checks
-            .iter()
-            .filter(|(_, checked)| checked.reads.contains(path));
+        let readers = self.checks.iter();
+        let readers = readers.filter(|(_, checked)| checked.reads.contains(path));
         readers.map(|(reader, _)| reader.clone()).collect()
     }
 
-    fn about<'a>(&'a self, path: &'a Path) -> impl Iterator<Item = &'a Finding> {
-        let all = self.checks.values();
-        all.filter_map(move |checked| checked.found.get(path))
-            .flatten()
+    /// All checked files.
+    pub(super) fn all(&self) -> Vec<PathBuf> {
+        self.checks.keys().cloned().collect()
+    }
+
+    /// The findings about a file in its order.
+    fn about(&self, path: &Path) -> Vec<&Finding> {
+        let all = self.shown.get(path).into_iter().flat_map(BTreeMap::values);
+        let mut all: Vec<&Finding> = all.map(|(_, finding)| finding).collect();
+        all.sort_by_key(|finding| Place::of(&finding.diagnostic["range"]["start"]));
+        all.truncate(MOST);
+        all
     }
 
     /// The findings about a file, as the protocol has them.
     pub(super) fn of(&self, path: &Path) -> Vec<Value> {
-        let mut all: Vec<Value> = Vec::new();
-        for finding in self.about(path) {
-            if all.len() < MOST && !all.contains(&finding.diagnostic) {
-                all.push(finding.diagnostic.clone());
-            }
-        }
-        all
+        let all = self.about(path).into_iter();
+        all.map(|finding| finding.diagnostic.clone()).collect()
     }
 
     /// The findings about a file that can be mended.
     pub(super) fn mends(&self, path: &Path) -> Vec<(Value, Mend)> {
-        let mut all: Vec<(Value, Mend)> = Vec::new();
-        for finding in self.about(path) {
-            if let Some(mend) = &finding.mend
-                && all.len() < MOST
-                && !all.iter().any(|(known, _)| *known == finding.diagnostic)
-            {
-                all.push((finding.diagnostic.clone(), mend.clone()));
-            }
-        }
-        all
+        let all = self.about(path).into_iter();
+        all.filter_map(|finding| Some((finding.diagnostic.clone(), finding.mend.clone()?)))
+            .collect()
     }
+}
+
+/// The edits that can be made together, in their order: of those that overlap, the first.
+pub(super) fn together(mut edits: Vec<Value>) -> Vec<Value> {
+    edits.sort_by_key(|edit| Place::of(&edit["range"]["start"]));
+    let mut last: Option<(Place, Place)> = None;
+    edits.retain(|edit| {
+        let ends = |end: &str| Place::of(&edit["range"][end]);
+        let (Some(start), Some(end)) = (ends("start"), ends("end")) else {
+            return false;
+        };
+        let kept = last.is_none_or(|(from, to)| start >= to && (start, end) != (from, to));
+        if kept {
+            last = Some((start, end));
+        }
+        kept
+    });
+    edits
 }
 
 impl Finding {

@@ -10,26 +10,30 @@ use std::io::{self, BufRead, Write};
 const LONGEST: usize = 16 << 20;
 const LONGEST_HEADER: u64 = 4096;
 
-/// Reads a message. `None` at the end of the input.
+/// Reads a message, or the reason why it is none that can be answered. `None` at the end of the input.
 ///
 /// # Errors
 /// The input is none of the protocol, or the system refuses to read it.
-pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Value>> {
+pub(super) fn read(input: &mut impl BufRead) -> io::Result<Option<Result<Value, String>>> {
     let Some(length) = header(input)? else {
         return Ok(None);
     };
-    if length > LONGEST {
-        let message = format!("a message has {length} bytes, more than {LONGEST}");
-        return Err(invalid(message));
+    if length > LONGEST as u64 {
+        let skipped = io::copy(&mut io::Read::take(&mut *input, length), &mut io::sink())?;
+        if skipped < length {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let reason = format!("a message has {length} bytes, more than {LONGEST}");
+        return Ok(Some(Err(reason)));
     }
-    let mut body = vec![0; length];
+    let mut body = vec![0; usize::try_from(length).map_err(|e| invalid(e.to_string()))?];
     input.read_exact(&mut body)?;
     let message = serde_json::from_slice(&body);
-    message.map(Some).map_err(|e| invalid(e.to_string()))
+    Ok(Some(message.map_err(|e| e.to_string())))
 }
 
 /// The length of the next message.
-fn header(input: &mut impl BufRead) -> io::Result<Option<usize>> {
+fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
     let mut length = None;
     let mut left = LONGEST_HEADER;
     loop {

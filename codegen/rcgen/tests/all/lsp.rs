@@ -248,7 +248,7 @@ fn findings_are_mended_explained_and_texts_laid_out() {
         .collect();
     assert_eq!(
         titles,
-        ["Write `string`", "Add `;`", "Mend what can only be meant"]
+        ["Write `string`", "Add `;`", "Make all certain mends"]
     );
     assert_eq!(all[0]["isPreferred"], false);
     assert_eq!(all[1]["isPreferred"], true);
@@ -303,12 +303,76 @@ fn findings_are_mended_explained_and_texts_laid_out() {
     editor.end();
 }
 
+#[test]
+fn what_others_miss_is_found_when_it_appears() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("hand.cdsl"), HAND).expect("a file");
+    let mut editor = Editor::open_folder(folder.path());
+    editor.wait_for("hand.cdsl", &[("import-not-found", 0)]);
+    // It is not on disk yet.
+    editor.open("Grip.idsl", GRIP);
+    editor.wait_for("hand.cdsl", &[]);
+    let document = json!({ "textDocument": { "uri": editor.uri("Grip.idsl") } });
+    editor.tell("textDocument/didClose", &document);
+    editor.wait_for("hand.cdsl", &[("import-not-found", 0)]);
+    // Another program makes it.
+    std::fs::write(folder.path().join("Grip.idsl"), GRIP).expect("a file");
+    let created = json!({ "uri": editor.uri("Grip.idsl"), "type": 1 });
+    editor.tell(
+        "workspace/didChangeWatchedFiles",
+        &json!({ "changes": [created] }),
+    );
+    editor.wait_for("hand.cdsl", &[]);
+    editor.end();
+}
+
+#[test]
+fn an_edit_has_the_place_of_the_last_text() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut editor = Editor::open_folder(folder.path());
+    editor.open("m.idsl", "module M { struct S { int a }; };\n");
+    let document = json!({ "uri": editor.uri("m.idsl") });
+    for lines in 1..20 {
+        let text = format!(
+            "{}module M {{ struct S {{ int a }}; }};\n",
+            "\n".repeat(lines)
+        );
+        editor.change("m.idsl", &text);
+        let range = json!({
+            "start": { "line": 0, "character": 0 },
+            "end": { "line": 99, "character": 0 },
+        });
+        let context = json!({ "diagnostics": [], "only": ["source.fixAll"] });
+        let all = editor.ask(
+            "textDocument/codeAction",
+            &json!({ "textDocument": document, "range": range, "context": context }),
+        );
+        let edits = &all[0]["edit"]["changes"][editor.uri("m.idsl")];
+        assert_eq!(edits[0]["range"]["start"]["line"], lines);
+    }
+    editor.end();
+}
+
+#[test]
+fn an_empty_text_of_innermodel_may_be_undone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut editor = Editor::open_folder(folder.path());
+    let text = "<innerModel>\n<transform id=\"a\"/>\n</innerModel>\n";
+    editor.open("w.xml", text);
+    editor.change("w.xml", "");
+    editor.change("w.xml", &text.replace("transform", "transfrom"));
+    editor.wait_for("w.xml", &[("unknown-tag", 1)]);
+    editor.end();
+}
+
 /// After each of many random edits, the findings are those of `rcgen check` of the text.
 #[test]
 fn after_any_edits_the_findings_are_those_of_the_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut editor = Editor::open_folder(folder.path());
-    let file = folder.path().join("Grip.idsl");
+    // The command reads another folder: the server has the text from the editor only.
+    let other = tempfile::tempdir().expect("a folder");
+    let file = other.path().join("Grip.idsl");
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     let mut next = |below: usize| {
         random ^= random << 13;
@@ -333,7 +397,7 @@ fn after_any_edits_the_findings_are_those_of_the_command() {
         editor.change("Grip.idsl", &text);
         std::fs::write(&file, &text).expect("a file");
         let (_, _, err) =
-            crate::folders::rcgen(folder.path(), &["check", "Grip.idsl", "--format", "json"]);
+            crate::folders::rcgen(other.path(), &["check", "Grip.idsl", "--format", "json"]);
         let wanted: Vec<Value> = err
             .lines()
             .map(|line| serde_json::from_str(line).expect("JSON"))
@@ -352,14 +416,13 @@ fn after_any_edits_the_findings_are_those_of_the_command() {
 fn hostile_input_ends_the_server_without_a_panic() {
     let deep = format!("Content-Length: 100000\r\n\r\n{}", "[".repeat(100_000));
     for input in [
-        "Content-Length: 99999999999999\r\n\r\n",
+        "Content-Length: 99999999999999\r\n\r\n{}",
         "Content-Length: 18446744073709551616\r\n\r\n",
         "Content-Length: 20000000\r\n\r\n",
         "Content-Length: x\r\n\r\n",
         "\r\n\r\n",
         "GET / HTTP/1.1\r\n\r\n",
         "Content-Length: 5\r\n\r\n{}",
-        &deep,
         &"a".repeat(100_000),
     ] {
         let mut server = spawn();
@@ -371,6 +434,22 @@ fn hostile_input_ends_the_server_without_a_panic() {
         let text = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{text}");
         assert!(text.starts_with("rcgen: error: "), "{text}");
+    }
+    // What is no JSON, or too long, is answered; the next message is read.
+    let long = "a".repeat(17 << 20);
+    let exit = "Content-Length: 17\r\n\r\n{\"method\":\"exit\"}";
+    for input in [
+        deep,
+        format!("Content-Length: {}\r\n\r\n{long}", long.len()),
+    ] {
+        let mut server = spawn();
+        let mut pipe = server.stdin.take().expect("a pipe");
+        pipe.write_all(input.as_bytes()).expect("written");
+        pipe.write_all(exit.as_bytes()).expect("written");
+        let output = server.wait_with_output().expect("an end");
+        assert_eq!(output.status.code(), Some(1));
+        let answer = String::from_utf8_lossy(&output.stdout);
+        assert!(answer.contains("-32700"), "{answer}");
     }
     // Messages of any shape, before and after the start.
     let folder = tempfile::tempdir().expect("a folder");
@@ -398,7 +477,7 @@ fn hostile_input_ends_the_server_without_a_panic() {
     }
     assert_eq!(
         editor.answer("initialize", &json!({}))["error"]["code"],
-        -32601
+        -32600
     );
     editor.end();
 }

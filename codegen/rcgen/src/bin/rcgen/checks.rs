@@ -26,16 +26,24 @@ pub(crate) fn check(
     loop {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
-        let refused = look(files, robocomp, common, &mut sources, &mut found)?;
-        if let Some(which) = which.filter(|_| refused.is_none() && rounds < ROUNDS) {
+        let mut refused = look(files, robocomp, common, &mut sources, &mut found)?;
+        if let Some(which) = which.filter(|_| rounds < ROUNDS) {
             rounds += 1;
-            let changes = rcgen::mend::files(&sources, &found, which).map_err(system)?;
+            let (changes, errors) = rcgen::mend::files(&sources, &found, which);
             for change in &changes {
                 print_line(format_args!("{}", line(change)));
             }
-            if !changes.is_empty() {
+            for (file, error) in &errors {
+                unreadable(file, error, &mut sources, &mut found, &mut refused);
+            }
+            if !changes.is_empty() && errors.is_empty() {
                 continue;
             }
+        }
+        if rounds == ROUNDS {
+            tell(format_args!(
+                "`--fix` stopped after {ROUNDS} rounds of mends"
+            ));
         }
         let reported = report(&sources, &found, common.format);
         if common.format == Format::Human {
