@@ -79,9 +79,11 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
     for middleware in [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2] {
         build("bench_python", middleware, Profile::Dev)?;
     }
-    // Several components of it are threads of one process.
-    let shared = root().join("deploy/tests/programs/shared.ddsl");
-    network(&shared, None, Profile::Dev, true, |_| true)?;
+    // Several components of them are threads of one process.
+    for name in ["shared.ddsl", "in_one.ddsl"] {
+        let path = root().join("deploy/tests/programs").join(name);
+        network(&path, None, Profile::Dev, true, |_| true)?;
+    }
     Ok(())
 }
 

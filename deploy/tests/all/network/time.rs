@@ -11,14 +11,15 @@ use std::path::Path;
 /// How many poses a run has: ten seconds of simulated time.
 const POSES: u32 = 200;
 
-/// The patrol in simulated time, as fast as it goes. `clock` holds more fields of its clock.
-fn patrol(site: &Site, clock: &str) {
+/// The patrol in simulated time, as fast as it goes. `all` holds more fields of each component,
+/// `clock` of its clock.
+fn patrol(site: &Site, all: &str, clock: &str) {
     let text = format!(
         "Deployment patrol\n{{\n    time simulated by clock;\n\n    \
-         Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; }};\n    \
-         Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; }};\n    \
-         Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; }};\n    \
-         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; {clock} }};\n\n    \
+         Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; {all} }};\n    \
+         Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; {all} }};\n    \
+         Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; {all} }};\n    \
+         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; {all} {clock} }};\n\n    \
          bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n"
     );
     site.write_ddsl(&text);
@@ -36,12 +37,11 @@ fn down(site: &Site) {
     site.assert_nothing_left();
 }
 
-/// The poses of a run, with every digit.
-fn run(name: &str) -> String {
-    let site = Site::new(name);
+/// The poses of a run, with every digit. `all` holds more fields of each component.
+fn run(site: &Site, all: &str) -> String {
     site.monitor("trace", POSES);
-    patrol(&site, "");
-    up(&site);
+    patrol(site, all, "");
+    up(site);
     site.await_end_of("monitor");
     // The monitor has left in order: time goes on without it.
     let clock = site.ask("clock", "status")["clock"].clone();
@@ -57,15 +57,27 @@ fn run(name: &str) -> String {
     assert!(table.stdout.contains("publishes time "), "{table:?}");
     assert!(table.stdout.contains("simulated time "), "{table:?}");
     let trace = std::fs::read_to_string(site.path("trace")).expect("the trace");
-    down(&site);
+    down(site);
     trace
 }
 
 #[test]
 fn the_patrol_in_lockstep_repeats_exactly() {
-    let first = run("time_one");
+    let first = run(&Site::new("time_one"), "");
     assert_eq!(first.lines().count(), POSES as usize);
-    assert_eq!(first, run("time_two"));
+    assert_eq!(first, run(&Site::new("time_two"), ""));
+}
+
+/// `cargo xtask test` has built the program from `programs/in_one.ddsl`; its name has that of the
+/// network.
+#[test]
+fn the_patrol_in_lockstep_is_the_same_in_one_process() {
+    let apart = run(&Site::new("time_apart"), "");
+    let mut site = Site::new("patrol_in_one");
+    site.network = "patrol_in_one".into();
+    let together = run(&site, "process robot;");
+    assert_eq!(together.lines().count(), POSES as usize);
+    assert_eq!(apart, together);
 }
 
 fn pid(site: &Site, name: &str) -> Pid {
@@ -96,7 +108,7 @@ fn await_ticks(site: &Site) {
 fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
     let site = Site::new("time_troubles");
     site.monitor("trace", 0);
-    patrol(&site, "restart on_failure;");
+    patrol(&site, "", "restart on_failure;");
     up(&site);
     await_ticks(&site);
 
