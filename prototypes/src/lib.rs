@@ -15,6 +15,7 @@ mod maps;
 pub mod model;
 mod parse;
 mod resolve;
+mod roles;
 
 pub use format::format;
 pub use geometry::{COORDINATES, Coordinate, GEOMETRY, Semantic, coordinate, listing, semantic};

@@ -119,6 +119,9 @@ pub enum Content {
 pub struct Datum {
     /// Its name in the abstract type.
     pub symbol: String,
+    /// Which of its coordinates it is: `x`, or its place where these are a matrix. In domains other
+    /// than `geometry`, its name in the abstract type.
+    pub role: String,
     /// Its place in the type.
     pub member: String,
     /// Its unit.

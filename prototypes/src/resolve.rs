@@ -8,6 +8,7 @@ use crate::geometry::semantic;
 use crate::imports::Imports;
 use crate::maps::{Side, pairs};
 use crate::model::{Algebraic, Alias, Content, Conversion, Domain, Library, NamedAxes, View};
+use crate::roles::part_of_matrix;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
 use rc_quantity::Axes;
@@ -38,6 +39,7 @@ pub fn load(
     let items = || files.iter().flat_map(|file: &File| &file.items);
     items().for_each(|item| resolver.declare(item));
     items().for_each(|item| resolver.units_of(item));
+    items().for_each(|item| resolver.alias(item));
     items().for_each(|item| resolver.prototype(item));
     resolver.compose();
     items().for_each(|item| resolver.relate(item));
@@ -256,10 +258,9 @@ impl<'f> Resolver<'f> {
         self.units.insert(&name.text, Units { of, by_symbol });
     }
 
-    /// Declares aliases, views and conversions.
+    /// Declares views and conversions.
     fn relate(&mut self, item: &'f Item) {
         match &item.kind {
-            ItemKind::Alias(left, right, map) => self.alias(left, right, map),
             ItemKind::View(of, part, target, map) => self.view(of, part, target, map),
             ItemKind::Conversion(from, to, by) => {
                 let from_known = self.is_known(Kind::Prototype, &from.text, from.span);
@@ -303,7 +304,10 @@ impl<'f> Resolver<'f> {
         }
     }
 
-    fn alias(&mut self, left: &Name, right: &Name, map: &Map) {
+    fn alias(&mut self, item: &'f Item) {
+        let ItemKind::Alias(left, right, map) = &item.kind else {
+            return;
+        };
         let one = self.symbols_of(&left.text, left.span);
         let other = self.symbols_of(&right.text, right.span);
         let (Some(one), Some(other)) = (one, other) else {
@@ -348,8 +352,12 @@ impl<'f> Resolver<'f> {
             semantic_of(&self.library, &of.text),
             semantic_of(&self.library, &target.text),
         );
-        let parts = semantic(&meaning).map_or(&[][..], |known| known.parts);
-        match parts.iter().find(|(known, _)| *known == part.text) {
+        let whole_of = self.library.prototype(&of.text);
+        let in_geometry = whole_of.is_some_and(|whole| whole.domain == "geometry");
+        let parts = semantic(&meaning).filter(|_| in_geometry);
+        let parts = parts.map_or(&[][..], |known| known.parts);
+        let known = parts.iter().find(|(known, _)| *known == part.text);
+        match known {
             None => {
                 let message = format!("{meaning} has no part `{}`", part.text);
                 let known = parts.iter().map(|(known, _)| *known);
@@ -364,11 +372,63 @@ impl<'f> Resolver<'f> {
         }
         let (left, right) = (Side::some(&whole, &one), Side::all(&name, &other));
         let pairs = pairs(map, &left, &right, &mut self.found);
+        if known.is_some_and(|(_, kind)| *kind == wanted) {
+            self.view_cells(of, part, target, &pairs);
+        }
         self.library.views.push(View {
             of: of.text.clone(),
             part: part.text.clone(),
             target: target.text.clone(),
             pairs: pairs.iter().map(|(a, b)| (a.text(), b.text())).collect(),
         });
+    }
+
+    /// Reports values of a view that are not where the convention of the matrix has them.
+    fn view_cells(
+        &mut self,
+        of: &Name,
+        part: &Name,
+        target: &Name,
+        pairs: &[(&Operand, &Operand)],
+    ) {
+        let library = &self.library;
+        let content = |name: &str| match &library.prototype(name)?.content {
+            Content::Values {
+                coordinate, data, ..
+            } => Some((coordinate, data)),
+            Content::Parts(_) => None,
+        };
+        let (Some((whole, cells)), Some((coordinate, values))) =
+            (content(&of.text), content(&target.text))
+        else {
+            return;
+        };
+        let Some(places) = part_of_matrix(whole, &part.text, coordinate) else {
+            let message = format!("the {} in {whole} is not {coordinate}", part.text);
+            let diagnostic = Diagnostic::error("wrong-view", target.span, message);
+            self.found.push(diagnostic.help(
+                "a homogeneous matrix holds a position as `cartesian`, an orientation as `rot_matrix`",
+            ));
+            return;
+        };
+        let names = crate::coordinate(coordinate).map_or(&[][..], |of| of.values);
+        let mut wrong = Vec::new();
+        for (cell, value) in pairs {
+            let value = value.text();
+            let role = values.iter().find(|own| own.symbol == value);
+            let place = role.and_then(|own| {
+                let by_name = names.iter().position(|(name, _)| *name == own.role);
+                places.get(by_name.or_else(|| own.role.parse().ok())?)
+            });
+            let Some(place) = place.map(ToString::to_string) else {
+                continue;
+            };
+            let right = cells.iter().find(|own| own.role == place);
+            if let Some(right) = right.filter(|right| right.symbol != cell.text()) {
+                let message = format!("in {whole}, `{value}` is `{}`", right.symbol);
+                wrong.push(Diagnostic::error("wrong-view", cell.span, message));
+            }
+        }
+        self.found.extend(wrong);
     }
 }

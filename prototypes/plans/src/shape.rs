@@ -91,19 +91,14 @@ impl Leaf {
 pub(crate) struct Shapes<'l> {
     library: &'l Library,
     prototypes: HashMap<&'l str, &'l Prototype>,
-    symbols: HashMap<&'l str, &'l [String]>,
 }
 
 impl<'l> Shapes<'l> {
     pub(crate) fn new(library: &'l Library) -> Self {
         let prototypes = library.prototypes.iter();
-        let algebraics = library.algebraics.iter();
         Self {
             library,
             prototypes: prototypes.map(|one| (one.name.as_str(), one)).collect(),
-            symbols: algebraics
-                .map(|one| (one.name.as_str(), one.symbols.as_slice()))
-                .collect(),
         }
     }
 
@@ -139,21 +134,17 @@ impl<'l> Shapes<'l> {
         let in_geometry = prototype.domain == "geometry";
         let of = in_geometry.then(|| coordinate(coordinate_name)).flatten();
         let unit = semantic(&prototype.semantic).map_or("1", |of| of.unit);
-        let symbols = self.symbols.get(algebraic.as_str())?;
-        let roles = of.map(|of| self.roles(algebraic, symbols, of.values));
         let values = data.iter().map(|datum| {
-            let place = symbols.iter().position(|own| *own == datum.symbol);
-            let role = roles.as_ref().zip(place).and_then(|(r, at)| r.get(at));
-            let known = of.zip(role).and_then(|(of, role)| {
+            let known = of.and_then(|of| {
                 let mut values = of.values.iter();
-                let value = match role.parse::<usize>() {
+                let value = match datum.role.parse::<usize>() {
                     Ok(at) => values.nth(at),
-                    Err(_) => values.find(|(name, _)| name == role),
+                    Err(_) => values.find(|(name, _)| *name == datum.role),
                 };
                 value.map(|(_, own)| own.unwrap_or(unit).to_owned())
             });
             Value {
-                role: role.cloned().unwrap_or_else(|| datum.symbol.clone()),
+                role: datum.role.clone(),
                 unit: datum.unit.clone().or(known),
                 number: datum.number.unwrap_or(Primitive::F64),
                 member: datum.member.clone(),
@@ -168,63 +159,5 @@ impl<'l> Shapes<'l> {
             tolerance: prototype.tolerance.unwrap_or(TOLERANCE),
             values: values.collect(),
         }))
-    }
-
-    /// The role of each value of an abstract type: by its own names if they are those of the
-    /// coordinates, whatever their case; else by an alias to a type with such names; else by place.
-    fn roles(
-        &self,
-        algebraic: &str,
-        symbols: &[String],
-        values: &[(&str, Option<&str>)],
-    ) -> Vec<String> {
-        // The numbers of a matrix have no names but row and column.
-        let width = if values.len() == 9 { 3 } else { 4 };
-        let has_names = values.iter().any(|(name, _)| !name.is_empty());
-        let cell = |symbol: &str| {
-            let (row, column) = symbol
-                .strip_prefix('{')?
-                .strip_suffix('}')?
-                .split_once(',')?;
-            let at = row.parse::<usize>().ok()? * width + column.parse::<usize>().ok()?;
-            Some(at.to_string())
-        };
-        let named = |symbol: &String| {
-            if !has_names {
-                return cell(symbol);
-            }
-            let mut values = values.iter().filter(|(name, _)| !name.is_empty());
-            let found = values.find(|(name, _)| symbol.eq_ignore_ascii_case(name));
-            found.map(|(name, _)| (*name).to_owned())
-        };
-        let own: Option<Vec<String>> = symbols.iter().map(named).collect();
-        let by_alias = || {
-            self.library.aliases.iter().find_map(|alias| {
-                let is_left = alias.left == algebraic;
-                if !is_left && alias.right != algebraic {
-                    return None;
-                }
-                let other = |symbol: &String| {
-                    alias.pairs.iter().find_map(|(left, right)| {
-                        let (own, other) = if is_left {
-                            (left, right)
-                        } else {
-                            (right, left)
-                        };
-                        (own == symbol).then_some(other)
-                    })
-                };
-                let mut roles = symbols.iter().map(|symbol| other(symbol).and_then(named));
-                roles.by_ref().collect::<Option<Vec<String>>>()
-            })
-        };
-        let by_place = || {
-            let name = |at: usize| match values.get(at) {
-                Some((name, _)) if !name.is_empty() => (*name).to_owned(),
-                _ => at.to_string(),
-            };
-            (0..symbols.len()).map(name).collect()
-        };
-        own.or_else(by_alias).unwrap_or_else(by_place)
     }
 }

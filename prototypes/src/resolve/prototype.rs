@@ -7,6 +7,7 @@ use crate::geometry::{Coordinate, coordinate, semantic};
 use crate::interface::Interface;
 use crate::maps::{Side, pairs, sides};
 use crate::model::{Content, Covariance, Datum, Part, Prototype};
+use crate::roles::{Roles, role};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_quantity::Unit;
 use rc_syntax::Name;
@@ -162,16 +163,34 @@ impl<'f> Resolver<'f> {
             Coordinates::Geometry(of) => Some(of),
             Coordinates::Own => None,
         };
-        if let Some(of) = coordinates.filter(|of| !fits(of, symbols.len())) {
-            let message = format!(
-                "`{}` has {} values, `{}` has {}",
-                wanted.text(),
-                of.values.len(),
-                algebraic.text(),
-                symbols.len()
-            );
-            self.error("wrong-count", algebraic.span, message);
-            return None;
+        let kind = algebraic.text();
+        let meaning = meaning.text();
+        let mut places = None;
+        if let Some(of) = &coordinates {
+            let roles = Roles {
+                semantic: &meaning,
+                coordinate: of,
+                algebraic: &kind,
+                symbols: &symbols,
+            };
+            if !roles.has_room() {
+                let message = format!(
+                    "`{}` has {} values, `{kind}` has {}",
+                    wanted.text(),
+                    of.values.len(),
+                    symbols.len()
+                );
+                self.error("wrong-count", algebraic.span, message);
+                return None;
+            }
+            match roles.places(&self.library.aliases) {
+                Ok(found) => places = Some(found),
+                Err(must) => {
+                    let message = format!("an abstract type for `{}` has {must}", wanted.text());
+                    self.error("wrong-algebraic", algebraic.span, message);
+                    return None;
+                }
+            }
         }
         let ddr = match fields.representation("ddr", &mut self.found)? {
             Ok(of) => of,
@@ -183,7 +202,6 @@ impl<'f> Resolver<'f> {
             }
         };
         let map = fields.map("dr", &mut self.found)?;
-        let kind = algebraic.text();
         let (left, right) = (Side::any("the type"), Side::all(&kind, &symbols));
         let pairs = pairs(map, &left, &right, &mut self.found);
         let interface = (ddr.language.text == "IDSL")
@@ -207,6 +225,7 @@ impl<'f> Resolver<'f> {
             };
             let datum = Datum {
                 symbol: symbol.text(),
+                role: symbol.text(),
                 member: path,
                 unit,
                 number,
@@ -214,17 +233,18 @@ impl<'f> Resolver<'f> {
             by_symbol.insert(symbol.text(), (datum, member.span));
         }
         self.add_units(fields, &kind, &mut by_symbol);
-        let order = order_of(coordinates.as_ref(), &symbols);
-        let unit = semantic(&meaning.text()).map_or("1", |semantic| semantic.unit);
+        let unit = semantic(&meaning).map_or("1", |semantic| semantic.unit);
         let mut data = Vec::new();
-        for symbol in &symbols {
-            let Some((datum, at)) = by_symbol.remove(symbol) else {
+        for (at, symbol) in symbols.iter().enumerate() {
+            let Some((mut datum, span)) = by_symbol.remove(symbol) else {
                 continue;
             };
-            let role = order.iter().position(|own| own == symbol);
-            let value = coordinates.zip(role).and_then(|(of, at)| of.values.get(at));
-            if let Some((_, wanted)) = value {
-                self.dimension(&datum, at, wanted.unwrap_or(unit));
+            let place = places.as_ref().and_then(|places| places.get(at));
+            if let Some((of, place)) = coordinates.as_ref().zip(place) {
+                datum.role = role(of, *place);
+                if let Some((_, wanted)) = of.values.get(*place) {
+                    self.dimension(&datum, span, wanted.unwrap_or(unit));
+                }
             }
             data.push(datum);
         }
@@ -502,23 +522,4 @@ fn of_c(language: &str, ty: &str) -> Option<Primitive> {
         _ => return None,
     };
     (language == "c99").then_some(number)
-}
-
-/// Whether an abstract type has room for the coordinates. A position in a plane may leave out z.
-fn fits(coordinates: &Coordinate, values: usize) -> bool {
-    coordinates.values.len() == values || coordinates.name == "cartesian" && values == 2
-}
-
-/// The names of the values in the order of the coordinates: by their own names if the abstract type
-/// has these, whatever their case; else in its order.
-fn order_of(coordinates: Option<&Coordinate>, symbols: &[String]) -> Vec<String> {
-    let by_name = coordinates.and_then(|of| {
-        let own = of.values.iter().take(symbols.len()).map(|(name, _)| {
-            let mut symbols = symbols.iter();
-            symbols.find(|symbol| symbol.eq_ignore_ascii_case(name))
-        });
-        own.map(Option::<&String>::cloned)
-            .collect::<Option<Vec<String>>>()
-    });
-    by_name.unwrap_or_else(|| symbols.to_vec())
 }

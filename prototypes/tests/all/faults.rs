@@ -2,6 +2,7 @@
 
 use crate::loaded;
 use expect_test::{Expect, expect};
+use rc_prototypes::model::Content;
 
 /// The findings of a file that imports `common.dproto`.
 fn check(text: &str, expected: &Expect) {
@@ -44,15 +45,22 @@ fn a_view_names_all_values_of_its_part() {
         "dproto pose2 :: geometry { semantic = Pose coord = homogeneous_transformation algebraic = ht_matrix ddr = :: c99{double[16]} dr = {
 0={0,0}, 1={0,1}, 2={0,2}, 3={0,3}, 4={1,0}, 5={1,1}, 6={1,2}, 7={1,3}, 8={2,0}, 9={2,1}, 10={2,2}, 11={2,3}, 12={3,0}, 13={3,1}, 14={3,2}, 15={3,3} } }
 view pose2.Position -> ros_position { {3,0} = X, {3,1} = Z, {3,2} = Z }
+view pose2.Position -> ros_position { {0,0} = X, {0,1} = Y, {2,3} = Z }
+view pose2.Orientation -> ros_quaternion { {0,0} = x, {0,1} = y, {0,2} = z, {1,0} = w }
 view pose2.Orientation -> ros_position { {3,0} = X, {3,1} = Y, {3,2} = Z }
 view pose2.Wheel -> ros_position { {3,0} = X, {3,1} = Y, {3,2} = Z }
 view ros_pose.Position -> ros_position { {4,0} = X }",
         &expect![[r#"
             a.dproto:4:37: error[missing-symbol]: the map lacks `Y` of position_named
+            a.dproto:4:39: error[wrong-view]: in homogeneous_transformation, `X` is `{0,3}`
+            a.dproto:4:50: error[wrong-view]: in homogeneous_transformation, `Z` is `{2,3}`
             a.dproto:4:69: error[repeated-key]: `Z` is here twice; first named here at a.dproto:4:58
-            a.dproto:5:27: error[semantic-mismatch]: `ros_position` is Position, the part is Orientation
-            a.dproto:6:12: error[unknown-part]: Pose has no part `Wheel` (expected one of `Position`, `Orientation`)
-            a.dproto:7:6: error[wrong-type]: `ros_pose` composes others; a view needs values
+            a.dproto:5:39: error[wrong-view]: in homogeneous_transformation, `X` is `{0,3}`
+            a.dproto:5:50: error[wrong-view]: in homogeneous_transformation, `Y` is `{1,3}`
+            a.dproto:6:27: error[wrong-view]: the Orientation in homogeneous_transformation is not quaternion (a homogeneous matrix holds a position as `cartesian`, an orientation as `rot_matrix`)
+            a.dproto:7:27: error[semantic-mismatch]: `ros_position` is Position, the part is Orientation
+            a.dproto:8:12: error[unknown-part]: Pose has no part `Wheel` (expected one of `Position`, `Orientation`)
+            a.dproto:9:6: error[wrong-type]: `ros_pose` composes others; a view needs values
         "#]],
     );
 }
@@ -171,4 +179,63 @@ dproto p0 :: deep {{ semantic = Both coord = any algebraic = position3 ddr = poi
     let (_, found) = loaded(&text);
     assert!(found.contains("error[nested-too-deep]"), "{found}");
     assert_eq!(found.lines().count(), 23, "{found}");
+}
+
+/// The names of an abstract type say which coordinates its values are: others are refused, not
+/// taken in some order.
+#[test]
+fn an_abstract_type_fits_its_coordinates() {
+    let line = |name: &str, semantic: &str, coord: &str, algebraic: &str, symbols: &[&str]| {
+        let pairs: Vec<String> = symbols
+            .iter()
+            .enumerate()
+            .map(|(at, symbol)| format!("{at} = {symbol}"))
+            .collect();
+        format!(
+            "dproto {name} :: geometry {{ semantic = {semantic} coord = {coord} algebraic = {algebraic} \
+             ddr = :: c99{{double[16]}} dr = {{ {} }} }}\n",
+            pairs.join(", ")
+        )
+    };
+    let angles = ["roll", "pitch", "yaw"];
+    let nine: Vec<String> = (0..9).map(|at| format!("{{0,{at}}}")).collect();
+    let nine: Vec<&str> = nine.iter().map(String::as_str).collect();
+    let text = [
+        "algebraic xz :: Scalar{x, z}\nalgebraic xy :: Scalar{Y, X}\nalgebraic twice :: Scalar{x, X}\nalgebraic two :: Vector{2}\nalgebraic angles :: Scalar{roll, pitch, yaw}\nalgebraic real :: Scalar{re, i, j, k}\nalgebraic row :: Matrix{1, 9}\nalgebraic square :: Matrix{2, 2}\nalgebraic also_real :: Scalar{re, i, j, k}\nalias also_real <-> quat_named { re = w, i = x, j = y, k = z }\n".to_owned(),
+        line("a", "AngularVelocity", "cartesian", "two", &["0", "1"]),
+        line("b", "Torque", "cartesian", "xy", &["X", "Y"]),
+        line("c", "Position", "cartesian", "xz", &["x", "z"]),
+        line("d", "Position", "cartesian", "xy", &["X", "Y"]),
+        line("e", "Orientation", "euler_zyx_moving", "angles", &angles),
+        line("f", "Orientation", "rpy", "angles", &angles),
+        line("g", "Orientation", "quaternion", "real", &["re", "i", "j", "k"]),
+        line("h", "Orientation", "quaternion", "also_real", &["re", "i", "j", "k"]),
+        line("i", "Orientation", "rot_matrix", "row", &nine),
+        line("k", "Position", "cartesian", "twice", &["x", "X"]),
+        line("j", "Orientation", "quaternion", "square", &["{0,0}", "{0,1}", "{1,0}", "{1,1}"]),
+    ];
+    check(
+        &text.concat(),
+        &expect![[r#"
+            a.dproto:12:81: error[wrong-count]: `cartesian` has 3 values, `two` has 2
+            a.dproto:13:72: error[wrong-count]: `cartesian` has 3 values, `xy` has 2
+            a.dproto:14:74: error[wrong-algebraic]: an abstract type for `cartesian` has the names `x`, `y`
+            a.dproto:16:84: error[wrong-algebraic]: an abstract type for `euler_zyx_moving` has the names `first`, `second`, `third`
+            a.dproto:18:78: error[wrong-algebraic]: an abstract type for `quaternion` has the names `x`, `y`, `z`, `w`
+            a.dproto:20:78: error[wrong-algebraic]: an abstract type for `rot_matrix` has 3 rows and 3 columns
+            a.dproto:21:74: error[wrong-algebraic]: an abstract type for `cartesian` has the names `x`, `y`
+            a.dproto:22:78: error[wrong-algebraic]: an abstract type for `quaternion` has the names `x`, `y`, `z`, `w`, or is a `Vector`
+        "#]],
+    );
+    let (library, _) = loaded(&format!("import \"common.dproto\";\n{}", text.concat()));
+    let roles = |name: &str| {
+        let Content::Values { data, .. } = &library.prototype(name).expect("it").content else {
+            panic!("no values");
+        };
+        let roles: Vec<&str> = data.iter().map(|datum| datum.role.as_str()).collect();
+        roles.join(" ")
+    };
+    assert_eq!(roles("d"), "y x");
+    assert_eq!(roles("f"), "roll pitch yaw");
+    assert_eq!(roles("h"), "w x y z");
 }

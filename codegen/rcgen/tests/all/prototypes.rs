@@ -49,18 +49,21 @@ fn prototypes_are_checked_formatted_and_printed() {
                   "member": "X",
                   "number": "float32",
                   "symbol": "x",
+                  "role": "x",
                   "unit": "mm"
                 },
                 {
                   "member": "Y",
                   "number": "float32",
                   "symbol": "y",
+                  "role": "y",
                   "unit": "mm"
                 },
                 {
                   "member": "Z",
                   "number": "float32",
                   "symbol": "z",
+                  "role": "z",
                   "unit": "mm"
                 }
               ],
