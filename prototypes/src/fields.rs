@@ -43,6 +43,11 @@ impl<'a> Fields<'a> {
         self.by_name.contains_key(name)
     }
 
+    /// The place of a field.
+    pub(crate) fn at(&self, name: &str) -> Option<Span> {
+        self.by_name.get(name).map(|field| field.name.span)
+    }
+
     fn value(&self, name: &str) -> Option<&'a Value> {
         self.by_name.get(name).map(|field| &field.value)
     }
@@ -89,7 +94,9 @@ impl<'a> Fields<'a> {
     pub(crate) fn number(&self, name: &str, found: &mut Diagnostics) -> Option<f64> {
         let value = self.value(name)?;
         let number = match value {
-            Value::Operand(operand) => operand.text().parse::<f64>().ok(),
+            Value::Operand(operand) if matches!(operand.kind, OperandKind::Symbol(_)) => {
+                operand.text().parse::<f64>().ok()
+            }
             _ => None,
         };
         let number = number.filter(|number| number.is_finite() && *number >= 0.0);

@@ -256,7 +256,8 @@ pub fn semantic(name: &str) -> Option<&'static Semantic> {
 /// The coordinates with this name. All 24 Euler orders have a name, as `euler_zyx_moving`.
 pub fn coordinate(name: &str) -> Option<Coordinate> {
     if let Some(order) = name.strip_prefix("euler_") {
-        let order: Result<EulerOrder, _> = order.replacen('_', " ", 1).parse();
+        let (axes, turns) = order.split_once('_')?;
+        let order: Result<EulerOrder, _> = format!("{axes} {turns}").parse();
         return order.ok().map(|_| EULER);
     }
     COORDINATES.into_iter().find(|known| known.name == name)

@@ -83,6 +83,15 @@ impl<'a> Interface<'a> {
         Some(here)
     }
 
+    /// The length of a member that is an array.
+    pub(crate) fn length(&self, path: &str, at: Span) -> Option<u32> {
+        let member = self.path(path, at, &mut Diagnostics::new())?;
+        match self.library.resolved(&member.ty) {
+            Type::Array(_, length) => Some(*length),
+            _ => None,
+        }
+    }
+
     /// The elements of a member, whose members prototypes then name.
     pub(crate) fn elements(&self, path: &str, at: Span, found: &mut Diagnostics) -> Option<Self> {
         let member = self.path(path, at, found)?;

@@ -200,7 +200,7 @@ fn operand(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Operand> {
     Some(Operand { span, kind })
 }
 
-rc_syntax::language!("declarations such as `dproto NAME :: DOMAIN { … }`", words: [symbol, integer, model], {
+rc_syntax::language!("declarations such as `dproto NAME :: DOMAIN { … }`", words: [symbol, integer, model], HAS_DURATIONS = false, HAS_ANGLE_BRACKETS = false, {
     file => "a declaration",
     import => "`import`",
     axes => "`axes`",

@@ -14,13 +14,14 @@ const FOREIGN_UNITS: [&str; 24] = [
 ];
 
 /// The findings of `text`, in order. The parser skips the declarations around the errors.
-pub(crate) fn check(text: &str, source: SourceId) -> Vec<Diagnostic> {
+pub(crate) fn check(text: &str, source: SourceId, has_durations: bool) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (kind, start, stop) in segments(text) {
         let piece = Piece {
             text: &text[start..stop],
             start,
             source,
+            has_durations,
         };
         match kind {
             SegmentKind::Comment => {}
@@ -38,6 +39,8 @@ struct Piece<'a> {
     text: &'a str,
     start: usize,
     source: SourceId,
+    /// Whether a word after a number is a unit of time.
+    has_durations: bool,
 }
 
 impl Piece<'_> {
@@ -119,7 +122,7 @@ impl Piece<'_> {
                 (word, known || blank == 0)
             };
             let unit = &self.text[word.clone()];
-            if !known && !hexadecimal && !duration::is_unit(unit) {
+            if self.has_durations && !known && !hexadecimal && !duration::is_unit(unit) {
                 let message = format!("unknown unit of time `{unit}`");
                 let span = self.span(word.start, word.len());
                 let diagnostic = Diagnostic::error("unknown-time-unit", span, message);
@@ -183,7 +186,7 @@ mod tests {
         let mut sources = SourceMap::new();
         let source = sources.add("a", text);
         let mut found = Diagnostics::new();
-        found.extend(check(text, source));
+        found.extend(check(text, source, true));
         render(&sources, &found, Format::Short)
     }
 

@@ -15,6 +15,10 @@ pub trait Language: RuleType {
     const FILE: Self;
     /// Content of a file, for messages: `` `module NAME { … };` ``.
     const FILE_CONTENT: &'static str;
+    /// Whether a word after a number is a unit of time.
+    const HAS_DURATIONS: bool = true;
+    /// Whether `<` opens a bracket, as in `sequence<int>`.
+    const HAS_ANGLE_BRACKETS: bool = true;
     /// The terminal that this rule matches, if it is one.
     fn terminal(self) -> Option<Terminal>;
     /// How messages name what this rule matches. Messages omit a rule without a description.
@@ -34,15 +38,16 @@ pub enum Terminal {
 
 /// Implements [`Language`] for the `Rule` enum that pest generates beside `Grammar`.
 ///
-/// Arguments: the content of a file for messages; the rules besides `name` that are words; the
-/// descriptions of the rules that are not in `common.pest`.
+/// Arguments: the content of a file for messages; the rules besides `name` that are words; constants
+/// of [`Language`] that differ from its own; the descriptions of the rules that are not in `common.pest`.
 #[macro_export]
 macro_rules! language {
-    ($content:literal, words: [$($word_rule:ident),*], { $($($rule:ident)|+ => $word:literal,)+ }) => {
+    ($content:literal, words: [$($word_rule:ident),*], $($option:ident = $value:literal,)* { $($($rule:ident)|+ => $word:literal,)+ }) => {
         impl $crate::Language for Rule {
             type Grammar = Grammar;
             const FILE: Self = Self::file;
             const FILE_CONTENT: &'static str = $content;
+            $(const $option: bool = $value;)*
 
             fn terminal(self) -> Option<$crate::Terminal> {
                 match self {
@@ -110,7 +115,7 @@ impl<'a> ParseContext<'a> {
             self.found.push(error);
             return None;
         }
-        self.lexical = lexical::check(self.text, self.source);
+        self.lexical = lexical::check(self.text, self.source, R::HAS_DURATIONS);
         if let Ok(mut pairs) = R::Grammar::parse(R::FILE, self.text) {
             return pairs.next().map(Pair::into_inner);
         }
@@ -157,7 +162,7 @@ impl<'a> ParseContext<'a> {
             let span = Span::new(self.source, 0, 0);
             return Some(Diagnostic::error("empty-file", span, message));
         }
-        check_nesting(self.text, self.source)
+        check_nesting(self.text, self.source, R::HAS_ANGLE_BRACKETS)
     }
 
     /// Reports text after the content of the file.

@@ -62,7 +62,11 @@ pub(crate) fn syntax_error<R: Language>(
 }
 
 /// Reports brackets that are nested deeper than [`MAX_NESTING`].
-pub(crate) fn check_nesting(text: &str, source: SourceId) -> Option<Diagnostic> {
+pub(crate) fn check_nesting(
+    text: &str,
+    source: SourceId,
+    has_angle_brackets: bool,
+) -> Option<Diagnostic> {
     let (mut depth, mut angle_brackets) = (0_usize, 0_usize);
     let code = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Code);
     for at in code.flat_map(|(_, start, stop)| start..stop) {
@@ -70,7 +74,7 @@ pub(crate) fn check_nesting(text: &str, source: SourceId) -> Option<Diagnostic> 
             b'{' | b'(' | b'[' => depth += 1,
             b'}' | b')' | b']' => depth = depth.saturating_sub(1),
             // In the rules of a .pdsl, `<` and `>` are operators, which nothing closes.
-            b'<' => angle_brackets += 1,
+            b'<' if has_angle_brackets => angle_brackets += 1,
             b'>' => angle_brackets = angle_brackets.saturating_sub(1),
             b';' => angle_brackets = 0,
             _ => {}

@@ -1,14 +1,14 @@
 //! Resolves prototypes.
 
 use super::{Kind, Resolver};
-use crate::ast::{Item, ItemKind, Operand, OperandKind};
+use crate::ast::{Item, ItemKind, Map, Operand, OperandKind};
 use crate::fields::Fields;
 use crate::geometry::{Coordinate, coordinate, semantic};
 use crate::interface::Interface;
-use crate::maps::{Side, pairs, sides};
+use crate::maps::{Side, pairs};
 use crate::model::{Content, Covariance, Datum, Part, Prototype};
 use crate::roles::{Roles, role};
-use rc_diagnostics::{Diagnostic, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_quantity::Unit;
 use rc_syntax::Name;
 use rc_vocabulary::Primitive;
@@ -73,6 +73,9 @@ impl<'f> Resolver<'f> {
             self.values(&fields, name, domain, meaning)
         };
         let Some(content) = content else { return };
+        if in_geometry {
+            self.fitting(&fields, &meaning.text());
+        }
         let axes = fields.name("axes", &mut self.found);
         let axes = axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span));
         let tolerance = fields.number("tolerance", &mut self.found);
@@ -90,11 +93,27 @@ impl<'f> Resolver<'f> {
             axes: axes.map(Operand::text),
             frames: self.frames(&fields),
             sequence: sequence.map(|(path, _)| path.to_owned()),
-            covariance: self.covariance(&fields),
+            covariance: self.covariance(&fields, in_geometry.then_some(&meaning.text())),
             tolerance,
             loss,
         };
         self.library.prototypes.push(prototype);
+    }
+
+    /// Reports fields that say nothing about a meaning of `geometry`.
+    fn fitting(&mut self, fields: &Fields<'f>, meaning: &str) {
+        for field in ["axes", "sequence", "tolerance", "covariance"] {
+            let fits = match field {
+                "axes" => !["JointState", "Range", "TimeStamp"].contains(&meaning),
+                "sequence" => meaning == "PointSet",
+                "tolerance" => ["Orientation", "Pose"].contains(&meaning),
+                _ => covariances(meaning).is_some(),
+            };
+            if let Some(at) = fields.at(field).filter(|_| !fits) {
+                let message = format!("{meaning} has no `{field}`");
+                self.error("conflicting-fields", at, message);
+            }
+        }
     }
 
     /// Whether the domain has a meaning. Reports an unknown one.
@@ -134,7 +153,10 @@ impl<'f> Resolver<'f> {
                 if of.has(&name) {
                     return coordinate(&name).map(Coordinates::Geometry);
                 }
-                of.coordinate_names().collect()
+                // Two of the Euler orders show what their names look like.
+                let euler = ["euler_zyx_moving", "euler_zyz_fixed"];
+                let euler = euler.into_iter().filter(|name| of.has(name));
+                of.coordinates.iter().copied().chain(euler).collect()
             }
         };
         let message = format!("{meaning} has no coordinates `{name}`");
@@ -211,6 +233,10 @@ impl<'f> Resolver<'f> {
             })
             .flatten();
         self.members(fields, interface.as_ref());
+        let numbers = covariances(&meaning).filter(|_| domain.text == "geometry");
+        if let (Some(of), Some(numbers)) = (&interface, numbers) {
+            self.covariance_length(fields, of, &meaning, numbers);
+        }
         let elements = match (&interface, fields.member("sequence", &mut self.found)) {
             (Some(of), Some((path, at))) => of.elements(path, at, &mut self.found),
             _ => None,
@@ -414,38 +440,70 @@ impl<'f> Resolver<'f> {
     }
 
     /// `{ member covariance, order = xyz_rpy, rotation = fixed }`
-    fn covariance(&mut self, fields: &Fields<'f>) -> Option<Covariance> {
+    fn covariance(&mut self, fields: &Fields<'f>, meaning: Option<&String>) -> Option<Covariance> {
         let map = fields.map("covariance", &mut self.found)?;
-        let (first, rest) = map.entries.split_first()?;
-        let OperandKind::Member(member) = &first.left.kind else {
-            let message = "expected `member NAME` first";
-            self.error("wrong-entry", first.span, message);
+        let member = map.entries.first().filter(|first| first.right.is_none());
+        let Some(OperandKind::Member(member)) = member.map(|first| &first.left.kind) else {
+            let at = map.entries.first().map_or(map.span, |first| first.span);
+            self.error("wrong-entry", at, "expected `member NAME` first");
             return None;
         };
+        let rest = Map {
+            span: map.span,
+            entries: map.entries.iter().skip(1).cloned().collect(),
+        };
+        let known = ["order", "rotation"].map(str::to_owned);
+        let (left, right) = (Side::some("covariance", &known), Side::free("a convention"));
         let mut covariance = Covariance {
             member: member.clone(),
             order: None,
             rotation: None,
         };
-        for entry in rest {
-            let Some((name, value)) = sides(entry, &mut self.found) else {
-                continue;
+        for (name, value) in pairs(&rest, &left, &right, &mut self.found) {
+            let (wanted, meanings, place) = match name.text().as_str() {
+                "order" => (["xyz_rpy", "rpy_xyz"], &["Pose"][..], &mut covariance.order),
+                _ => (
+                    ["fixed", "moving"],
+                    &["Pose", "Orientation"][..],
+                    &mut covariance.rotation,
+                ),
             };
-            match (name.text().as_str(), value.text()) {
-                ("order", value) if ["xyz_rpy", "rpy_xyz"].contains(&value.as_str()) => {
-                    covariance.order = Some(value);
-                }
-                ("rotation", value) if ["fixed", "moving"].contains(&value.as_str()) => {
-                    covariance.rotation = Some(value);
-                }
-                _ => {
-                    let message = "expected `order = xyz_rpy`, `order = rpy_xyz`, \
-                                   `rotation = fixed` or `rotation = moving`";
-                    self.error("wrong-entry", entry.span, message);
-                }
+            if let Some(meaning) = meaning.filter(|own| !meanings.contains(&own.as_str())) {
+                let message = format!("the covariance of {meaning} has no `{}`", name.text());
+                self.error("conflicting-fields", name.span, message);
+            } else if wanted.contains(&value.text().as_str()) {
+                *place = Some(value.text());
+            } else {
+                let [one, other] = wanted;
+                let message = format!("expected `{one}` or `{other}`");
+                self.error("wrong-entry", value.span, message);
             }
         }
         Some(covariance)
+    }
+
+    /// Reports a covariance that has not as many numbers as its meaning needs.
+    fn covariance_length(
+        &mut self,
+        fields: &Fields<'f>,
+        interface: &Interface<'f>,
+        meaning: &str,
+        numbers: u32,
+    ) {
+        let map = fields.map("covariance", &mut Diagnostics::new());
+        let Some(first) = map.and_then(|map| map.entries.first()) else {
+            return;
+        };
+        let OperandKind::Member(path) = &first.left.kind else {
+            return;
+        };
+        if let Some(length) = interface.length(path, first.left.span)
+            && length != numbers
+        {
+            let message =
+                format!("the covariance of {meaning} has {numbers} numbers, `{path}` has {length}");
+            self.error("wrong-count", first.left.span, message);
+        }
     }
 
     /// Reports prototypes that compose themselves, and compositions that are too deep.
@@ -485,6 +543,16 @@ impl<'f> Resolver<'f> {
                 Diagnostic::error(code, prototype.span, message)
             });
         self.found.extend(wrong.collect::<Vec<_>>());
+    }
+}
+
+/// The numbers of the covariance of a meaning of `geometry`. `None` for one that has none.
+fn covariances(meaning: &str) -> Option<u32> {
+    match meaning {
+        "Pose" | "Twist" | "Wrench" => Some(36),
+        "PairPose" | "JointState" | "TimeStamp" => None,
+        "Range" => Some(1),
+        _ => Some(9),
     }
 }
 

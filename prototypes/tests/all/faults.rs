@@ -91,6 +91,7 @@ dproto ros_pose :: geometry { }",
             a.dproto:8:90: error[unknown-type]: unknown type `piont` (did you mean `point`?)
             a.dproto:9:110: error[repeated-key]: `x` is here twice; first named here at a.dproto:9:103
             a.dproto:9:117: error[wrong-entry]: expected `y = VALUE`
+            a.dproto:9:121: error[conflicting-fields]: Position has no `tolerance`
             a.dproto:9:133: error[wrong-value]: `tolerance` is a number, not below 0
             a.dproto:9:147: error[unknown-axes]: unknown axes `robocomp`
             a.dproto:10:8: error[conflicting-fields]: `i` composes others; it has no `coord`
@@ -154,8 +155,8 @@ dproto e :: geometry {{ semantic = PointSet coord = cartesian algebraic = named 
         a.dproto:5:136: error[wrong-units]: `Y` is in mm, which is no m/s
         a.dproto:5:143: error[wrong-units]: `Z` is in mm, which is no m/s
         a.dproto:6:122: error[wrong-type]: `header` is no number
-        a.dproto:6:134: error[unknown-member]: the type has no member `Y` (expected one of `header`, `points`, `covariance`)
-        a.dproto:6:141: error[unknown-member]: the type has no member `Z` (expected one of `header`, `points`, `covariance`)
+        a.dproto:6:134: error[unknown-member]: the type has no member `Y` (expected one of `header`, `points`, `covariance`, `wide`)
+        a.dproto:6:141: error[unknown-member]: the type has no member `Z` (expected one of `header`, `points`, `covariance`, `wide`)
         a.dproto:6:160: error[wrong-type]: `header` is no sequence
         a.dproto:7:8: error[missing-field]: `e` has no field `sequence` (add `sequence = …`)
         a.dproto:7:158: error[unknown-member]: the type has no member `36`
@@ -238,4 +239,56 @@ fn an_abstract_type_fits_its_coordinates() {
     assert_eq!(roles("d"), "y x");
     assert_eq!(roles("f"), "roll pitch yaw");
     assert_eq!(roles("h"), "w x y z");
+}
+
+/// No unit of time follows a number here, and `<` of `<=` opens no bracket.
+#[test]
+fn numbers_and_arrows_are_no_findings() {
+    let many: String = (0..101)
+        .map(|at| {
+            format!(
+                "fproto f{at} :: c99 {{ library = \"l\" fname = \"f\" \
+                 args = {{ 1 <= ros_pose, 2 => ros_pose }} }}\n"
+            )
+        })
+        .collect();
+    let text = format!(
+        "algebraic two :: Vector{{2}}\nalgebraic sm :: Scalar{{s, m}}\nalias sm <-> two {{ s = 0 m = 1 }}
+load 3rdparty-c99\nddr near :: ROS{{my/3d/Point}}\n{many}"
+    );
+    check(&text, &expect![[""]]);
+}
+
+#[test]
+fn fields_that_say_nothing_are_findings() {
+    check(
+        "algebraic one :: Vector{1}\naxes ros :: ahead, left, up
+dproto a :: geometry { semantic = TimeStamp coord = seconds algebraic = one ddr = :: c99{double} dr = { 0 = 0 } axes = ros tolerance = 1 sequence = member x covariance = { member c } }
+dproto b :: geometry { semantic = Orientation coord = euler_rpy algebraic = position3 ddr = :: c99{double[3]} dr = { 0 = 0, 1 = 1, 2 = 2 } }
+dproto c :: geometry { semantic = Orientation coord = rpy algebraic = position3 ddr = :: c99{double[3]} dr = { 0 = 0, 1 = 1, 2 = 2 } tolerance = \"0.5\" covariance = { member c, order = xyz_rpy, rotation = fixed, rotation = moving } }
+dproto d :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c, order = xyz, rotation = fixed, colour = red } }
+dproto e :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { } }
+dproto f :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c = z } }
+dproto g :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c, order = rpy_xyz, rotation = moving } tolerance = 0.1 }",
+        &expect![[r#"
+            a.dproto:4:113: error[conflicting-fields]: TimeStamp has no `axes`
+            a.dproto:4:124: error[conflicting-fields]: TimeStamp has no `tolerance`
+            a.dproto:4:138: error[conflicting-fields]: TimeStamp has no `sequence`
+            a.dproto:4:158: error[conflicting-fields]: TimeStamp has no `covariance`
+            a.dproto:5:55: error[unknown-coordinate]: Orientation has no coordinates `euler_rpy` (expected one of `quaternion`, `quaternion_wxyz`, `rot_matrix`, `rpy`, `axis_angle`, `rotation_vector`, `euler_zyx_moving`, `euler_zyz_fixed`)
+            a.dproto:6:146: error[wrong-value]: `tolerance` is a number, not below 0
+            a.dproto:6:177: error[conflicting-fields]: the covariance of Orientation has no `order`
+            a.dproto:6:212: error[repeated-key]: `rotation` is here twice; first named here at a.dproto:6:194
+            a.dproto:7:142: error[wrong-entry]: expected `xyz_rpy` or `rpy_xyz`
+            a.dproto:7:165: error[unknown-symbol]: covariance has no value `colour` (expected one of `order`, `rotation`)
+            a.dproto:8:122: error[wrong-entry]: expected `member NAME` first
+            a.dproto:9:124: error[wrong-entry]: expected `member NAME` first
+        "#]],
+    );
+    let (_, found) = loaded("import \"Lidar.idsl\";\nalgebraic named :: Scalar{x, y, z}
+dproto a :: geometry { semantic = PointSet coord = cartesian algebraic = named ddr = :: IDSL{RoboCompLidar::Scan} sequence = member points dr = { X = x, Y = y, Z = z } covariance = { member wide } }");
+    expect![[r#"
+        a.dproto:3:184: error[wrong-count]: the covariance of PointSet has 9 numbers, `wide` has 36
+    "#]]
+    .assert_eq(&found);
 }

@@ -19,7 +19,7 @@ module RoboCompLidar
     struct Header { string frame; long stamp; };
     struct Point { @unit("mm") float X; @unit("mm") float Y; @unit("mm") float Z; float intensity; };
     sequence<Point> Points;
-    struct Scan { Header header; Points points; float covariance[36]; };
+    struct Scan { Header header; Points points; float covariance[9]; float wide[36]; };
 };
 "#;
 
