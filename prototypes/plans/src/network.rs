@@ -10,6 +10,7 @@ use crate::refusal::Refusal;
 use crate::shape::{Shape, Shapes, Value};
 use crate::values::Notes;
 use rc_prototypes::model::{Content, Library, Prototype};
+use rc_quantity::Axes;
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
@@ -118,6 +119,7 @@ impl<'l> Network<'l> {
             steps,
             cost,
             lost: notes.lost,
+            notes: taken_axes((from, input), (to, output)),
             program,
             input: input.values().into_iter().map(described).collect(),
             output: output.values().into_iter().map(described).collect(),
@@ -168,6 +170,11 @@ impl<'l> Network<'l> {
         let (Some(start), Some(goal)) = (place(from), place(to)) else {
             return Err(Refusal::NoWay);
         };
+        let ends = (self.shape(from)?.axes(), self.shape(to)?.axes());
+        let is_passable = |at: usize| {
+            let shape = self.known.get(names[at]);
+            at == goal || shape.is_some_and(|shape| keeps_axes(&ends.0, &ends.1, &shape.axes()))
+        };
         // Places are in the order of names, so paths compare as their names do.
         let mut open = BinaryHeap::from([Reverse((0_u64, 0_usize, vec![start]))]);
         let mut settled = vec![false; names.len()];
@@ -185,7 +192,8 @@ impl<'l> Network<'l> {
             for (next, added) in self.neighbours(names, here).iter().copied() {
                 let longer = (cost + added, steps + 1);
                 let is_longer = |(cost, steps, _): &(u64, usize, _)| (*cost, *steps) < longer;
-                if settled[next] || best[next].as_ref().is_some_and(is_longer) {
+                if settled[next] || best[next].as_ref().is_some_and(is_longer) || !is_passable(next)
+                {
                     continue;
                 }
                 let candidate = (longer.0, longer.1, [&way[..], &[next]].concat());
@@ -385,6 +393,31 @@ fn described(value: &Value) -> String {
     let unit = value.unit.as_deref().filter(|unit| *unit != "1");
     let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
     format!("{}{unit}, {}", value.member, value.number.word())
+}
+
+/// Whether a plan between these axes may lead over a prototype with those of `inner`: the turns along
+/// the way must be that of the direct step. Unknown axes are taken as those of the neighbour, so a
+/// turn before or after them is lost, or one that no one asked for remains.
+fn keeps_axes(from: &[Option<Axes>], to: &[Option<Axes>], inner: &[Option<Axes>]) -> bool {
+    let ends = || from.iter().chain(to);
+    if ends().all(Option::is_some) {
+        return inner.iter().all(Option::is_some);
+    }
+    let mut known = ends().flatten();
+    let first = known.next();
+    known.all(|axes| Some(axes) == first) && inner.iter().flatten().all(|axes| Some(axes) == first)
+}
+
+/// A prototype without axes has those of the other end of the plan: that is not known, but taken so.
+fn taken_axes(from: (&str, &Shape), to: (&str, &Shape)) -> Vec<String> {
+    let taken = |(name, own): (&str, &Shape), (other, with): (&str, &Shape)| {
+        let is_taken = own.axes().contains(&None) && with.axes().iter().any(Option::is_some);
+        is_taken.then(|| format!("`{name}` has no axes: they are taken as those of `{other}`"))
+    };
+    [taken(from, to), taken(to, from)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Whether two prototypes may convert: they mean the same, in the same frames.

@@ -126,6 +126,8 @@ pub struct Plan {
     pub cost: Cost,
     /// What they lose.
     pub lost: Vec<Loss>,
+    /// What it takes for granted.
+    pub notes: Vec<String>,
     /// The formula.
     pub program: Program,
     /// The numbers of both prototypes, for comments in code.
@@ -192,6 +194,9 @@ impl fmt::Display for Plan {
             write!(f, ", {} functions of the user", cost.calls)?;
         }
         writeln!(f)?;
+        for note in &self.notes {
+            writeln!(f, "note      {note}")?;
+        }
         match (self.lost.as_slice(), self.program.is_exact()) {
             ([], true) => writeln!(f, "lost      nothing: the plan is exact"),
             ([], false) => writeln!(f, "lost      rounding of float64 only"),

@@ -63,6 +63,15 @@ impl Shape {
         }
     }
 
+    /// The axes of all leaves whose meaning has directions; `None` stands for unknown ones.
+    pub(crate) fn axes(&self) -> Vec<Option<Axes>> {
+        match self {
+            Self::Leaf(leaf) if leaf.has_directions() => vec![leaf.axes],
+            Self::Leaf(_) => Vec::new(),
+            Self::Parts(parts) => parts.iter().flat_map(|(_, part)| part.axes()).collect(),
+        }
+    }
+
     /// The part with this name, and which numbers are its own.
     pub(crate) fn part(&self, name: &str) -> Option<(&Self, std::ops::Range<usize>)> {
         let Self::Parts(parts) = self else {
@@ -81,6 +90,12 @@ impl Shape {
 }
 
 impl Leaf {
+    /// Whether its numbers are along axes, or about them.
+    fn has_directions(&self) -> bool {
+        let meaning = self.semantic.as_str();
+        self.in_geometry && !matches!(meaning, "TimeStamp" | "Range" | "JointState")
+    }
+
     /// The place of the number with this role.
     pub(crate) fn place(&self, role: &str) -> Option<usize> {
         self.values.iter().position(|value| value.role == role)

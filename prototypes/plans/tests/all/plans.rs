@@ -515,3 +515,123 @@ fn there_and_back_is_the_same_within_the_loss() {
     }
     assert!(count > 30_000, "{count}");
 }
+
+/// Prototypes with and without axes: leaves, and poses in both forms.
+fn with_axes() -> (String, [Vec<&'static str>; 3]) {
+    let head = "axes body :: ahead, left, up
+axes camera :: right, down, ahead
+algebraic v3 :: Vector{3}
+algebraic v4 :: Vector{4}
+algebraic v16 :: Vector{16}
+";
+    let leaf = |name: &str, meaning: &str, coordinate: &str, count: usize, axes: &str| {
+        let places: Vec<String> = (0..count).map(|at| format!("{at} = {at}")).collect();
+        format!(
+            "dproto {name} :: geometry {{ semantic = {meaning} coord = {coordinate} \
+             algebraic = v{count} ddr = :: c99{{double[{count}]}} dr = {{ {} }} {axes} }}\n",
+            places.join(", ")
+        )
+    };
+    let mut text = head.to_owned();
+    for (of, axes) in [
+        ("body", "axes = body"),
+        ("camera", "axes = camera"),
+        ("plain", ""),
+        ("bare", ""),
+    ] {
+        text += &leaf(&format!("{of}_at"), "Position", "cartesian", 3, axes);
+        text += &leaf(&format!("{of}_turn"), "Orientation", "quaternion", 4, axes);
+        text += &format!(
+            "dproto {of}_pose :: geometry {{ semantic = Pose \
+             composes = {{ Position = {of}_at, Orientation = {of}_turn }} }}\n"
+        );
+    }
+    text += &leaf(
+        "body_matrix",
+        "Pose",
+        "homogeneous_transformation",
+        16,
+        "axes = body",
+    );
+    text += &leaf("plain_matrix", "Pose", "homogeneous_transformation", 16, "");
+    text += "dproto mixed_pose :: geometry { semantic = Pose \
+             composes = { Position = camera_at, Orientation = plain_turn } }\n";
+    let families = [
+        vec!["body_at", "camera_at", "plain_at", "bare_at"],
+        vec!["body_turn", "camera_turn", "plain_turn", "bare_turn"],
+        vec![
+            "body_pose",
+            "camera_pose",
+            "plain_pose",
+            "bare_pose",
+            "mixed_pose",
+            "body_matrix",
+            "plain_matrix",
+        ],
+    ];
+    (text, families)
+}
+
+/// A plan over a third prototype gives the numbers of the direct step: no axes are lost on the way.
+#[test]
+fn plans_keep_axes_as_the_direct_step_does() {
+    let (text, families) = with_axes();
+    let all = library(&text);
+    let only = |names: &[&str]| {
+        let mut some = all.clone();
+        some.prototypes.retain(|one| {
+            let is_part = one.semantic != "Pose" && !names[0].ends_with("_at");
+            names.contains(&one.name.as_str()) || is_part && !names[0].ends_with("_turn")
+        });
+        some
+    };
+    let turn = [0.5, -0.1, 0.7, 0.5];
+    let matrix = [
+        0.0, -1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0,
+    ];
+    let mut compared = 0;
+    for family in &families {
+        for from in family {
+            let input: Vec<f64> = match *from {
+                name if name.ends_with("_at") => vec![1.0, 2.0, 3.0],
+                name if name.ends_with("_turn") => turn.to_vec(),
+                name if name.ends_with("_matrix") => matrix.to_vec(),
+                _ => [&[1.0, 2.0, 3.0][..], &turn].concat(),
+            };
+            for to in family.iter().filter(|to| *to != from) {
+                let two = only(&[from, to]);
+                let direct = Network::new(&two).plan(from, to).expect("a plan");
+                assert_eq!(direct.distance(), 1, "{direct}");
+                let expected = direct.program.run(&input).expect("in range");
+                for third in family {
+                    let three = only(&[from, to, third]);
+                    let plan = Network::new(&three).plan(from, to).expect("a plan");
+                    let numbers = plan.program.run(&input).expect("in range");
+                    for (one, other) in numbers.iter().zip(&expected) {
+                        assert!(
+                            (one - other).abs() < 1e-12,
+                            "{numbers:?} {expected:?}\n{plan}"
+                        );
+                    }
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(compared, 2 * 4 * 3 * 4 + 7 * 6 * 7);
+    let network = Network::new(&all);
+    let plan = network.plan("body_at", "camera_at").expect("a plan");
+    assert_eq!(
+        plan.program.run(&[1.0, 2.0, 3.0]),
+        Ok(vec![-2.0, -3.0, 1.0])
+    );
+    check(&text, "body_at", "plain_at", &expect![[r#"
+        body_at -> plain_at
+        type      plain
+        distance  1
+        steps     plain_at (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        note      `plain_at` has no axes: they are taken as those of `body_at`
+        lost      nothing: the plan is exact
+    "#]]);
+}
