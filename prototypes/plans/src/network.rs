@@ -9,11 +9,12 @@ use crate::recorder::{Recorder, Term};
 use crate::refusal::Refusal;
 use crate::shape::{Shape, Shapes, Value};
 use crate::values::Notes;
-use rc_prototypes::model::{Content, Library, Prototype};
+use rc_prototypes::model::{Content, Library, Part, Prototype};
+use rc_prototypes::semantic;
 use rc_quantity::Axes;
 use std::cell::RefCell;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
 use std::rc::Rc;
 
 /// The prototypes of a library.
@@ -124,7 +125,7 @@ impl<'l> Network<'l> {
             input: input.values().into_iter().map(described).collect(),
             output: output.values().into_iter().map(described).collect(),
         };
-        let limit = self.prototype(to)?.loss;
+        let limit = self.limit(to)?;
         match (limit, plan.error()) {
             (Some(limit), None) => {
                 let lost: Vec<String> = plan.lost.iter().map(ToString::to_string).collect();
@@ -163,7 +164,7 @@ impl<'l> Network<'l> {
     /// Dijkstra's algorithm, over the prototypes of one meaning.
     fn find(&self, from: &str, to: &str) -> Result<Found, Refusal> {
         let (one, other) = (self.prototype(from)?, self.prototype(to)?);
-        agree(one, other)?;
+        self.agree(one, other)?;
         let meaning = (one.domain.as_str(), one.semantic.as_str());
         let names = self.by_meaning.get(&meaning).map_or(&[][..], Vec::as_slice);
         let place = |name: &str| names.iter().position(|own| *own == name);
@@ -239,7 +240,7 @@ impl<'l> Network<'l> {
     }
 
     fn new_edge(&self, from: &str, to: &str) -> Result<Edge, Refusal> {
-        agree(self.prototype(from)?, self.prototype(to)?)?;
+        self.agree(self.prototype(from)?, self.prototype(to)?)?;
         let direct = self
             .direct(from, to)
             .or_else(|refusal| self.parts(from, to)?.ok_or(refusal));
@@ -256,7 +257,7 @@ impl<'l> Network<'l> {
     fn direct(&self, from: &str, to: &str) -> Result<Edge, Refusal> {
         let (one, other) = (self.shape(from)?, self.shape(to)?);
         let recorder = Recorder::new(one.len());
-        let mut notes = self.notes(from, to)?;
+        let mut notes = self.notes(from, to, true)?;
         let inputs = inputs(&recorder, one);
         let aliases = &self.library.aliases;
         let terms = convert(one, other, aliases, &inputs, &mut notes)?;
@@ -264,7 +265,7 @@ impl<'l> Network<'l> {
     }
 
     fn declared(&self, from: &str, to: &str, function: &str) -> Result<Edge, Refusal> {
-        let mut notes = self.notes(from, to)?;
+        let mut notes = self.notes(from, to, true)?;
         notes.kinds.insert(Kind::Declared);
         notes.lose(format!("what `{function}` loses"), Bound::None);
         let one = self.shape(from)?;
@@ -296,7 +297,7 @@ impl<'l> Network<'l> {
         if one.axes.is_some() || other.axes.is_some() {
             return Ok(None);
         }
-        let mut notes = self.notes(from, to)?;
+        let mut notes = self.notes(from, to, false)?;
         notes.kinds.insert(Kind::Composition);
         let mut found = Vec::new();
         for part in wanted {
@@ -316,14 +317,126 @@ impl<'l> Network<'l> {
         Ok(Some(edge(way, notes, &program)))
     }
 
-    /// What a step loses that is no number of it.
-    fn notes(&self, from: &str, to: &str) -> Result<Notes, Refusal> {
+    /// The prototypes that hold the same values: both, and all parts of both. A part stands beside
+    /// the whole where the other prototype has no parts.
+    fn pairs(&self, one: Chain<'l>, other: Chain<'l>, out: &mut Vec<(Chain<'l>, Chain<'l>)>) {
+        let (Some(own), Some(wanted)) = (one.first().copied(), other.first().copied()) else {
+            return;
+        };
+        out.push((one.clone(), other.clone()));
+        let inner = |part: &Part, whole: &Chain<'l>| {
+            let part = self.shapes.prototype(&part.prototype)?;
+            Some([&[part][..], whole].concat())
+        };
+        match (&own.content, &wanted.content) {
+            (Content::Values { .. }, Content::Values { .. }) => {}
+            (Content::Parts(own), Content::Parts(wanted)) => {
+                for to in wanted {
+                    let from = own.iter().find(|from| from.name == to.name);
+                    let from = from.and_then(|from| inner(from, &one));
+                    if let Some((from, to)) = from.zip(inner(to, &other)) {
+                        self.pairs(from, to, out);
+                    }
+                }
+            }
+            (Content::Parts(own), Content::Values { .. }) => {
+                for from in own.iter().filter_map(|part| inner(part, &one)) {
+                    self.pairs(from, other.clone(), out);
+                }
+            }
+            (Content::Values { .. }, Content::Parts(wanted)) => {
+                for to in wanted.iter().filter_map(|part| inner(part, &other)) {
+                    self.pairs(one.clone(), to, out);
+                }
+            }
+        }
+    }
+
+    /// Whether two prototypes may convert: they and their parts mean the same, in the same frames.
+    fn agree(&self, one: &'l Prototype, other: &'l Prototype) -> Result<(), Refusal> {
+        let mut pairs = Vec::new();
+        self.pairs(vec![one], vec![other], &mut pairs);
+        for (from, to) in &pairs {
+            let (Some(one), Some(other)) = (from.first(), to.first()) else {
+                continue;
+            };
+            let meaning = (&one.domain, &one.semantic) == (&other.domain, &other.semantic);
+            if from.len() == to.len() && !meaning {
+                return Err(Refusal::Meaning(
+                    one.semantic.clone(),
+                    other.semantic.clone(),
+                ));
+            }
+            for end in ["of", "with_respect_to"] {
+                if let Some((one, other)) = frame(from, end).zip(frame(to, end))
+                    && one != other
+                {
+                    return Err(Refusal::Frame(end.to_owned(), one, other));
+                }
+            }
+            if one.sequence.is_some() != other.sequence.is_some() {
+                return Err(Refusal::Sequence);
+            }
+        }
+        Ok(())
+    }
+
+    /// What a step loses that is no number of it, of both prototypes and, if `deep`, of their parts.
+    fn notes(&self, from: &str, to: &str, deep: bool) -> Result<Notes, Refusal> {
         let mut notes = Notes::default();
+        let mut pairs = Vec::new();
         let (one, other) = (self.prototype(from)?, self.prototype(to)?);
-        if one.covariance.is_some() || other.covariance.is_some() {
-            notes.lose("the covariance is not converted", Bound::None);
+        self.pairs(vec![one], vec![other], &mut pairs);
+        if !deep {
+            pairs.truncate(1);
+        }
+        let mut parts = BTreeSet::new();
+        for (from, to) in &pairs {
+            let (Some(one), Some(other)) = (from.first(), to.first()) else {
+                continue;
+            };
+            let is_whole = from.len() == 1 && to.len() == 1;
+            if is_whole && (one.covariance.is_some() || other.covariance.is_some()) {
+                notes.lose("the covariance is not converted", Bound::None);
+            }
+            for (chain, own) in [(from, one), (to, other)] {
+                if chain.len() > 1 && own.covariance.is_some() && parts.insert(&own.name) {
+                    let name = &own.name;
+                    notes.lose(
+                        format!("the covariance of `{name}` is not converted"),
+                        Bound::None,
+                    );
+                }
+            }
+            let own: Vec<&str> = match &one.content {
+                Content::Parts(own) => own.iter().map(|part| part.name.as_str()).collect(),
+                Content::Values { .. } => {
+                    let of = semantic(&one.semantic).map_or(&[][..], |of| of.parts);
+                    of.iter().map(|(name, _)| *name).collect()
+                }
+            };
+            if let Content::Parts(wanted) = &other.content {
+                for name in own {
+                    if wanted.iter().all(|part| part.name != name) && from.len() == to.len() {
+                        notes.lose(format!("`{name}` is not kept"), Bound::None);
+                    }
+                }
+            }
         }
         Ok(notes)
+    }
+
+    /// The smallest `loss` that a prototype or one of its parts allows.
+    fn limit(&self, name: &str) -> Result<Option<f64>, Refusal> {
+        let prototype = self.prototype(name)?;
+        let mut limit = prototype.loss;
+        if let Content::Parts(parts) = &prototype.content {
+            for part in parts {
+                let own = self.limit(&part.prototype)?;
+                limit = limit.into_iter().chain(own).reduce(f64::min);
+            }
+        }
+        Ok(limit)
     }
 
     /// Records all steps of a way.
@@ -420,29 +533,13 @@ fn taken_axes(from: (&str, &Shape), to: (&str, &Shape)) -> Vec<String> {
         .collect()
 }
 
-/// Whether two prototypes may convert: they mean the same, in the same frames.
-fn agree(one: &Prototype, other: &Prototype) -> Result<(), Refusal> {
-    if (&one.domain, &one.semantic) != (&other.domain, &other.semantic) {
-        return Err(Refusal::Meaning(
-            one.semantic.clone(),
-            other.semantic.clone(),
-        ));
-    }
-    for end in ["of", "with_respect_to"] {
-        let frame = |of: &Prototype| {
-            let mut frames = of.frames.iter();
-            let frame = frames.find(|(name, _)| name == end).map(|(_, frame)| frame);
-            // A frame in a message is known when it arrives.
-            frame.filter(|frame| !frame.starts_with("member ")).cloned()
-        };
-        if let (Some(one), Some(other)) = (frame(one), frame(other))
-            && one != other
-        {
-            return Err(Refusal::Frame(end.to_owned(), one, other));
-        }
-    }
-    if one.sequence.is_some() != other.sequence.is_some() {
-        return Err(Refusal::Sequence);
-    }
-    Ok(())
+/// A prototype, and the wholes that it is a part of: the innermost one first.
+type Chain<'l> = Vec<&'l Prototype>;
+
+/// The frame at one end of a part: its own one, or that of the whole.
+fn frame(chain: &[&Prototype], end: &str) -> Option<String> {
+    let mut frames = chain.iter().flat_map(|of| &of.frames);
+    let frame = frames.find(|(name, _)| name == end).map(|(_, frame)| frame);
+    // A frame in a message is known when it arrives.
+    frame.filter(|frame| !frame.starts_with("member ")).cloned()
 }

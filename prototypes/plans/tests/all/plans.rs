@@ -625,7 +625,11 @@ fn plans_keep_axes_as_the_direct_step_does() {
         plan.program.run(&[1.0, 2.0, 3.0]),
         Ok(vec![-2.0, -3.0, 1.0])
     );
-    check(&text, "body_at", "plain_at", &expect![[r#"
+    check(
+        &text,
+        "body_at",
+        "plain_at",
+        &expect![[r#"
         body_at -> plain_at
         type      plain
         distance  1
@@ -633,5 +637,137 @@ fn plans_keep_axes_as_the_direct_step_does() {
         cost      1: 0 operations, 0 transcendental functions
         note      `plain_at` has no axes: they are taken as those of `body_at`
         lost      nothing: the plan is exact
-    "#]]);
+    "#]],
+    );
+}
+
+/// Frames, sequences, covariances and losses of parts count as those of the whole; parts that are
+/// not kept are lost.
+#[test]
+fn parts_are_compared_as_the_whole_is() {
+    let mut text = String::from(
+        "algebraic v3 :: Vector{3}
+algebraic v4 :: Vector{4}
+algebraic v16 :: Vector{16}
+algebraic one :: Vector{1}
+domain soil :: { semantic = { Moisture, Salt, Sample } coord = { percent } }
+dproto wet :: soil { semantic = Moisture coord = percent algebraic = one ddr = :: c99{double} dr = { 0 = 0 } }
+dproto salt :: soil { semantic = Salt coord = percent algebraic = one ddr = :: c99{double} dr = { 0 = 0 } }
+dproto both :: soil { semantic = Sample composes = { Moisture = wet, Salt = salt } }
+dproto less :: soil { semantic = Sample composes = { Moisture = wet } }
+dproto turn :: geometry { semantic = Orientation coord = quaternion algebraic = v4 ddr = :: c99{double[4]} dr = { 0 = 0, 1 = 1, 2 = 2, 3 = 3 } }
+",
+    );
+    let mut put = |name: &str, number: &str, more: &str, whole: &str| {
+        text += &format!(
+            "dproto {name} :: geometry {{ semantic = Position coord = cartesian algebraic = v3 \
+             ddr = :: c99{{{number}[3]}} dr = {{ 0 = 0, 1 = 1, 2 = 2 }} {more} }}
+dproto {name}_pose :: geometry {{ semantic = Pose \
+             composes = {{ Position = {name}, Orientation = turn }} {whole} }}\n"
+        );
+    };
+    put(
+        "here",
+        "double",
+        "frames = { of = hand, with_respect_to = map }",
+        "",
+    );
+    put(
+        "there",
+        "double",
+        "frames = { of = hand, with_respect_to = odom }",
+        "",
+    );
+    put(
+        "whole",
+        "double",
+        "",
+        "frames = { of = hand, with_respect_to = odom }",
+    );
+    put("many", "double", "sequence = member points", "");
+    put("sure", "double", "covariance = { member covariance }", "");
+    put("narrow", "float", "loss = 1e-9", "");
+    text += "dproto rows :: geometry { semantic = Pose coord = homogeneous_transformation \
+             algebraic = v16 ddr = :: c99{double[16]} dr = { 0 = 0, 1 = 1, 2 = 2, 3 = 3, 4 = 4, \
+             5 = 5, 6 = 6, 7 = 7, 8 = 8, 9 = 9, 10 = 10, 11 = 11, 12 = 12, 13 = 13, 14 = 14, \
+             15 = 15 } frames = { of = hand, with_respect_to = odom } }\n";
+    let reason = |from: &str, to: &str, expected: Expect| check(&text, from, to, &expected);
+    reason(
+        "here_pose",
+        "there_pose",
+        expect![[r#"
+        frame-mismatch: the frames differ: `with_respect_to` is `map` and `odom`, and no transform between them is known
+    "#]],
+    );
+    reason(
+        "here_pose",
+        "whole_pose",
+        expect![[r#"
+        frame-mismatch: the frames differ: `with_respect_to` is `map` and `odom`, and no transform between them is known
+    "#]],
+    );
+    reason(
+        "here_pose",
+        "rows",
+        expect![[r#"
+        frame-mismatch: the frames differ: `with_respect_to` is `map` and `odom`, and no transform between them is known
+    "#]],
+    );
+    reason(
+        "there_pose",
+        "whole_pose",
+        expect![[r#"
+        there_pose -> whole_pose
+        type      composition
+        distance  1
+        steps     whole_pose (composition)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]],
+    );
+    reason(
+        "here_pose",
+        "many_pose",
+        expect![[r#"
+        no-conversion: one holds a sequence of values, the other one a value
+    "#]],
+    );
+    reason(
+        "here_pose",
+        "sure_pose",
+        expect![[r#"
+        here_pose -> sure_pose
+        type      composition
+        distance  1
+        steps     sure_pose (composition)
+        cost      1000001: 0 operations, 0 transcendental functions
+        lost      the covariance of `sure` is not converted, not bounded
+    "#]],
+    );
+    reason(
+        "here_pose",
+        "narrow_pose",
+        expect![[r#"
+        conversion-loses: the plan loses more than 1e-9: 6.0e-8 of the value
+    "#]],
+    );
+    reason(
+        "both",
+        "less",
+        expect![[r#"
+        both -> less
+        type      composition
+        distance  1
+        steps     less (composition)
+        cost      1000001: 0 operations, 0 transcendental functions
+        lost      `Salt` is not kept, not bounded
+    "#]],
+    );
+    reason(
+        "less",
+        "both",
+        expect![[r#"
+        no-conversion: the first one has no value `Salt`
+    "#]],
+    );
 }
