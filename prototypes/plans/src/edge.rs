@@ -114,6 +114,12 @@ fn pose_of_leaf<'r>(
         *place = Some(read(from, input, &role, unit, notes)?);
     }
     rotation::proper(&matrix, from.tolerance);
+    for (column, wanted) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
+        let role = role(&from.coordinate, 3, column);
+        let place = from.place(&role).and_then(|at| input.get(at));
+        let value = place.ok_or_else(|| Refusal::Missing(role))?;
+        value.required(wanted - from.tolerance, wanted + from.tolerance);
+    }
     Ok((position, matrix))
 }
 

@@ -47,6 +47,8 @@ struct Edge {
     way: Way,
     notes: Notes,
     cost: Cost,
+    /// Whether it keeps relative errors.
+    is_scaling: bool,
 }
 
 /// The cheapest way: its prototypes, the first one included, and its steps.
@@ -113,7 +115,7 @@ impl<'l> Network<'l> {
                 to: name.clone(),
                 kinds: edge.notes.kinds.iter().copied().collect(),
             });
-            notes.add(edge.notes.clone());
+            notes.then(edge.notes.clone(), edge.is_scaling);
         }
         let plan = Plan {
             from: from.to_owned(),
@@ -304,9 +306,11 @@ impl<'l> Network<'l> {
             let missing = || Refusal::Missing(part.name.clone());
             let of = own.iter().find(|own| own.name == part.name);
             let plan = self.find(&of.ok_or_else(missing)?.prototype, &part.prototype)?;
+            let mut own = Notes::default();
             for edge in &plan.edges {
-                notes.add(edge.notes.clone());
+                own.then(edge.notes.clone(), edge.is_scaling);
             }
+            notes.add(own);
             found.push(plan);
         }
         let way = Way::Parts(found);
@@ -498,7 +502,12 @@ fn edge(way: Way, mut notes: Notes, program: &Program) -> Edge {
         notes.kinds.insert(Kind::Plain);
     }
     let cost = Cost::of(program, &notes.lost);
-    Edge { way, notes, cost }
+    Edge {
+        way,
+        notes,
+        cost,
+        is_scaling: program.is_scaling(),
+    }
 }
 
 /// `points.X in mm, float32`

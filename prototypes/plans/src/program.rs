@@ -252,6 +252,22 @@ impl Program {
         nodes.all(|node| matches!(node.operation, Operation::Input(_) | Operation::Negate))
     }
 
+    /// Whether each output is an input times a constant, so that relative errors stay as they are.
+    pub(crate) fn is_scaling(&self) -> bool {
+        let is_constant = |of: Option<&Operand>| matches!(of, Some(Operand::Constant(_)));
+        self.nodes.iter().all(|node| {
+            let (one, other) = (node.operands.first(), node.operands.get(1));
+            match node.operation {
+                Operation::Input(_)
+                | Operation::Negate
+                | Operation::Store(Primitive::F32 | Primitive::F64) => true,
+                Operation::Multiply => is_constant(one) || is_constant(other),
+                Operation::Divide => is_constant(other),
+                _ => false,
+            }
+        })
+    }
+
     /// The functions of the user that it calls.
     pub fn functions(&self) -> impl Iterator<Item = &str> {
         self.nodes.iter().filter_map(|node| match &node.operation {

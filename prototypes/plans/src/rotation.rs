@@ -58,9 +58,17 @@ fn one(length: Term<'_>, tolerance: f64) -> Term<'_> {
     length.required(1.0 - tolerance, 1.0 + tolerance)
 }
 
-/// Refuses matrices that mirror or stretch.
+/// Refuses matrices that mirror, stretch or shear: the columns must be of length 1 and at right
+/// angles.
 pub(crate) fn proper(matrix: &Matrix<Term<'_>>, tolerance: f64) {
     one(determinant(matrix), tolerance);
+    let squares = product(&transposed(matrix), matrix);
+    for (row, values) in squares.iter().enumerate() {
+        one(values[row], tolerance);
+        for value in &values[row + 1..] {
+            value.required(-tolerance, tolerance);
+        }
+    }
 }
 
 /// The matrix of a rotation in any representation.

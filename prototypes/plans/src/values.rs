@@ -26,11 +26,26 @@ impl Notes {
         }
     }
 
+    /// Adds what another part loses. Losses that it shares are listed as often as in one of both.
     pub(crate) fn add(&mut self, other: Self) {
         self.kinds.extend(other.kinds);
-        for loss in other.lost {
-            self.lose(loss.what, loss.bound);
+        for loss in &other.lost {
+            let count = |all: &[Loss]| all.iter().filter(|own| *own == loss).count();
+            if count(&self.lost) < count(&other.lost) {
+                self.lost.push(loss.clone());
+            }
         }
+    }
+
+    /// Adds what the next step loses. What was lost before has a bound only if this step scales.
+    pub(crate) fn then(&mut self, next: Self, is_scaling: bool) {
+        if !is_scaling {
+            for loss in &mut self.lost {
+                loss.bound = Bound::None;
+            }
+        }
+        self.kinds.extend(next.kinds);
+        self.lost.extend(next.lost);
     }
 }
 
@@ -90,7 +105,10 @@ fn store<'r>(term: Term<'r>, to: &Value, notes: &mut Notes) -> Term<'r> {
         && !fits(recorder.number(at), to.number)
     {
         match to.number {
-            Primitive::F32 => notes.lose("float32", Bound::Relative(f64::powi(2.0, -24))),
+            Primitive::F32 => notes.lose(
+                "float32, in the range of float32",
+                Bound::Relative(f64::powi(2.0, -24)),
+            ),
             Primitive::F64 => notes.lose("float64", Bound::Relative(f64::powi(2.0, -53))),
             number => notes.lose(number.word(), Bound::Absolute(0.5)),
         }

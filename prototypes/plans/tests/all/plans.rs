@@ -35,13 +35,13 @@ fn a_plan_tells_type_distance_cost_and_loss() {
         "point",
         "scan",
         &expect![[r#"
-        point -> scan
-        type      axes
-        distance  1
-        steps     scan (alias, unit, axes)
-        cost      1008: 7 operations, 0 transcendental functions
-        lost      float32, bounded: 6.0e-8 of the value
-    "#]],
+            point -> scan
+            type      axes
+            distance  1
+            steps     scan (alias, unit, axes)
+            cost      1008: 7 operations, 0 transcendental functions
+            lost      float32, in the range of float32, bounded: 6.0e-8 of the value
+        "#]],
     );
     check(
         &text,
@@ -100,13 +100,13 @@ fn a_plan_tells_type_distance_cost_and_loss() {
         "columns",
         "rows",
         &expect![[r#"
-        columns -> rows
-        type      coordinate
-        distance  1
-        steps     rows (axes, coordinate)
-        cost      23: 22 operations, 0 transcendental functions
-        lost      rounding of float64 only
-    "#]],
+            columns -> rows
+            type      coordinate
+            distance  1
+            steps     rows (axes, coordinate)
+            cost      63: 62 operations, 0 transcendental functions
+            lost      rounding of float64 only
+        "#]],
     );
     check(
         &text,
@@ -226,14 +226,14 @@ domain soil :: { semantic = { Moisture } coord = { percent, grams } }
         "here",
         "flat",
         expect![[r#"
-        here -> flat
-        type      alias
-        distance  1
-        steps     flat (alias)
-        cost      1001003: 2 operations, 0 transcendental functions
-        lost      float32, bounded: 6.0e-8 of the value
-                  z is not kept, not bounded
-    "#]],
+            here -> flat
+            type      alias
+            distance  1
+            steps     flat (alias)
+            cost      1001003: 2 operations, 0 transcendental functions
+            lost      float32, in the range of float32, bounded: 6.0e-8 of the value
+                      z is not kept, not bounded
+        "#]],
     );
     reason(
         "wet",
@@ -284,7 +284,7 @@ fn a_plan_may_lead_over_other_prototypes() {
                   third (alias)
                   weighed (conversion)
         cost      1001104: 1 operations, 0 transcendental functions, 1 functions of the user
-        lost      float32, bounded: 6.0e-8 of the value
+        lost      float32, in the range of float32, not bounded
                   what `weigh` loses, not bounded
     "#]];
     check(&lines.join("\n"), "first", "weighed", &expected);
@@ -770,4 +770,100 @@ dproto {name}_pose :: geometry {{ semantic = Pose \
         no-conversion: the first one has no value `Salt`
     "#]],
     );
+}
+
+/// An offset makes a small part of a great number a great part of a small one.
+#[test]
+fn a_relative_bound_ends_where_a_step_does_more_than_scale() {
+    let mut text = String::from(
+        "domain heat :: { semantic = { Temperature } coord = { level } }
+algebraic a :: Scalar{a}
+algebraic b :: Scalar{b}
+algebraic c :: Scalar{c}
+alias a <-> b { a = b }
+alias b <-> c { b = c }
+",
+    );
+    let units = [("K", "kelvin"), ("degC", "celsius"), ("mK", "milli")];
+    for of in ["a", "b", "c"] {
+        for (unit, name) in units {
+            text += &format!("units {name}_{of} :: qudt, {of} {{ {of} = {unit} }}\n");
+        }
+    }
+    let mut put = |name: &str, of: &str, number: &str, units: &str| {
+        text += &format!(
+            "dproto {name} :: heat {{ semantic = Temperature coord = level algebraic = {of} \
+             ddr = :: c99{{{number}}} dr = {{ 0 = {of} }} units = {units}_{of} }}\n"
+        );
+    };
+    put("kelvin", "a", "double", "kelvin");
+    put("narrow", "b", "float", "kelvin");
+    put("celsius", "c", "double", "celsius");
+    put("milli", "c", "double", "milli");
+    put("milli_narrow", "c", "float", "milli");
+    check(&text, "kelvin", "celsius", &expect![[r#"
+        kelvin -> celsius
+        type      unit
+        distance  2
+        steps     narrow (alias)
+                  celsius (alias, unit)
+        cost      1004: 2 operations, 0 transcendental functions
+        lost      float32, in the range of float32, not bounded
+    "#]]);
+    check(&text, "kelvin", "milli", &expect![[r#"
+        kelvin -> milli
+        type      unit
+        distance  2
+        steps     narrow (alias)
+                  milli (alias, unit)
+        cost      1004: 2 operations, 0 transcendental functions
+        lost      float32, in the range of float32, bounded: 6.0e-8 of the value
+    "#]]);
+    check(&text, "kelvin", "milli_narrow", &expect![[r#"
+        kelvin -> milli_narrow
+        type      unit
+        distance  2
+        steps     narrow (alias)
+                  milli_narrow (alias, unit)
+        cost      2005: 3 operations, 0 transcendental functions
+        lost      float32, in the range of float32, bounded: 6.0e-8 of the value
+                  float32, in the range of float32, bounded: 6.0e-8 of the value
+    "#]]);
+}
+
+/// Matrices that shear or stretch, and those whose last row is not 0, 0, 0, 1, are no rotations.
+#[test]
+fn matrices_that_shear_are_refused() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let turn = network.plan("matrix", "turn").expect("a plan");
+    let pose = network.plan("columns", "pose").expect("a plan");
+    let of = |m: [f64; 9], last: [f64; 4]| {
+        let rows = m.chunks(3).flat_map(|row| [row[0], row[1], row[2], 5.0]);
+        rows.chain(last).collect::<Vec<f64>>()
+    };
+    let last = [0.0, 0.0, 0.0, 1.0];
+    let still = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    assert!(turn.program.run(&still).is_ok());
+    assert!(pose.program.run(&of(still, last)).is_ok());
+    for bad in [
+        [1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.3, 1.0],
+        [2.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0],
+    ] {
+        let outcomes = [turn.program.run(&bad), pose.program.run(&of(bad, last))];
+        for outcome in outcomes {
+            assert!(
+                matches!(outcome, Err(Rejected::Value { .. })),
+                "{outcome:?}"
+            );
+        }
+    }
+    for bad in [[0.1, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 2.0]] {
+        let outcome = pose.program.run(&of(still, bad));
+        assert!(
+            matches!(outcome, Err(Rejected::Value { .. })),
+            "{outcome:?}"
+        );
+    }
 }
