@@ -105,7 +105,7 @@ impl<'f> Resolver<'f> {
         for field in ["axes", "sequence", "tolerance", "covariance"] {
             let fits = match field {
                 "axes" => !["JointState", "Range", "TimeStamp"].contains(&meaning),
-                "sequence" => meaning == "PointSet",
+                "sequence" => meaning != "TimeStamp",
                 "tolerance" => ["Orientation", "Pose"].contains(&meaning),
                 _ => covariances(meaning).is_some(),
             };

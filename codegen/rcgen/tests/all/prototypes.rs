@@ -48,22 +48,22 @@ fn prototypes_are_checked_formatted_and_printed() {
                 {
                   "member": "X",
                   "number": "float32",
-                  "symbol": "x",
                   "role": "x",
+                  "symbol": "x",
                   "unit": "mm"
                 },
                 {
                   "member": "Y",
                   "number": "float32",
-                  "symbol": "y",
                   "role": "y",
+                  "symbol": "y",
                   "unit": "mm"
                 },
                 {
                   "member": "Z",
                   "number": "float32",
-                  "symbol": "z",
                   "role": "z",
+                  "symbol": "z",
                   "unit": "mm"
                 }
               ],

@@ -801,7 +801,11 @@ alias b <-> c { b = c }
     put("celsius", "c", "double", "celsius");
     put("milli", "c", "double", "milli");
     put("milli_narrow", "c", "float", "milli");
-    check(&text, "kelvin", "celsius", &expect![[r#"
+    check(
+        &text,
+        "kelvin",
+        "celsius",
+        &expect![[r#"
         kelvin -> celsius
         type      unit
         distance  2
@@ -809,8 +813,13 @@ alias b <-> c { b = c }
                   celsius (alias, unit)
         cost      1004: 2 operations, 0 transcendental functions
         lost      float32, in the range of float32, not bounded
-    "#]]);
-    check(&text, "kelvin", "milli", &expect![[r#"
+    "#]],
+    );
+    check(
+        &text,
+        "kelvin",
+        "milli",
+        &expect![[r#"
         kelvin -> milli
         type      unit
         distance  2
@@ -818,8 +827,13 @@ alias b <-> c { b = c }
                   milli (alias, unit)
         cost      1004: 2 operations, 0 transcendental functions
         lost      float32, in the range of float32, bounded: 6.0e-8 of the value
-    "#]]);
-    check(&text, "kelvin", "milli_narrow", &expect![[r#"
+    "#]],
+    );
+    check(
+        &text,
+        "kelvin",
+        "milli_narrow",
+        &expect![[r#"
         kelvin -> milli_narrow
         type      unit
         distance  2
@@ -828,7 +842,8 @@ alias b <-> c { b = c }
         cost      2005: 3 operations, 0 transcendental functions
         lost      float32, in the range of float32, bounded: 6.0e-8 of the value
                   float32, in the range of float32, bounded: 6.0e-8 of the value
-    "#]]);
+    "#]],
+    );
 }
 
 /// Matrices that shear or stretch, and those whose last row is not 0, 0, 0, 1, are no rotations.
