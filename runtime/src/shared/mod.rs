@@ -43,6 +43,8 @@ use std::time::{Duration, Instant};
 
 /// The stack of a thread if that of the first thread has no limit, in bytes.
 const STACK: usize = 8 << 20;
+/// The largest one: a huge limit of the system would reserve as much for each thread.
+const MOST_STACK: usize = 64 << 20;
 
 /// A component that is linked into a program of several ones.
 #[derive(Debug)]
@@ -258,6 +260,10 @@ impl<'p> Process<'p> {
                 member,
             });
         }
+        let after: Vec<Vec<usize>> = all.iter().map(|one| one.after.clone()).collect();
+        for (hosted, after) in all.iter_mut().zip(without_circles(&after)) {
+            hosted.after = after;
+        }
         let signals =
             Signals::register().map_err(|e| StartError::cannot_create("a signal handler", &e))?;
         let (waker, wakeups) =
@@ -295,60 +301,20 @@ impl<'p> Process<'p> {
         Ok(self.failed.map_or(0, |(code, _)| code))
     }
 
-    /// Starts the components that wait for no other one. Those that wait for each other start
-    /// together.
+    /// Starts the components that wait for no other one.
     fn start_members(&mut self) {
         for at in 0..self.members.len() {
             if self.members[at].phase != Phase::Waiting {
-                continue;
-            }
-            if self.is_stopping {
-                self.members[at].phase = Phase::Ended;
                 continue;
             }
             let waits = self.members[at]
                 .after
                 .iter()
                 .any(|other| !matches!(self.members[*other].phase, Phase::Ready | Phase::Ended));
-            if !waits || self.waits_in_a_circle(at) {
+            if !waits {
                 self.start(at);
             }
         }
-    }
-
-    /// Whether no component that it waits for, directly or not, has started or can start before it.
-    fn waits_in_a_circle(&self, at: usize) -> bool {
-        let mut seen = vec![at];
-        let mut next = 0;
-        while let Some(one) = seen.get(next).copied() {
-            next += 1;
-            for other in &self.members[one].after {
-                match self.members[*other].phase {
-                    Phase::Started => return false,
-                    Phase::Waiting if !seen.contains(other) => seen.push(*other),
-                    _ => {}
-                }
-            }
-        }
-        // Each of them waits for it, too: none can start before.
-        seen.iter().all(|one| self.reaches(*one, at))
-    }
-
-    fn reaches(&self, from: usize, to: usize) -> bool {
-        let mut seen = vec![from];
-        let mut next = 0;
-        while let Some(one) = seen.get(next).copied() {
-            next += 1;
-            for other in &self.members[one].after {
-                if *other == to {
-                    return true;
-                }
-                if self.members[*other].phase == Phase::Waiting && !seen.contains(other) {
-                    seen.push(*other);
-                }
-            }
-        }
-        false
     }
 
     fn start(&mut self, at: usize) {
@@ -418,8 +384,11 @@ impl<'p> Process<'p> {
         if !std::mem::replace(&mut self.is_stopping, true) {
             notify::notify(ServiceState::Stopping);
         }
-        for hosted in &self.members {
+        for hosted in &mut self.members {
             hosted.wake_event.stop();
+            if hosted.phase == Phase::Waiting {
+                hosted.phase = Phase::Ended;
+            }
         }
     }
 
@@ -496,8 +465,49 @@ impl<'p> Process<'p> {
     }
 }
 
+/// For each component those that it waits for, but for those that wait for it, directly or not:
+/// they start together.
+fn without_circles(after: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let reached = |from: usize| {
+        let mut seen = vec![false; after.len()];
+        let mut next = after[from].clone();
+        while let Some(one) = next.pop() {
+            if !std::mem::replace(&mut seen[one], true) {
+                next.extend(&after[one]);
+            }
+        }
+        seen
+    };
+    let reached: Vec<Vec<bool>> = (0..after.len()).map(reached).collect();
+    let all = after.iter().enumerate();
+    all.map(|(at, others)| {
+        let others = others.iter().copied();
+        others.filter(|other| !reached[*other][at]).collect()
+    })
+    .collect()
+}
+
 /// The stack of the first thread, which a component has in a process of its own.
 fn stack() -> usize {
     let limit = getrlimit(Resource::Stack).current;
-    limit.map_or(STACK, |bytes| usize::try_from(bytes).unwrap_or(STACK))
+    limit.map_or(STACK, |bytes| {
+        usize::try_from(bytes).map_or(STACK, |bytes| bytes.min(MOST_STACK))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_circles;
+
+    #[test]
+    fn components_that_wait_for_each_other_start_together() {
+        // 0 and 1 wait for each other, 1 also for 3; 2 waits for the circle, 4 for 2 and 3.
+        let after = vec![vec![1], vec![0, 3], vec![0], vec![], vec![2, 3]];
+        let expected = vec![vec![], vec![3], vec![0], vec![], vec![2, 3]];
+        assert_eq!(without_circles(&after), expected);
+        // A longer circle, and one that only waits for it.
+        let after = vec![vec![1], vec![2], vec![0], vec![2]];
+        let expected = vec![vec![], vec![], vec![], vec![2]];
+        assert_eq!(without_circles(&after), expected);
+    }
 }
