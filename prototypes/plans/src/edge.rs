@@ -257,6 +257,7 @@ fn time<'r>(
     }
     let whole = seconds.floor();
     let parts = ((seconds - whole) * constant(1e9)).nearest();
+    notes.lose("less than a nanosecond", Bound::Absolute(5e-10));
     // The nearest nanosecond may be that of the next second.
     let billion = constant(1e9);
     let carried = parts.if_below(billion, whole, whole + constant(1.0));

@@ -4,7 +4,7 @@
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
-use crate::program::Program;
+use crate::program::{Program, fits};
 use crate::recorder::{Recorder, Term};
 use crate::refusal::Refusal;
 use crate::shape::{Shape, Shapes, Value};
@@ -12,6 +12,7 @@ use crate::values::Notes;
 use rc_prototypes::model::{Content, Library, Part, Prototype};
 use rc_prototypes::semantic;
 use rc_quantity::Axes;
+use rc_vocabulary::Primitive;
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
@@ -393,6 +394,21 @@ impl<'l> Network<'l> {
         self.pairs(vec![one], vec![other], &mut pairs);
         if !deep {
             pairs.truncate(1);
+        }
+        if deep {
+            // The functions take and give float64.
+            for (name, end) in [(from, "of the input"), (to, "of the output")] {
+                let values = self.shape(name)?.values();
+                let is_wide = |value: &&Value| {
+                    value.number.limits().is_some() && !fits(value.number, Primitive::F64)
+                };
+                if values.iter().any(is_wide) {
+                    notes.lose(
+                        format!("float64 {end} above 2^53"),
+                        Bound::Relative(f64::powi(2.0, -53)),
+                    );
+                }
+            }
         }
         let mut parts = BTreeSet::new();
         for (from, to) in &pairs {

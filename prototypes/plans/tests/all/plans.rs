@@ -882,3 +882,52 @@ fn matrices_that_shear_are_refused() {
         );
     }
 }
+
+/// The functions take and give float64, which has no integers above 2^53; and a time has no less
+/// than a nanosecond.
+#[test]
+fn numbers_that_float64_does_not_have_are_lost() {
+    let mut text = String::from(
+        "algebraic v1 :: Vector{1}
+algebraic v2 :: Vector{2}
+dproto seconds :: geometry { semantic = TimeStamp coord = seconds algebraic = v1 ddr = :: c99{double} dr = { 0 = 0 } }
+dproto stamp :: geometry { semantic = TimeStamp coord = seconds_nanoseconds algebraic = v2 ddr = :: c99{double[2]} dr = { 0 = 0, 1 = 1 } }
+",
+    );
+    for (name, ty) in [
+        ("wide", "int64_t"),
+        ("other", "int64_t"),
+        ("short", "int32_t"),
+        ("brief", "int32_t"),
+    ] {
+        text += &format!(
+            "dproto {name} :: geometry {{ semantic = Range coord = distance algebraic = v1 \
+             ddr = :: c99{{{ty}}} dr = {{ 0 = 0 }} }}\n"
+        );
+    }
+    check(&text, "wide", "other", &expect![[r#"
+        wide -> other
+        type      plain
+        distance  1
+        steps     other (plain)
+        cost      2001: 0 operations, 0 transcendental functions
+        lost      float64 of the input above 2^53, bounded: 1.1e-16 of the value
+                  float64 of the output above 2^53, bounded: 1.1e-16 of the value
+    "#]]);
+    check(&text, "short", "brief", &expect![[r#"
+        short -> brief
+        type      plain
+        distance  1
+        steps     brief (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "#]]);
+    check(&text, "seconds", "stamp", &expect![[r#"
+        seconds -> stamp
+        type      coordinate
+        distance  1
+        steps     stamp (alias, coordinate)
+        cost      1008: 7 operations, 0 transcendental functions
+        lost      less than a nanosecond, bounded: 0.0000000005 of its unit
+    "#]]);
+}
