@@ -98,7 +98,15 @@ impl Roles<'_> {
         let own: Option<Vec<usize>> = self.symbols.iter().map(|own| self.named(own)).collect();
         // `x` and `X` are one value.
         let own = own.filter(|all| all.iter().collect::<HashSet<_>>().len() == all.len());
-        if let Some(places) = own.or_else(|| aliases.iter().find_map(|of| self.by_alias(of))) {
+        let mut by_alias = aliases.iter().filter_map(|of| self.by_alias(of));
+        if let Some(places) = own {
+            return Ok(places);
+        }
+        if let Some(places) = by_alias.next() {
+            // The order of their lines must not decide what a number is.
+            if by_alias.any(|other| other != places) {
+                return Err("one order of its values; its aliases give several".to_owned());
+            }
             return Ok(places);
         }
         let names = self.coordinate.values.iter().take(self.symbols.len());

@@ -11,6 +11,7 @@ use crate::vector::{self, Vector, is_axial};
 use rc_prototypes::model::Alias;
 use rc_quantity::rotation::Matrix;
 use rc_quantity::{Axes, Real};
+use std::collections::BTreeSet;
 
 /// Converts the numbers of one shape into those of another one that means the same.
 pub(crate) fn convert<'r>(
@@ -293,6 +294,20 @@ fn elsewhere<'r>(
         (is_forth || is_back).then_some((alias, is_forth))
     });
     let (alias, is_forth) = ways.next().ok_or(Refusal::NoWay)?;
+    let pairs = |alias: &Alias, is_forth: bool| {
+        let pairs = alias.pairs.iter().cloned();
+        let turned = pairs.map(|(left, right)| {
+            if is_forth {
+                (left, right)
+            } else {
+                (right, left)
+            }
+        });
+        turned.collect::<BTreeSet<_>>()
+    };
+    if ways.any(|(other, forth)| pairs(other, forth) != pairs(alias, is_forth)) {
+        return Err(Refusal::Aliases(from.algebraic.clone()));
+    }
     let mut out = Vec::with_capacity(to.values.len());
     for value in &to.values {
         let pair = alias.pairs.iter().find_map(|(left, right)| {

@@ -4,6 +4,7 @@
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
+use crate::print::is_reserved;
 use crate::program::{Program, fits};
 use crate::recorder::{Recorder, Term};
 use crate::refusal::Refusal;
@@ -117,6 +118,10 @@ impl<'l> Network<'l> {
                 kinds: edge.notes.kinds.iter().copied().collect(),
             });
             notes.then(edge.notes.clone(), edge.is_scaling);
+        }
+        let own = format!("{from}_to_{to}");
+        if program.functions().any(|function| function == own) {
+            return Err(Refusal::Function(own));
         }
         let plan = Plan {
             from: from.to_owned(),
@@ -268,6 +273,9 @@ impl<'l> Network<'l> {
     }
 
     fn declared(&self, from: &str, to: &str, function: &str) -> Result<Edge, Refusal> {
+        if is_reserved(function) {
+            return Err(Refusal::Function(function.to_owned()));
+        }
         let mut notes = self.notes(from, to, true)?;
         notes.kinds.insert(Kind::Declared);
         notes.lose(format!("what `{function}` loses"), Bound::None);

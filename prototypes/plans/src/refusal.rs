@@ -17,6 +17,8 @@ pub enum Refusal {
     Missing(String),
     /// The first prototype has this unit where the second one has that.
     Unit(String, String),
+    /// This function of the user has a name that printed code has for something else.
+    Function(String),
     /// No rule leads from one to the other, by itself or over other prototypes.
     NoWay,
     /// The plan would lose more than the `loss` of the second prototype: how much, and the limit.
@@ -31,7 +33,11 @@ impl Refusal {
             Self::Meaning(..) => "semantic-mismatch",
             Self::Frame(..) => "frame-mismatch",
             Self::Loss(..) => "conversion-loses",
-            Self::Sequence | Self::Missing(_) | Self::Unit(..) | Self::NoWay => "no-conversion",
+            Self::Sequence
+            | Self::Missing(_)
+            | Self::Unit(..)
+            | Self::Function(_)
+            | Self::NoWay => "no-conversion",
         }
     }
 }
@@ -50,6 +56,10 @@ impl fmt::Display for Refusal {
             Self::Sequence => f.write_str("one holds a sequence of values, the other one a value"),
             Self::Missing(name) => write!(f, "the first one has no value `{name}`"),
             Self::Unit(one, other) => write!(f, "{one} does not convert into {other}"),
+            Self::Function(name) => write!(
+                f,
+                "the function `{name}` has a name that the printed code has for something else"
+            ),
             Self::NoWay => f.write_str("no alias and no conversion leads from one to the other"),
             Self::Loss(what, limit) => {
                 write!(f, "the plan loses more than {limit:e}: {what}")

@@ -79,6 +79,10 @@ impl<'f> Resolver<'f> {
         let axes = fields.name("axes", &mut self.found);
         let axes = axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span));
         let tolerance = fields.number("tolerance", &mut self.found);
+        if tolerance.is_some_and(|tolerance| tolerance >= 1.0) {
+            let message = format!("`tolerance` of `{}` is not below 1", name.text);
+            self.error("wrong-value", name.span, message);
+        }
         let loss = fields.number("loss", &mut self.found);
         let sequence = fields.member("sequence", &mut self.found);
         if meaning.text() == "PointSet" && in_geometry {

@@ -22,6 +22,29 @@ fn an_alias_names_each_value_once() {
     );
 }
 
+/// The order of aliases does not decide what a number is.
+#[test]
+fn aliases_that_contradict_each_other_are_refused() {
+    let aliases = [
+        "alias four <-> real_last { 0 = x 1 = y 2 = z 3 = w }\n",
+        "alias four <-> real_first { 0 = w 1 = x 2 = y 3 = z }\n",
+    ];
+    let rest = "algebraic four :: Vector{4}
+algebraic real_last :: Scalar{x, y, z, w}
+algebraic real_first :: Scalar{w, x, y, z}
+dproto one :: geometry { semantic = Orientation coord = quaternion algebraic = four ddr = :: c99{double[4]} dr = { 0 = 0, 1 = 1, 2 = 2, 3 = 3 } }
+";
+    for texts in [[aliases[0], aliases[1]], [aliases[1], aliases[0]]] {
+        let (_, found) = loaded(&[texts[0], texts[1], rest].concat());
+        let message = "error[wrong-algebraic]: an abstract type for `quaternion` has one order of its values; its \
+                       aliases give several";
+        assert!(found.contains(message), "{found}");
+    }
+    for alias in aliases {
+        assert_eq!(loaded(&[alias, rest].concat()).1, "");
+    }
+}
+
 /// Listing 5 of the paper has the unit first.
 #[test]
 fn units_name_each_value_once() {

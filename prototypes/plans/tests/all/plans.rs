@@ -905,7 +905,11 @@ dproto stamp :: geometry { semantic = TimeStamp coord = seconds_nanoseconds alge
              ddr = :: c99{{{ty}}} dr = {{ 0 = 0 }} }}\n"
         );
     }
-    check(&text, "wide", "other", &expect![[r#"
+    check(
+        &text,
+        "wide",
+        "other",
+        &expect![[r#"
         wide -> other
         type      plain
         distance  1
@@ -913,21 +917,82 @@ dproto stamp :: geometry { semantic = TimeStamp coord = seconds_nanoseconds alge
         cost      2001: 0 operations, 0 transcendental functions
         lost      float64 of the input above 2^53, bounded: 1.1e-16 of the value
                   float64 of the output above 2^53, bounded: 1.1e-16 of the value
-    "#]]);
-    check(&text, "short", "brief", &expect![[r#"
+    "#]],
+    );
+    check(
+        &text,
+        "short",
+        "brief",
+        &expect![[r#"
         short -> brief
         type      plain
         distance  1
         steps     brief (plain)
         cost      1: 0 operations, 0 transcendental functions
         lost      nothing: the plan is exact
-    "#]]);
-    check(&text, "seconds", "stamp", &expect![[r#"
+    "#]],
+    );
+    check(
+        &text,
+        "seconds",
+        "stamp",
+        &expect![[r#"
         seconds -> stamp
         type      coordinate
         distance  1
         steps     stamp (alias, coordinate)
         cost      1008: 7 operations, 0 transcendental functions
         lost      less than a nanosecond, bounded: 0.0000000005 of its unit
-    "#]]);
+    "#]],
+    );
+}
+
+/// Names that printed code has for something else are no functions of a user.
+#[test]
+fn functions_with_names_of_the_printed_code_are_refused() {
+    for (function, is_allowed) in [
+        ("weigh", true),
+        ("verify", true),
+        ("v1", false),
+        ("sqrt", false),
+        ("sqrtf", false),
+        ("lambda", false),
+        ("_divide", false),
+        ("one_to_other", false),
+    ] {
+        let text = format!(
+            "domain soil :: {{ semantic = {{ Moisture }} coord = {{ percent, grams }} }}
+algebraic a :: Scalar{{a}}
+dproto one :: soil {{ semantic = Moisture coord = percent algebraic = a ddr = :: c99{{double}} dr = {{ 0 = a }} }}
+dproto other :: soil {{ semantic = Moisture coord = grams algebraic = a ddr = :: c99{{double}} dr = {{ 0 = a }} }}
+conversion one -> other = {function}
+fproto {function} :: c99 {{ library = \"scales\" }}
+"
+        );
+        let library = library(&text);
+        let plan = Network::new(&library).plan("one", "other");
+        assert_eq!(plan.is_ok(), is_allowed, "{function}: {plan:?}");
+    }
+}
+
+/// A norm of 0 within the tolerance would give no number.
+#[test]
+fn a_tolerance_is_below_one() {
+    for (tolerance, is_allowed) in [("0.5", true), ("1", false), ("2.5", false)] {
+        let text = format!(
+            "algebraic v4 :: Vector{{4}}
+dproto turn :: geometry {{ semantic = Orientation coord = quaternion algebraic = v4 ddr = :: c99{{double[4]}} dr = {{ 0 = 0, 1 = 1, 2 = 2, 3 = 3 }} tolerance = {tolerance} }}
+"
+        );
+        let mut sources = rc_diagnostics::SourceMap::new();
+        let source = sources.add("a.dproto", text);
+        let loader = rc_syntax::MemoryLoader::new([("Lidar.idsl", crate::LIDAR)]);
+        let (_, found) = rc_prototypes::load(&mut sources, &loader, &[source]);
+        let found = rc_diagnostics::render(&sources, &found, rc_diagnostics::Format::Short);
+        assert_eq!(!found.contains("error["), is_allowed, "{found}");
+        assert!(
+            is_allowed || found.contains("error[wrong-value]"),
+            "{found}"
+        );
+    }
 }
