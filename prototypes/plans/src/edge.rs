@@ -118,7 +118,7 @@ fn pose_of_leaf<'r>(
     for (column, wanted) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
         let role = role(&from.coordinate, 3, column);
         let place = from.place(&role).and_then(|at| input.get(at));
-        let value = place.ok_or_else(|| Refusal::Missing(role))?;
+        let value = place.ok_or(Refusal::Missing(role))?;
         value.required(wanted - from.tolerance, wanted + from.tolerance);
     }
     Ok((position, matrix))

@@ -8,7 +8,7 @@ use crate::print::is_reserved;
 use crate::program::{Program, fits};
 use crate::recorder::{Recorder, Term};
 use crate::refusal::Refusal;
-use crate::shape::{Shape, Shapes, Value};
+use crate::shape::{MOST, Shape, Shapes, Value};
 use crate::values::Notes;
 use rc_prototypes::model::{Content, Library, Part, Prototype};
 use rc_prototypes::semantic;
@@ -66,7 +66,9 @@ impl<'l> Network<'l> {
         let mut known = HashMap::new();
         let mut by_meaning: BTreeMap<_, Vec<&str>> = BTreeMap::new();
         for prototype in &library.prototypes {
-            if let Some(shape) = shapes.shape(&prototype.name, None) {
+            if shapes.count(&prototype.name) <= MOST
+                && let Some(shape) = shapes.shape(&prototype.name, None)
+            {
                 known.insert(prototype.name.as_str(), shape);
                 let meaning = (prototype.domain.as_str(), prototype.semantic.as_str());
                 by_meaning.entry(meaning).or_default().push(&prototype.name);
@@ -165,13 +167,17 @@ impl<'l> Network<'l> {
     }
 
     fn shape(&self, name: &str) -> Result<&Shape, Refusal> {
-        let unknown = || Refusal::Unknown(name.to_owned());
-        self.known.get(name).ok_or_else(unknown)
+        let missing = || match self.shapes.count(name) {
+            count if count > MOST => Refusal::TooMany(name.to_owned()),
+            _ => Refusal::Unknown(name.to_owned()),
+        };
+        self.known.get(name).ok_or_else(missing)
     }
 
     /// Dijkstra's algorithm, over the prototypes of one meaning.
     fn find(&self, from: &str, to: &str) -> Result<Found, Refusal> {
         let (one, other) = (self.prototype(from)?, self.prototype(to)?);
+        let ends = (self.shape(from)?.axes(), self.shape(to)?.axes());
         self.agree(one, other)?;
         let meaning = (one.domain.as_str(), one.semantic.as_str());
         let names = self.by_meaning.get(&meaning).map_or(&[][..], Vec::as_slice);
@@ -179,7 +185,6 @@ impl<'l> Network<'l> {
         let (Some(start), Some(goal)) = (place(from), place(to)) else {
             return Err(Refusal::NoWay);
         };
-        let ends = (self.shape(from)?.axes(), self.shape(to)?.axes());
         let is_passable = |at: usize| {
             let shape = self.known.get(names[at]);
             at == goal || shape.is_some_and(|shape| keeps_axes(&ends.0, &ends.1, &shape.axes()))
@@ -332,12 +337,17 @@ impl<'l> Network<'l> {
 
     /// The prototypes that hold the same values: both, and all parts of both. A part stands beside
     /// the whole where the other prototype has no parts.
-    fn pairs(&self, one: Chain<'l>, other: Chain<'l>, out: &mut Vec<(Chain<'l>, Chain<'l>)>) {
+    fn pairs(
+        &self,
+        one: &[&'l Prototype],
+        other: &[&'l Prototype],
+        out: &mut Vec<(Chain<'l>, Chain<'l>)>,
+    ) {
         let (Some(own), Some(wanted)) = (one.first().copied(), other.first().copied()) else {
             return;
         };
-        out.push((one.clone(), other.clone()));
-        let inner = |part: &Part, whole: &Chain<'l>| {
+        out.push((one.to_vec(), other.to_vec()));
+        let inner = |part: &Part, whole: &[&'l Prototype]| {
             let part = self.shapes.prototype(&part.prototype)?;
             Some([&[part][..], whole].concat())
         };
@@ -346,20 +356,20 @@ impl<'l> Network<'l> {
             (Content::Parts(own), Content::Parts(wanted)) => {
                 for to in wanted {
                     let from = own.iter().find(|from| from.name == to.name);
-                    let from = from.and_then(|from| inner(from, &one));
-                    if let Some((from, to)) = from.zip(inner(to, &other)) {
-                        self.pairs(from, to, out);
+                    let from = from.and_then(|from| inner(from, one));
+                    if let Some((from, to)) = from.zip(inner(to, other)) {
+                        self.pairs(&from, &to, out);
                     }
                 }
             }
             (Content::Parts(own), Content::Values { .. }) => {
-                for from in own.iter().filter_map(|part| inner(part, &one)) {
-                    self.pairs(from, other.clone(), out);
+                for from in own.iter().filter_map(|part| inner(part, one)) {
+                    self.pairs(&from, other, out);
                 }
             }
             (Content::Values { .. }, Content::Parts(wanted)) => {
-                for to in wanted.iter().filter_map(|part| inner(part, &other)) {
-                    self.pairs(one.clone(), to, out);
+                for to in wanted.iter().filter_map(|part| inner(part, other)) {
+                    self.pairs(one, &to, out);
                 }
             }
         }
@@ -368,7 +378,7 @@ impl<'l> Network<'l> {
     /// Whether two prototypes may convert: they and their parts mean the same, in the same frames.
     fn agree(&self, one: &'l Prototype, other: &'l Prototype) -> Result<(), Refusal> {
         let mut pairs = Vec::new();
-        self.pairs(vec![one], vec![other], &mut pairs);
+        self.pairs(&[one], &[other], &mut pairs);
         for (from, to) in &pairs {
             let (Some(one), Some(other)) = (from.first(), to.first()) else {
                 continue;
@@ -399,7 +409,7 @@ impl<'l> Network<'l> {
         let mut notes = Notes::default();
         let mut pairs = Vec::new();
         let (one, other) = (self.prototype(from)?, self.prototype(to)?);
-        self.pairs(vec![one], vec![other], &mut pairs);
+        self.pairs(&[one], &[other], &mut pairs);
         if !deep {
             pairs.truncate(1);
         }

@@ -1,5 +1,6 @@
 //! Why there is no plan.
 
+use crate::shape::MOST;
 use std::fmt;
 
 /// Why one prototype does not convert into another one.
@@ -17,6 +18,8 @@ pub enum Refusal {
     Missing(String),
     /// The first prototype has this unit where the second one has that.
     Unit(String, String),
+    /// This prototype has too many numbers.
+    TooMany(String),
     /// This function of the user has a name that printed code has for something else.
     Function(String),
     /// No rule leads from one to the other, by itself or over other prototypes.
@@ -36,6 +39,7 @@ impl Refusal {
             Self::Sequence
             | Self::Missing(_)
             | Self::Unit(..)
+            | Self::TooMany(_)
             | Self::Function(_)
             | Self::NoWay => "no-conversion",
         }
@@ -56,6 +60,7 @@ impl fmt::Display for Refusal {
             Self::Sequence => f.write_str("one holds a sequence of values, the other one a value"),
             Self::Missing(name) => write!(f, "the first one has no value `{name}`"),
             Self::Unit(one, other) => write!(f, "{one} does not convert into {other}"),
+            Self::TooMany(name) => write!(f, "`{name}` has more than {MOST} numbers"),
             Self::Function(name) => write!(
                 f,
                 "the function `{name}` has a name that the printed code has for something else"

@@ -4,11 +4,15 @@ use rc_prototypes::model::{Content, Library, Prototype};
 use rc_prototypes::{coordinate, semantic};
 use rc_quantity::Axes;
 use rc_vocabulary::Primitive;
+use std::cell::RefCell;
 use std::collections::HashMap;
 
 /// How far the norm of a quaternion, of an axis, and the determinant of a matrix may be from 1 where
 /// the prototype says nothing.
 const TOLERANCE: f64 = 1e-3;
+
+/// The most numbers of a prototype that has plans. Composites of composites multiply.
+pub(crate) const MOST: usize = 4096;
 
 /// Numbers, or parts with numbers.
 #[derive(Clone, Debug)]
@@ -106,6 +110,8 @@ impl Leaf {
 pub(crate) struct Shapes<'l> {
     library: &'l Library,
     prototypes: HashMap<&'l str, &'l Prototype>,
+    /// How many numbers the prototypes have that were counted.
+    counts: RefCell<HashMap<&'l str, usize>>,
 }
 
 impl<'l> Shapes<'l> {
@@ -114,11 +120,31 @@ impl<'l> Shapes<'l> {
         Self {
             library,
             prototypes: prototypes.map(|one| (one.name.as_str(), one)).collect(),
+            counts: RefCell::default(),
         }
     }
 
     pub(crate) fn prototype(&self, name: &str) -> Option<&'l Prototype> {
         self.prototypes.get(name).copied()
+    }
+
+    /// How many numbers a prototype has, with those of its parts.
+    pub(crate) fn count(&self, name: &str) -> usize {
+        if let Some(known) = self.counts.borrow().get(name) {
+            return *known;
+        }
+        let Some(prototype) = self.prototype(name) else {
+            return 0;
+        };
+        let count = match &prototype.content {
+            Content::Values { data, .. } => data.len(),
+            Content::Parts(parts) => {
+                let counts = parts.iter().map(|part| self.count(&part.prototype));
+                counts.fold(1, usize::saturating_add)
+            }
+        };
+        self.counts.borrow_mut().insert(&prototype.name, count);
+        count
     }
 
     /// The shape of a prototype. `axes` are those of the whole, if it is a part. `None` if a part is

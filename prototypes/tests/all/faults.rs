@@ -294,6 +294,7 @@ dproto e :: geometry { semantic = Pose composes = { Position = ros_position, Ori
 dproto f :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c = z } }
 dproto g :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c, order = rpy_xyz, rotation = moving } tolerance = 0.1 }",
         &expect![[r#"
+            a.dproto:4:8: error[wrong-value]: `tolerance` of `a` is not below 1
             a.dproto:4:113: error[conflicting-fields]: TimeStamp has no `axes`
             a.dproto:4:124: error[conflicting-fields]: TimeStamp has no `tolerance`
             a.dproto:4:138: error[conflicting-fields]: TimeStamp has no `sequence`

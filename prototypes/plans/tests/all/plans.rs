@@ -996,3 +996,30 @@ dproto turn :: geometry {{ semantic = Orientation coord = quaternion algebraic =
         );
     }
 }
+
+/// Composites of composites have twice as many numbers at each level.
+#[test]
+fn composites_with_too_many_numbers_are_refused() {
+    let mut text = String::from(
+        "domain soil :: { semantic = { A, B } coord = { percent } }
+algebraic a :: Scalar{a}
+dproto a0 :: soil { semantic = A coord = percent algebraic = a ddr = :: c99{double} dr = { 0 = a } }
+dproto b0 :: soil { semantic = B coord = percent algebraic = a ddr = :: c99{double} dr = { 0 = a } }
+",
+    );
+    for level in 1..15 {
+        let under = level - 1;
+        for (name, meaning) in [("a", "A"), ("b", "B")] {
+            text += &format!(
+                "dproto {name}{level} :: soil {{ semantic = {meaning} \
+                 composes = {{ A = a{under}, B = b{under} }} }}\n"
+            );
+        }
+    }
+    check(
+        &text,
+        "a14",
+        "a13",
+        &expect!["no-conversion: `a14` has more than 4096 numbers\n"],
+    );
+}
