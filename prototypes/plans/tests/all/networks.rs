@@ -82,7 +82,8 @@ units millimetres :: qudt, placed { 0 = mm, 1 = mm, 2 = mm }
             made.push(one);
             continue;
         }
-        let axes = ["", "axes = ros", "axes = robocomp", "axes = innermodel"][random.usize(0..4)];
+        // Plans do not lead over prototypes without axes, which networkx does not know.
+        let axes = ["axes = ros", "axes = robocomp", "axes = innermodel"][random.usize(0..3)];
         let frames = [
             "",
             "frames = { with_respect_to = map }",
