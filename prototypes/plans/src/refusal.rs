@@ -20,6 +20,8 @@ pub enum Refusal {
     Unit(String, String),
     /// This prototype has too many numbers.
     TooMany(String),
+    /// Aliases of this abstract type with the other one contradict each other.
+    Aliases(String),
     /// This function of the user has a name that printed code has for something else.
     Function(String),
     /// No rule leads from one to the other, by itself or over other prototypes.
@@ -40,6 +42,7 @@ impl Refusal {
             | Self::Missing(_)
             | Self::Unit(..)
             | Self::TooMany(_)
+            | Self::Aliases(_)
             | Self::Function(_)
             | Self::NoWay => "no-conversion",
         }
@@ -60,6 +63,7 @@ impl fmt::Display for Refusal {
             Self::Sequence => f.write_str("one holds a sequence of values, the other one a value"),
             Self::Missing(name) => write!(f, "the first one has no value `{name}`"),
             Self::Unit(one, other) => write!(f, "{one} does not convert into {other}"),
+            Self::Aliases(name) => write!(f, "aliases of `{name}` contradict each other"),
             Self::TooMany(name) => write!(f, "`{name}` has more than {MOST} numbers"),
             Self::Function(name) => write!(
                 f,
