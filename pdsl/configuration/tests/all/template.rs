@@ -229,7 +229,7 @@ fn no_diagnostic_quotes_a_misplaced_secret() {
         3 | token = *******
           |         ^^^^^^^
         config.toml:3:9: error[toml-syntax]: a text needs quotes
-        {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"message":"a text needs quotes","severity":"error","start":{"column":9,"line":3}}
+        {"code":"toml-syntax","end":{"column":16,"line":3},"file":"config.toml","help":null,"labels":[],"mend":null,"message":"a text needs quotes","severity":"error","start":{"column":9,"line":3}}
     "#]].assert_eq(&shown("[parameters]\nspeed = 1\ntoken = hunter2\n", Some(&model)));
     // Values that no declaration marks as secret are shown.
     let model = load("ComponentParams C { speed double 1; };");
