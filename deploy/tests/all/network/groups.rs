@@ -183,6 +183,8 @@ fn an_imported_component_finds_its_files_beside_its_own_description() {
     let site = Site::new("imported");
     std::fs::create_dir_all(site.path("networks/lib")).expect("a folder");
     site.copy_component("simulator");
+    // Its map.
+    site.copy_component("maps");
     let world = r#"
 Deployment world
 {
