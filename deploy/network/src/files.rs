@@ -7,7 +7,6 @@ use crate::scenes::{document, names_scene};
 use innermodel_language::{Document, Kind};
 use planar_map::Map;
 use rc_codegen::Project;
-use rc_codegen::paths::normal;
 use rc_configuration::model::{Element, ElementKind, FileKind, Kind as Declared, Parameter};
 use rc_configuration::{PathFolders, Values, folder_of_paths};
 use rc_ddsl::model::{Deployment, Instance};
@@ -71,7 +70,8 @@ fn check(
         } else {
             value.folder
         };
-        let path = normal(&folder.join(&value.path));
+        // As the component opens it: behind a link, `..` is the folder of what the link leads to.
+        let path = folder.join(&value.path);
         (!value.path.as_os_str().is_empty()).then_some((kind, path, value))
     });
     let (search, files): (Vec<_>, Vec<_>) = paths.partition(|(kind, ..)| *kind == FileKind::Search);

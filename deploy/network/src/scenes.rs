@@ -8,7 +8,6 @@ use crate::parameters::{given, overridden};
 use innermodel_language::slots::{self, Members};
 use innermodel_language::{Document, Loader, load};
 use rc_codegen::Project;
-use rc_codegen::paths::normal;
 use rc_configuration::model::{Kind, Type};
 use rc_configuration::{PathFolders, folder_of_paths};
 use rc_ddsl::model::{Array, Deployment, Instance};
@@ -132,7 +131,7 @@ fn scenes(
                 return Some(scene);
             }
             if parameters.set.iter().any(|(name, _)| name == SCENE) {
-                return Some(normal(&instance.folder.join(scene)));
+                return Some(instance.folder.join(scene));
             }
             let config = config(instance, Some(project));
             let folders = PathFolders {
@@ -143,7 +142,7 @@ fn scenes(
                 defaults: project.code().to_path_buf(),
             };
             let folder = folders.of(declared, values.value(SCENE)?);
-            Some(normal(&folder.join(scene)))
+            Some(folder.join(scene))
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use crate::load::{Overrides, load};
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Format, SourceMap, render};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const ARM: &str = r#"<innerModel><transform id="base">
     <joint id="elbow" min="-1" max="1"/><laser id="front"/>
@@ -17,13 +17,23 @@ fn found(component: &str, fields: &str, files: &[(&str, &str)]) -> String {
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
         std::fs::write(path, text).expect("a file");
     }
-    let cdsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../components");
-    let cdsl = cdsl.join(component).join(format!("{component}.cdsl"));
+    let cdsl = folder_of(component).join(format!("{component}.cdsl"));
+    check(folder.path(), &cdsl, fields)
+}
+
+/// The folder of a component of this repository.
+fn folder_of(component: &str) -> PathBuf {
+    let components = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../components");
+    components.join(component)
+}
+
+/// The findings about one component in a network in a folder.
+fn check(folder: &Path, cdsl: &Path, fields: &str) -> String {
     let ddsl = format!(
         "Deployment n\n{{\n    Component c\n    {{\n        cdsl \"{}\";\n{fields}\n    }};\n}};\n",
         cdsl.display()
     );
-    let path = folder.path().join("n.ddsl");
+    let path = folder.join("n.ddsl");
     std::fs::write(&path, ddsl).expect("a file");
     let mut sources = SourceMap::new();
     let read = load(
@@ -34,7 +44,7 @@ fn found(component: &str, fields: &str, files: &[(&str, &str)]) -> String {
     );
     let (_, found) = read.expect("a file");
     let lines = render(&sources, &found, Format::Short);
-    let here = format!("{}/", folder.path().display());
+    let here = format!("{}/", folder.display());
     let lines = lines.replace(&here, "");
     let ours = lines.lines().filter(|line| {
         line.contains("[bad-file]") || line.contains("[unknown-element]") || line.contains("scene")
@@ -91,6 +101,18 @@ fn a_map_that_cannot_be_read_is_found() {
             "{wrong}"
         );
         assert_eq!(found(component, "", &[]), "", "the map of the repository");
+    }
+}
+
+/// Behind a link, `..` is the folder of what it leads to.
+#[test]
+fn a_component_behind_a_link_has_its_files() {
+    for component in ["simulator", "arm_monitor"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join(component);
+        std::os::unix::fs::symlink(folder_of(component), &link).expect("a link");
+        let cdsl = link.join(format!("{component}.cdsl"));
+        assert_eq!(check(folder.path(), &cdsl, ""), "", "{component}");
     }
 }
 
