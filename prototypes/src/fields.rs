@@ -25,7 +25,7 @@ impl<'a> Fields<'a> {
         for field in fields {
             let name = field.name.text.as_str();
             if let Some(first) = by_name.get(name) {
-                let message = format!("`{of}` has a field `{name}` already");
+                let message = format!("`{of}` already has a field `{name}`");
                 let diagnostic = Diagnostic::error("repeated-key", field.name.span, message);
                 found.push(diagnostic.label(first.name.span, "first given here"));
             } else if known.contains(&name) {
@@ -101,7 +101,7 @@ impl<'a> Fields<'a> {
         };
         let number = number.filter(|number| number.is_finite() && *number >= 0.0);
         if number.is_none() {
-            Self::wrong(name, "a number, not below 0", value, found);
+            Self::wrong(name, "a number of at least 0", value, found);
         }
         number
     }

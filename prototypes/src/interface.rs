@@ -101,7 +101,7 @@ impl<'a> Interface<'a> {
                 ty: element.as_ref().clone(),
             }),
             _ => {
-                let message = format!("`{path}` is no sequence");
+                let message = format!("`{path}` is not a sequence");
                 found.push(Diagnostic::error("wrong-type", at, message));
                 None
             }
@@ -123,7 +123,7 @@ impl<'a> Interface<'a> {
             _ => None,
         };
         if number.is_none() {
-            let message = format!("`{path}` is no number");
+            let message = format!("`{path}` is not a number");
             found.push(Diagnostic::error("wrong-type", at, message));
         }
         (member.unit, number)

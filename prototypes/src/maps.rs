@@ -12,7 +12,7 @@ pub(crate) struct Side<'a> {
     pub(crate) known: Option<&'a [String]>,
     /// Whether each value must be there.
     pub(crate) all: bool,
-    /// Whether a value may be there once only.
+    /// Whether a value may occur only once.
     pub(crate) once: bool,
 }
 
@@ -63,7 +63,7 @@ impl<'a> Side<'a> {
         let text = operand.text();
         if self.once {
             if let Some(first) = seen.get(&text) {
-                let message = format!("`{text}` is here twice");
+                let message = format!("`{text}` is given twice");
                 let diagnostic = Diagnostic::error("repeated-key", operand.span, message);
                 found.push(diagnostic.label(*first, "first named here"));
                 return false;

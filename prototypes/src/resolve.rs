@@ -95,7 +95,7 @@ fn symbols(shape: &Shape) -> Result<Vec<String>, (Span, String)> {
         Shape::Matrix(rows, columns) => {
             let (count, width) = (number(rows)?, number(columns)?);
             if count * width > MOST_VALUES {
-                let message = format!("a matrix has {MOST_VALUES} numbers at most");
+                let message = format!("a matrix has at most {MOST_VALUES} numbers");
                 return Err((rows.span.to(columns.span), message));
             }
             let all = (0..count).flat_map(|row| (0..width).map(move |column| (row, column)));
@@ -174,7 +174,7 @@ impl<'f> Resolver<'f> {
                     for symbol in names {
                         let at = *first.entry(&symbol.text).or_insert(symbol.span);
                         if at != symbol.span {
-                            let message = format!("`{}` is here twice", symbol.text);
+                            let message = format!("`{}` is given twice", symbol.text);
                             self.error("repeated-key", symbol.span, message);
                         }
                     }
@@ -322,7 +322,7 @@ impl<'f> Resolver<'f> {
         });
     }
 
-    /// The values of a prototype that is no composite. Reports a composite.
+    /// The values of a prototype that is not a composite. Reports a composite.
     fn values_of(&mut self, name: &Name) -> Option<(String, Vec<String>)> {
         let prototype = self.library.prototype(&name.text)?;
         let Content::Values { algebraic, .. } = &prototype.content else {

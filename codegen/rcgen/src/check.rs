@@ -26,7 +26,7 @@ fn rank(path: &Path) -> Option<usize> {
     rank.filter(|_| ending != "toml" || in_etc())
 }
 
-/// Whether a file is checked where its folder is.
+/// Whether the check of a folder takes a file in it.
 pub(crate) fn is_wanted(path: &Path) -> bool {
     rank(path).is_some() && innermodel::is_wanted(path)
 }

@@ -2,9 +2,25 @@
 
 use crate::innermodel;
 use crate::languages::{LANGUAGES, Language};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::io;
 use std::path::Path;
+
+/// The text of a file as it is laid out. `None` for a file that has no layout.
+///
+/// # Errors
+/// The diagnostics of a text with errors.
+pub fn laid_out(
+    path: &Path,
+    sources: &SourceMap,
+    source: SourceId,
+) -> Option<Result<String, Diagnostics>> {
+    if let Some(language) = Language::of(path) {
+        return Some(language.format(sources, source));
+    }
+    let formatted = is_xml(path).then(|| innermodel::format(sources, source))?;
+    Some(formatted.map(|formatted| rc_syntax::with_ends_of(sources.text(source), formatted)))
+}
 
 /// Formats one file. Returns whether its text changes. Does not write the file with `check`, or if
 /// the text has errors, which are added to `found`.
@@ -17,8 +33,7 @@ pub fn file(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<bool> {
-    let language = Language::of(path);
-    if language.is_none() && !is_xml(path) {
+    if Language::of(path).is_none() && !is_xml(path) {
         if !path.exists() {
             return Err(rc_codegen::paths::missing());
         }
@@ -31,18 +46,14 @@ pub fn file(
     }
     let text = rc_files::read(path)?;
     let source = sources.add(path, text.clone());
-    let formatted = match language {
-        Some(language) => language.format(sources, source),
-        None => innermodel::format(sources, source)
-            .map(|formatted| rc_syntax::with_ends_of(&text, formatted)),
-    };
-    match formatted {
-        Err(more) => {
+    match laid_out(path, sources, source) {
+        None => Ok(false),
+        Some(Err(more)) => {
             found.extend(more);
             Ok(false)
         }
-        Ok(formatted) if formatted == text => Ok(false),
-        Ok(formatted) => {
+        Some(Ok(formatted)) if formatted == text => Ok(false),
+        Some(Ok(formatted)) => {
             if !check {
                 rc_files::replace(path, &text, &formatted)?;
             }

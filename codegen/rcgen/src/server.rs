@@ -9,9 +9,8 @@ mod findings;
 mod place;
 mod wire;
 
-use crate::format::is_formatted;
-use crate::languages::Language;
-use crate::{check, explain, innermodel};
+use crate::format::laid_out;
+use crate::{check, explain};
 use findings::{Findings, Place};
 use place::Encoding;
 use rc_codegen::FileLoader;
@@ -317,7 +316,7 @@ impl Server {
         if uri == place::uri(&document.path) {
             return Ok(());
         }
-        self.publish_at(uri, &Value::Null, &[])
+        publish_at(uri, &Value::Null, &[])
     }
 
     /// The text of a file is that of another address, or the one on disk.
@@ -418,22 +417,13 @@ impl Server {
         for (uri, document) in &self.open {
             if document.path == path {
                 is_open = true;
-                self.publish_at(uri, &document.version, &diagnostics)?;
+                publish_at(uri, &document.version, &diagnostics)?;
             }
         }
         if is_open {
             return Ok(());
         }
-        self.publish_at(&place::uri(path), &Value::Null, &diagnostics)
-    }
-
-    #[expect(clippy::unused_self, reason = "it belongs to the two above")]
-    fn publish_at(&self, uri: &str, version: &Value, diagnostics: &[Value]) -> io::Result<()> {
-        let mut parameters = json!({ "uri": uri, "diagnostics": diagnostics });
-        if !version.is_null() {
-            parameters["version"] = version.clone();
-        }
-        send(json!({ "method": "textDocument/publishDiagnostics", "params": parameters }))
+        publish_at(&place::uri(path), &Value::Null, &diagnostics)
     }
 
     /// Answers a request. What it is about is checked first.
@@ -472,22 +462,14 @@ impl Server {
         let Some(Document { path, text, .. }) = self.open.get(uri) else {
             return Value::Null;
         };
-        if !is_formatted(path) {
-            return Value::Null;
-        }
         let mut sources = SourceMap::new();
         let source = sources.add(path, text.as_str());
-        let formatted = match Language::of(path) {
-            Some(language) => language.format(&sources, source),
-            None => innermodel::format(&sources, source)
-                .map(|formatted| rc_syntax::with_ends_of(text, formatted)),
-        };
-        match formatted {
-            Ok(formatted) if formatted == *text => json!([]),
-            Ok(formatted) => {
+        match laid_out(path, &sources, source) {
+            Some(Ok(formatted)) if formatted == *text => json!([]),
+            Some(Ok(formatted)) => {
                 json!([{ "range": self.encoding.whole(text), "newText": formatted }])
             }
-            Err(_) => Value::Null,
+            Some(Err(_)) | None => Value::Null,
         }
     }
 
@@ -554,6 +536,15 @@ impl Server {
 /// One path for all that lead to a file.
 fn key(path: &Path) -> PathBuf {
     rc_files::unsaved::key(path)
+}
+
+/// Publishes the findings of a file, of a version of its text if it is open.
+fn publish_at(uri: &str, version: &Value, diagnostics: &[Value]) -> io::Result<()> {
+    let mut parameters = json!({ "uri": uri, "diagnostics": diagnostics });
+    if !version.is_null() {
+        parameters["version"] = version.clone();
+    }
+    send(json!({ "method": "textDocument/publishDiagnostics", "params": parameters }))
 }
 
 fn send(message: Value) -> io::Result<()> {

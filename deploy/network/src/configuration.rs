@@ -143,10 +143,7 @@ pub(crate) fn named_files(
     let (Some(model), Some(values)) = (&project.parameters, &parameters.values) else {
         return Vec::new();
     };
-    let folders = PathFolders {
-        configuration: config.map_or(project.code(), folder_of_paths).to_path_buf(),
-        defaults: project.code().to_path_buf(),
-    };
+    let folders = path_folders(config, project);
     let mut paths = Vec::new();
     path_values(&model.parameters, values, &folders, "", &mut paths);
     let files = paths.into_iter().filter_map(|value| {
@@ -159,6 +156,14 @@ pub(crate) fn named_files(
         (path.is_relative() && !path.as_os_str().is_empty()).then(|| from.join(path))
     });
     files.filter(|path| path.is_file()).collect()
+}
+
+/// Where the relative paths of a component start, which has this configuration.
+pub(crate) fn path_folders(config: Option<&Path>, project: &Project) -> PathFolders {
+    PathFolders {
+        configuration: config.map_or(project.code(), folder_of_paths).to_path_buf(),
+        defaults: project.code().to_path_buf(),
+    }
 }
 
 /// A value of type `path` as it is written.

@@ -1,14 +1,14 @@
 //! Files that parameters name (`reads` of PDSL), and elements of such files (`element`): what a
 //! component would refuse at its start is a finding here.
 
-use crate::configuration::{PathValue, config, path_values};
+use crate::configuration::{PathValue, config, path_folders, path_values};
 use crate::parameters::OverriddenParameters;
 use crate::scenes::{document, names_scene};
 use innermodel_language::{Document, Kind};
 use planar_map::Map;
 use rc_codegen::Project;
+use rc_configuration::Values;
 use rc_configuration::model::{Element, ElementKind, FileKind, Kind as Declared, Parameter};
-use rc_configuration::{PathFolders, Values, folder_of_paths};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
 use std::collections::HashMap;
@@ -54,13 +54,7 @@ fn check(
         return;
     };
     let config = config(instance, Some(project));
-    let folders = PathFolders {
-        configuration: config
-            .as_deref()
-            .map_or(project.code(), folder_of_paths)
-            .to_path_buf(),
-        defaults: project.code().to_path_buf(),
-    };
+    let folders = path_folders(config.as_deref(), project);
     let mut paths = Vec::new();
     path_values(&model.parameters, values, &folders, "", &mut paths);
     let paths = paths.into_iter().filter_map(|value| {
@@ -187,7 +181,7 @@ fn missing(tree: &Document, element: &Element, value: &str) -> Option<String> {
     };
     let wanted = element.kind.word();
     let fits = fits(element, &tree.nodes[at].kind);
-    (!fits).then(|| format!("`{value}` of its `{}` is no {wanted}", element.of))
+    (!fits).then(|| format!("`{value}` of its `{}` is not a {wanted}", element.of))
 }
 
 fn fits(element: &Element, kind: &Kind) -> bool {

@@ -2,14 +2,13 @@
 //! members are their devices (`options InnerModelSlots`): what a component would refuse at its start
 //! is a finding here, and `slots { all; }` needs no list.
 
-use crate::configuration::{config, configurations};
+use crate::configuration::{config, configurations, path_folders};
 use crate::load::Overrides;
 use crate::parameters::{given, overridden};
 use innermodel_language::slots::{self, Members};
 use innermodel_language::{Document, Loader, load};
 use rc_codegen::Project;
 use rc_configuration::model::{Kind, Type};
-use rc_configuration::{PathFolders, folder_of_paths};
 use rc_ddsl::model::{Array, Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_syntax::Name;
@@ -134,13 +133,7 @@ fn scenes(
                 return Some(instance.folder.join(scene));
             }
             let config = config(instance, Some(project));
-            let folders = PathFolders {
-                configuration: config
-                    .as_deref()
-                    .map_or(project.code(), folder_of_paths)
-                    .to_path_buf(),
-                defaults: project.code().to_path_buf(),
-            };
+            let folders = path_folders(config.as_deref(), project);
             let folder = folders.of(declared, values.value(SCENE)?);
             Some(folder.join(scene))
         })

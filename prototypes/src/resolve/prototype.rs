@@ -80,7 +80,7 @@ impl<'f> Resolver<'f> {
         let axes = axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span));
         let tolerance = fields.number("tolerance", &mut self.found);
         if tolerance.is_some_and(|tolerance| tolerance >= 1.0) {
-            let message = format!("`tolerance` of `{}` is not below 1", name.text);
+            let message = format!("`tolerance` of `{}` must be below 1", name.text);
             self.error("wrong-value", name.span, message);
         }
         let loss = fields.number("loss", &mut self.found);
@@ -335,7 +335,10 @@ impl<'f> Resolver<'f> {
             return;
         };
         if own.conversion_to(&of).is_none() {
-            let message = format!("`{}` is in {unit}, which is no {wanted}", datum.member);
+            let message = format!(
+                "`{}` is in {unit}, which is not a unit of {wanted}",
+                datum.member
+            );
             self.error("wrong-units", at, message);
         }
     }

@@ -52,8 +52,8 @@ fn units_name_each_value_once() {
         "units metres :: qudt, position_named {m = X, m = Y, m = Z}\nunits odd :: qudt, position3 { 0 = banana }\nunits own :: si, position { 0 = m }",
         &expect![[r#"
             a.dproto:2:39: error[unknown-symbol]: position_named has no value `m` (expected one of `X`, `Y`, `Z`)
-            a.dproto:2:46: error[repeated-key]: `m` is here twice; first named here at a.dproto:2:39
-            a.dproto:2:53: error[repeated-key]: `m` is here twice; first named here at a.dproto:2:39
+            a.dproto:2:46: error[repeated-key]: `m` is given twice; first named here at a.dproto:2:39
+            a.dproto:2:53: error[repeated-key]: `m` is given twice; first named here at a.dproto:2:39
             a.dproto:3:36: warning[unknown-unit]: unknown unit `banana`
             a.dproto:4:14: error[unknown-vocabulary]: unknown vocabulary of units `si` (write `qudt`)
             a.dproto:4:18: error[unknown-algebraic]: unknown abstract type `position` (did you mean `position3`?)
@@ -77,7 +77,7 @@ view ros_pose.Position -> ros_position { {4,0} = X }",
             a.dproto:4:37: error[missing-symbol]: the map lacks `Y` of position_named
             a.dproto:4:39: error[wrong-view]: in homogeneous_transformation, `X` is `{0,3}`
             a.dproto:4:50: error[wrong-view]: in homogeneous_transformation, `Z` is `{2,3}`
-            a.dproto:4:69: error[repeated-key]: `Z` is here twice; first named here at a.dproto:4:58
+            a.dproto:4:69: error[repeated-key]: `Z` is given twice; first named here at a.dproto:4:58
             a.dproto:5:39: error[wrong-view]: in homogeneous_transformation, `X` is `{0,3}`
             a.dproto:5:50: error[wrong-view]: in homogeneous_transformation, `Y` is `{1,3}`
             a.dproto:6:27: error[wrong-view]: the Orientation in homogeneous_transformation is not quaternion (a homogeneous matrix holds a position as `cartesian`, an orientation as `rot_matrix`)
@@ -109,13 +109,13 @@ dproto ros_pose :: geometry { }",
             a.dproto:5:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)
             a.dproto:6:8: error[missing-field]: `e` has no field `semantic` (add `semantic = …`)
             a.dproto:6:42: error[unknown-field]: unknown field `colour`
-            a.dproto:6:55: error[repeated-key]: `e` has a field `coord` already; first given here at a.dproto:6:24
+            a.dproto:6:55: error[repeated-key]: `e` already has a field `coord`; first given here at a.dproto:6:24
             a.dproto:7:78: error[wrong-count]: `quaternion` has 4 values, `position3` has 3
             a.dproto:8:90: error[unknown-type]: unknown type `piont` (did you mean `point`?)
-            a.dproto:9:110: error[repeated-key]: `x` is here twice; first named here at a.dproto:9:103
+            a.dproto:9:110: error[repeated-key]: `x` is given twice; first named here at a.dproto:9:103
             a.dproto:9:117: error[wrong-entry]: expected `y = VALUE`
             a.dproto:9:121: error[conflicting-fields]: Position has no `tolerance`
-            a.dproto:9:133: error[wrong-value]: `tolerance` is a number, not below 0
+            a.dproto:9:133: error[wrong-value]: `tolerance` is a number of at least 0
             a.dproto:9:147: error[unknown-axes]: unknown axes `robocomp`
             a.dproto:10:8: error[conflicting-fields]: `i` composes others; it has no `coord`
             a.dproto:10:64: error[semantic-mismatch]: `ros_quaternion` is Orientation, the part is Position
@@ -144,8 +144,8 @@ dproto d :: geometry { semantic Position }",
         &expect![[r#"
             a.dproto:2:1: error[bad-axes]: expected the directions of x, y and z along three lines, as in `ahead, left, up`; there are ahead, back, left, right, up and down
             a.dproto:3:26: error[bad-length]: expected a number from 1 to 1024
-            a.dproto:4:26: error[bad-length]: a matrix has 1024 numbers at most
-            a.dproto:5:30: error[repeated-key]: `x` is here twice
+            a.dproto:4:26: error[bad-length]: a matrix has at most 1024 numbers
+            a.dproto:5:30: error[repeated-key]: `x` is given twice
             a.dproto:6:8: error[reserved-name]: the domain `geometry` comes with the tools
             a.dproto:7:28: error[semantic-mismatch]: `ros_position` is Position, `ros_quaternion` is Orientation
             a.dproto:8:28: error[unknown-prototype]: unknown prototype `other` (expected one of `a`, `b`, `plain_position`, `ros_pose`, `ros_position`, `ros_quaternion`)
@@ -174,13 +174,13 @@ dproto e :: geometry {{ semantic = PointSet coord = cartesian algebraic = named 
         a.dproto:3:94: error[unknown-type]: unknown type `RoboCompLidar::Pont` (did you mean `RoboCompLidar::Point`?)
         a.dproto:4:123: error[unknown-member]: the type has no member `x` (did you mean `X`?)
         a.dproto:4:161: error[unknown-member]: the type has no member `frame` (expected one of `X`, `Y`, `Z`, `intensity`)
-        a.dproto:5:129: error[wrong-units]: `X` is in mm, which is no m/s
-        a.dproto:5:136: error[wrong-units]: `Y` is in mm, which is no m/s
-        a.dproto:5:143: error[wrong-units]: `Z` is in mm, which is no m/s
-        a.dproto:6:122: error[wrong-type]: `header` is no number
+        a.dproto:5:129: error[wrong-units]: `X` is in mm, which is not a unit of m/s
+        a.dproto:5:136: error[wrong-units]: `Y` is in mm, which is not a unit of m/s
+        a.dproto:5:143: error[wrong-units]: `Z` is in mm, which is not a unit of m/s
+        a.dproto:6:122: error[wrong-type]: `header` is not a number
         a.dproto:6:134: error[unknown-member]: the type has no member `Y` (expected one of `header`, `points`, `covariance`, `wide`)
         a.dproto:6:141: error[unknown-member]: the type has no member `Z` (expected one of `header`, `points`, `covariance`, `wide`)
-        a.dproto:6:160: error[wrong-type]: `header` is no sequence
+        a.dproto:6:160: error[wrong-type]: `header` is not a sequence
         a.dproto:7:8: error[missing-field]: `e` has no field `sequence` (add `sequence = …`)
         a.dproto:7:158: error[unknown-member]: the type has no member `36`
     "#]].assert_eq(&found);
@@ -294,15 +294,15 @@ dproto e :: geometry { semantic = Pose composes = { Position = ros_position, Ori
 dproto f :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c = z } }
 dproto g :: geometry { semantic = Pose composes = { Position = ros_position, Orientation = ros_quaternion } covariance = { member c, order = rpy_xyz, rotation = moving } tolerance = 0.1 }",
         &expect![[r#"
-            a.dproto:4:8: error[wrong-value]: `tolerance` of `a` is not below 1
+            a.dproto:4:8: error[wrong-value]: `tolerance` of `a` must be below 1
             a.dproto:4:113: error[conflicting-fields]: TimeStamp has no `axes`
             a.dproto:4:124: error[conflicting-fields]: TimeStamp has no `tolerance`
             a.dproto:4:138: error[conflicting-fields]: TimeStamp has no `sequence`
             a.dproto:4:158: error[conflicting-fields]: TimeStamp has no `covariance`
             a.dproto:5:55: error[unknown-coordinate]: Orientation has no coordinates `euler_rpy` (expected one of `quaternion`, `quaternion_wxyz`, `rot_matrix`, `rpy`, `axis_angle`, `rotation_vector`, `euler_zyx_moving`, `euler_zyz_fixed`)
-            a.dproto:6:146: error[wrong-value]: `tolerance` is a number, not below 0
+            a.dproto:6:146: error[wrong-value]: `tolerance` is a number of at least 0
             a.dproto:6:177: error[conflicting-fields]: the covariance of Orientation has no `order`
-            a.dproto:6:212: error[repeated-key]: `rotation` is here twice; first named here at a.dproto:6:194
+            a.dproto:6:212: error[repeated-key]: `rotation` is given twice; first named here at a.dproto:6:194
             a.dproto:7:142: error[wrong-entry]: expected `xyz_rpy` or `rpy_xyz`
             a.dproto:7:165: error[unknown-symbol]: covariance has no value `colour` (expected one of `order`, `rotation`)
             a.dproto:8:122: error[wrong-entry]: expected `member NAME` first

@@ -17,18 +17,14 @@ pub(super) enum Encoding {
 }
 
 impl Encoding {
-    /// The best of those that a client offers.
+    /// The encoding to use, of those that a client offers.
     pub(super) fn of(offered: &Value) -> Self {
-        let has = |word: &str| {
-            offered
-                .as_array()
-                .is_some_and(|all| all.contains(&json!(word)))
-        };
-        match () {
-            () if has("utf-8") => Self::Utf8,
-            () if has("utf-32") => Self::Utf32,
-            () => Self::Utf16,
-        }
+        let offered: Vec<&str> = offered.as_array().map_or_else(Vec::new, |all| {
+            all.iter().filter_map(Value::as_str).collect()
+        });
+        let all = [Self::Utf8, Self::Utf32];
+        let best = all.into_iter().find(|one| offered.contains(&one.word()));
+        best.unwrap_or_default()
     }
 
     pub(super) fn word(self) -> &'static str {

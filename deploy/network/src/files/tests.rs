@@ -130,7 +130,7 @@ fn a_joint_that_the_scene_does_not_have_is_found() {
         of("elbwo"),
         "n.ddsl:3:15: error[unknown-element]: the `joints[0].joint` of `c`: its `inner_model` has no node `elbwo` (did you mean `elbow`?)\n"
     );
-    assert!(of("front").contains("`front` of its `inner_model` is no joint"));
+    assert!(of("front").contains("`front` of its `inner_model` is not a joint"));
     // The scene itself is reported once.
     let none = "parameters { inner_model \"arm.xml\"; };";
     let none = found("arm_monitor", none, &[]);
