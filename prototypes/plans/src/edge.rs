@@ -2,12 +2,12 @@
 
 use crate::loss::Bound;
 use crate::plan::Kind;
-use crate::recorder::Term;
 use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{Leaf, Shape, Value};
 use crate::values::{Notes, read, write};
 use crate::vector::{self, Vector, is_axial};
+use rc_formula::Term;
 use rc_prototypes::model::Alias;
 use rc_quantity::rotation::Matrix;
 use rc_quantity::{Axes, Real};

@@ -4,12 +4,12 @@
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
-use crate::print::is_reserved;
-use crate::program::{Program, fits};
-use crate::recorder::{Recorder, Term};
 use crate::refusal::Refusal;
 use crate::shape::{MOST, Shape, Shapes, Value};
 use crate::values::Notes;
+use rc_formula::is_reserved;
+use rc_formula::{Program, fits};
+use rc_formula::{Recorder, Term};
 use rc_prototypes::model::{Content, Library, Part, Prototype};
 use rc_prototypes::semantic;
 use rc_quantity::Axes;

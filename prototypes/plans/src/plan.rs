@@ -1,7 +1,7 @@
 //! A plan: the steps from one prototype to another one, with what they cost and lose.
 
 use crate::loss::{Bound, Loss};
-use crate::program::{Operation, Program};
+use rc_formula::{Operation, Program};
 use std::fmt;
 use std::ops::Add;
 
@@ -61,7 +61,7 @@ impl Cost {
             steps: 1,
             ..Self::default()
         };
-        for node in &program.nodes {
+        for node in program.nodes() {
             match &node.operation {
                 Operation::Input(_) | Operation::Result(_) => {}
                 Operation::Call { .. } => cost.calls += 1,

@@ -3,65 +3,14 @@
 //! The functions take and give numbers in the order of the prototypes; a comment names each with its
 //! member and unit.
 
-mod c;
-mod python;
-mod rust;
-
-pub use c::c;
-pub use python::python;
-pub use rust::rust;
-
 use crate::plan::Plan;
-use crate::program::{Node, Operand};
-
-/// Keywords of the three languages, functions of `math.h`, and what the printed functions use.
-const RESERVED: &str = "\
-alignas alignof and as assert async atan2 auto await become bool box break case char class const \
-constexpr continue crate ctypes def default del do double dyn elif else enum except extern f64 False \
-false final finally float fn for from gen global goto if impl import in inline int is lambda len let \
-long loop macro main match math mod move mut None nonlocal not nullptr Option or override pass priv \
-pub raise ref register restrict result return self Self short signed sizeof Some static \
-static_assert struct super switch thread_local to trait True true try type typedef typeof union \
-unsafe unsigned unsized use ValueError values virtual void volatile where while with yield \
-acos acosh asin asinh atan atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim floor \
-fma fmax fmin fmod frexp hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 log1p log2 logb \
-lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn \
-sin sinh sqrt tan tanh tgamma trunc y0 y1 yn";
-
-/// Whether printed code has this name for something else: a function of the user cannot have it.
-pub(crate) fn is_reserved(function: &str) -> bool {
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    // Functions of `math.h` end in `f` and `l` for the other floats.
-    let stem = function.strip_suffix(['f', 'l']).unwrap_or(function);
-    let is_word = |name: &str| RESERVED.split_whitespace().any(|word| word == name);
-    is_word(function)
-        || is_word(stem)
-        || function.starts_with('_')
-        || function.strip_prefix('v').is_some_and(is_number)
-}
+use rc_formula::{c, python, results, rust};
+use std::collections::BTreeMap;
+use std::fmt::Write;
 
 /// The name of the function.
 fn name(plan: &Plan) -> String {
     format!("{}_to_{}", plan.from, plan.to())
-}
-
-/// An operand: `v3`, or a number. Negative numbers are in parentheses.
-fn operand(operand: Operand) -> String {
-    match operand {
-        Operand::Node(at) => format!("v{at}"),
-        Operand::Constant(bits) => {
-            let value = f64::from_bits(bits);
-            if value.is_sign_negative() {
-                format!("({value:?})")
-            } else {
-                format!("{value:?}")
-            }
-        }
-    }
-}
-
-fn operands(node: &Node) -> Vec<String> {
-    node.operands.iter().copied().map(operand).collect()
 }
 
 /// `from[0]: X in mm, float32`, for each number.
@@ -71,4 +20,85 @@ fn list<'p>(plan: &'p Plan, from: &'p str, to: &'p str) -> impl Iterator<Item = 
         values.map(move |(at, text)| format!("{array}[{at}]: {text}"))
     };
     lines(from, &plan.input).chain(lines(to, &plan.output))
+}
+
+/// The plan as a function in Rust. It gives `None` for numbers that are refused.
+pub fn rust(plan: &Plan) -> String {
+    let program = &plan.program;
+    let mut out = format!("/// Converts `{}` into `{}`.\n///\n", plan.from, plan.to());
+    for line in list(plan, "from", "to") {
+        let _ = writeln!(out, "/// - {line}");
+    }
+    if program.functions().next().is_some() {
+        out.push_str("///\n/// The functions that it calls take and give arrays of f64.\n");
+    }
+    out.push_str("#[allow(clippy::all, clippy::pedantic, reason = \"generated\")]\n");
+    let (inputs, outputs) = (program.inputs(), program.outputs());
+    let _ = writeln!(
+        out,
+        "pub fn {}(from: &[f64; {inputs}]) -> Option<[f64; {outputs}]> {{",
+        name(plan)
+    );
+    out.push_str(&rust::statements(program, |at| format!("from[{at}]")));
+    let _ = writeln!(out, "    Some([{}])\n}}", results(program).join(", "));
+    out
+}
+
+/// The plan as a function in C. It gives 0, or 1 for numbers that are refused; then `to` is as it was.
+/// Compilers that join a product and a sum give other last bits (`-ffp-contract=off` tells GCC not to).
+pub fn c(plan: &Plan) -> String {
+    let program = &plan.program;
+    let mut out = String::from("#include <math.h>\n\n");
+    let functions: BTreeMap<&str, (usize, usize)> = program.calls().collect();
+    for (function, (inputs, outputs)) in functions {
+        let _ = writeln!(
+            out,
+            "void {function}(const double from[{inputs}], double to[{outputs}]);\n"
+        );
+    }
+    let _ = writeln!(out, "/* Converts {} into {}.", plan.from, plan.to());
+    for line in list(plan, "from", "to") {
+        let _ = writeln!(out, " * {line}");
+    }
+    out.push_str(" * Returns 0, or 1 for numbers that are refused. */\n");
+    let (inputs, outputs) = (program.inputs(), program.outputs());
+    let _ = writeln!(
+        out,
+        "int {}(const double from[{inputs}], double to[{outputs}])\n{{",
+        name(plan)
+    );
+    if !program.takes_input() {
+        out.push_str("    (void)from;\n");
+    }
+    out.push_str(&c::statements(program, |at| format!("from[{at}]")));
+    for (at, of) in results(program).into_iter().enumerate() {
+        let _ = writeln!(out, "    to[{at}] = {of};");
+    }
+    out.push_str("    return 0;\n}\n");
+    out
+}
+
+/// The plan as a function in Python. It raises `ValueError` for numbers that are refused.
+pub fn python(plan: &Plan) -> String {
+    let program = &plan.program;
+    let mut body = format!("def {}(values):\n", name(plan));
+    let _ = writeln!(
+        body,
+        "    \"\"\"Converts {} into {}.\n",
+        plan.from,
+        plan.to()
+    );
+    for line in list(plan, "values", "result") {
+        let _ = writeln!(body, "    {line}");
+    }
+    body.push_str("    \"\"\"\n");
+    let _ = writeln!(body, "    if len(values) != {}:", program.inputs());
+    let _ = writeln!(
+        body,
+        "        raise ValueError(\"{} values are expected\")",
+        program.inputs()
+    );
+    body += &python::statements(program, |at| format!("float(values[{at}])"));
+    let _ = writeln!(body, "    return [{}]", results(program).join(", "));
+    python::preamble(&body) + &body
 }

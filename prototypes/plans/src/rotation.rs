@@ -1,10 +1,10 @@
 //! Rotations in all their representations.
 
-use crate::recorder::Term;
 use crate::refusal::Refusal;
 use crate::shape::Leaf;
 use crate::values::{Notes, read, write};
 use crate::vector::{change, origin, signed};
+use rc_formula::Term;
 use rc_quantity::rotation::{
     AxisAngle, EulerOrder, Matrix, Quaternion, determinant, from_rotation_vector, product,
     to_rotation_vector, transposed,

@@ -2,10 +2,10 @@
 
 use crate::loss::{Bound, Loss};
 use crate::plan::Kind;
-use crate::program::fits;
-use crate::recorder::Term;
 use crate::refusal::Refusal;
 use crate::shape::{Leaf, Value};
+use rc_formula::Term;
+use rc_formula::fits;
 use rc_quantity::Unit;
 use rc_vocabulary::Primitive;
 use std::collections::BTreeSet;

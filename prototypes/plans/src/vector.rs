@@ -2,10 +2,10 @@
 
 use crate::loss::Bound;
 use crate::plan::Kind;
-use crate::recorder::Term;
 use crate::refusal::Refusal;
 use crate::shape::Leaf;
 use crate::values::{Notes, read, write};
+use rc_formula::Term;
 use rc_prototypes::semantic;
 use rc_quantity::{Axes, Real, rotation};
 

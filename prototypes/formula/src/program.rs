@@ -6,20 +6,28 @@ use std::fmt;
 
 /// An operation. The numbers of its operands are computed before.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Operation {
+pub enum Operation {
     /// The number at this place of the input.
     Input(usize),
+    /// The opposite.
     Negate,
+    /// The sum.
     Add,
+    /// The first operand without the second one.
     Subtract,
+    /// The product.
     Multiply,
+    /// The first operand over the second one.
     Divide,
     /// The square root.
     Root,
+    /// The greatest integer that is not above.
     Floor,
     /// The nearest integer; away from zero in the middle.
     Nearest,
+    /// The sine of an angle in radians.
     Sine,
+    /// The cosine of an angle in radians.
     Cosine,
     /// The angle of the point `(x, y)` of the operands y and x.
     Angle,
@@ -33,7 +41,9 @@ pub(crate) enum Operation {
     Require(u64, u64),
     /// A function of the user.
     Call {
+        /// Its name.
         function: String,
+        /// How many numbers it gives.
         results: usize,
     },
     /// The number at this place of what the function in the operand gave.
@@ -42,20 +52,24 @@ pub(crate) enum Operation {
 
 /// An operation with its operands.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Node {
-    pub(crate) operation: Operation,
-    pub(crate) operands: Vec<Operand>,
+pub struct Node {
+    /// What is done.
+    pub operation: Operation,
+    /// With which numbers, in the order that the operation names.
+    pub operands: Vec<Operand>,
 }
 
-/// A number that is known, by its bits, or the value of an earlier node.
+/// What an operation takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Operand {
+pub enum Operand {
+    /// A number that is known, by its bits.
     Constant(u64),
+    /// The value of the node at this place.
     Node(usize),
 }
 
 /// Whether each number of one kind is one of the other kind, exactly.
-pub(crate) fn fits(number: Primitive, wanted: Primitive) -> bool {
+pub fn fits(number: Primitive, wanted: Primitive) -> bool {
     // The greatest integers below which a float has all.
     let whole = |float| match float {
         Primitive::F32 => 1_i128 << 24,
@@ -97,7 +111,7 @@ pub enum Rejected {
         /// The greatest one.
         most: f64,
     },
-    /// The plan calls this function, which only printed code can.
+    /// The formula calls this function, which only printed code can.
     Function(String),
     /// There are too few or too many numbers.
     Count,
@@ -109,8 +123,8 @@ impl fmt::Display for Rejected {
             Self::Value { value, least, most } => {
                 write!(f, "{value} is not from {least} to {most}")
             }
-            Self::Function(name) => write!(f, "the function `{name}` is not part of the plan"),
-            Self::Count => f.write_str("the prototype has another number of values"),
+            Self::Function(name) => write!(f, "the function `{name}` is not part of the formula"),
+            Self::Count => f.write_str("the formula has another number of values"),
         }
     }
 }
@@ -157,7 +171,7 @@ impl Operation {
     }
 
     /// Whether its value may differ in the last bits between mathematical libraries.
-    pub(crate) fn is_transcendental(&self) -> bool {
+    pub fn is_transcendental(&self) -> bool {
         matches!(self, Self::Sine | Self::Cosine | Self::Angle | Self::Length)
     }
 }
@@ -179,7 +193,7 @@ fn single(value: f64, number: Primitive) -> f64 {
     }
 }
 
-/// A formula: the numbers of one prototype, for the numbers of another one.
+/// A formula: operations in their order, and which of their values it gives.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Program {
     pub(crate) inputs: usize,
@@ -253,7 +267,7 @@ impl Program {
     }
 
     /// Whether each output is an input times a constant, so that relative errors stay as they are.
-    pub(crate) fn is_scaling(&self) -> bool {
+    pub fn is_scaling(&self) -> bool {
         let is_constant = |of: Option<&Operand>| matches!(of, Some(Operand::Constant(_)));
         self.nodes.iter().all(|node| {
             let (one, other) = (node.operands.first(), node.operands.get(1));
@@ -268,12 +282,30 @@ impl Program {
         })
     }
 
-    /// The functions of the user that it calls.
-    pub fn functions(&self) -> impl Iterator<Item = &str> {
+    /// Its operations, in their order.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Whether its values depend on its input.
+    pub fn takes_input(&self) -> bool {
+        let mut nodes = self.nodes.iter();
+        nodes.any(|node| matches!(node.operation, Operation::Input(_)))
+    }
+
+    /// The functions of the user that it calls, with how many numbers they take and give.
+    pub fn calls(&self) -> impl Iterator<Item = (&str, (usize, usize))> {
         self.nodes.iter().filter_map(|node| match &node.operation {
-            Operation::Call { function, .. } => Some(function.as_str()),
+            Operation::Call { function, results } => {
+                Some((function.as_str(), (node.operands.len(), *results)))
+            }
             _ => None,
         })
+    }
+
+    /// The functions of the user that it calls.
+    pub fn functions(&self) -> impl Iterator<Item = &str> {
+        self.calls().map(|(function, _)| function)
     }
 
     /// Computes the formula.

@@ -1,32 +1,18 @@
 //! Rust, without dependencies.
 
-use super::{list, name, operand, operands};
-use crate::plan::Plan;
-use crate::program::{Operation, limits};
+use super::operands;
+use crate::program::{Operation, Program, limits};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
 
-/// The plan as a function in Rust. It gives `None` for numbers that are refused.
-pub fn rust(plan: &Plan) -> String {
-    let program = &plan.program;
-    let mut out = format!("/// Converts `{}` into `{}`.\n///\n", plan.from, plan.to());
-    for line in list(plan, "from", "to") {
-        let _ = writeln!(out, "/// - {line}");
-    }
-    if program.functions().next().is_some() {
-        out.push_str("///\n/// The functions that it calls take and give arrays of f64.\n");
-    }
-    out.push_str("#[allow(clippy::all, clippy::pedantic, reason = \"generated\")]\n");
-    let (inputs, outputs) = (program.inputs(), program.outputs());
-    let _ = writeln!(
-        out,
-        "pub fn {}(from: &[f64; {inputs}]) -> Option<[f64; {outputs}]> {{",
-        name(plan)
-    );
+/// The statements of a function that returns an `Option`: `None` for numbers that are refused.
+/// `input` names the number at a place of the input.
+pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
+    let mut out = String::new();
     for (at, node) in program.nodes.iter().enumerate() {
         let of = operands(node);
         let value = match &node.operation {
-            Operation::Input(at) => format!("from[{at}]"),
+            Operation::Input(at) => input(*at),
             Operation::Negate => format!("-{}", of[0]),
             Operation::Add => format!("{} + {}", of[0], of[1]),
             Operation::Subtract => format!("{} - {}", of[0], of[1]),
@@ -69,7 +55,5 @@ pub fn rust(plan: &Plan) -> String {
             out.push_str("        return None;\n    }\n");
         }
     }
-    let outputs: Vec<String> = program.outputs.iter().copied().map(operand).collect();
-    let _ = writeln!(out, "    Some([{}])\n}}", outputs.join(", "));
     out
 }

@@ -1,8 +1,7 @@
 //! Python, with its standard library.
 
-use super::{list, name, operand, operands};
-use crate::plan::Plan;
-use crate::program::{Operand, Operation, limits};
+use super::operands;
+use crate::program::{Operand, Operation, Program, limits};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
 
@@ -64,30 +63,14 @@ fn is_constant(divisor: Operand) -> bool {
     matches!(divisor, Operand::Constant(bits) if f64::from_bits(bits) != 0.0)
 }
 
-/// The plan as a function in Python. It raises `ValueError` for numbers that are refused.
-pub fn python(plan: &Plan) -> String {
-    let program = &plan.program;
-    let mut body = format!("def {}(values):\n", name(plan));
-    let _ = writeln!(
-        body,
-        "    \"\"\"Converts {} into {}.\n",
-        plan.from,
-        plan.to()
-    );
-    for line in list(plan, "values", "result") {
-        let _ = writeln!(body, "    {line}");
-    }
-    body.push_str("    \"\"\"\n");
-    let _ = writeln!(body, "    if len(values) != {}:", program.inputs());
-    let _ = writeln!(
-        body,
-        "        raise ValueError(\"{} values are expected\")",
-        program.inputs()
-    );
+/// The statements of a function, which raises `ValueError` for numbers that are refused. `input` is
+/// the number at a place of the input, a float. The text stands behind the [`preamble`] for it.
+pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
+    let mut body = String::new();
     for (at, node) in program.nodes.iter().enumerate() {
         let of = operands(node);
         let value = match &node.operation {
-            Operation::Input(at) => format!("float(values[{at}])"),
+            Operation::Input(at) => input(*at),
             Operation::Negate => format!("-{}", of[0]),
             Operation::Add => format!("{} + {}", of[0], of[1]),
             Operation::Subtract => format!("{} - {}", of[0], of[1]),
@@ -120,8 +103,11 @@ pub fn python(plan: &Plan) -> String {
             );
         }
     }
-    let outputs: Vec<String> = program.outputs.iter().copied().map(operand).collect();
-    let _ = writeln!(body, "    return [{}]", outputs.join(", "));
+    body
+}
+
+/// The imports and the functions that a text of [`statements`] needs before it.
+pub fn preamble(body: &str) -> String {
     let used = |name: &str| body.contains(&format!("{name}("));
     let mut out = String::new();
     if used("_single") {
@@ -133,5 +119,5 @@ pub fn python(plan: &Plan) -> String {
             let _ = write!(out, "\n{text}\n");
         }
     }
-    out + "\n" + &body
+    out + "\n"
 }

@@ -1,51 +1,20 @@
 //! C99, with `math.h`.
 
-use super::{list, name, operand, operands};
-use crate::plan::Plan;
-use crate::program::{Operation, limits};
+use super::operands;
+use crate::program::{Operation, Program, limits};
 use rc_vocabulary::Primitive;
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// The plan as a function in C. It gives 0, or 1 for numbers that are refused; then `to` is as it was.
+/// The statements of a function that returns an `int`: 1 for numbers that are refused. `input` names
+/// the number at a place of the input.
+///
 /// Compilers that join a product and a sum give other last bits (`-ffp-contract=off` tells GCC not to).
-pub fn c(plan: &Plan) -> String {
-    let program = &plan.program;
-    let mut out = String::from("#include <math.h>\n\n");
-    let mut functions = BTreeMap::new();
-    for node in &program.nodes {
-        if let Operation::Call { function, results } = &node.operation {
-            functions.insert(function, (node.operands.len(), *results));
-        }
-    }
-    for (function, (inputs, outputs)) in functions {
-        let _ = writeln!(
-            out,
-            "void {function}(const double from[{inputs}], double to[{outputs}]);\n"
-        );
-    }
-    let _ = writeln!(out, "/* Converts {} into {}.", plan.from, plan.to());
-    for line in list(plan, "from", "to") {
-        let _ = writeln!(out, " * {line}");
-    }
-    out.push_str(" * Returns 0, or 1 for numbers that are refused. */\n");
-    let (inputs, outputs) = (program.inputs(), program.outputs());
-    let _ = writeln!(
-        out,
-        "int {}(const double from[{inputs}], double to[{outputs}])\n{{",
-        name(plan)
-    );
-    if !program
-        .nodes
-        .iter()
-        .any(|node| matches!(node.operation, Operation::Input(_)))
-    {
-        out.push_str("    (void)from;\n");
-    }
+pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
+    let mut out = String::new();
     for (at, node) in program.nodes.iter().enumerate() {
         let of = operands(node);
         let value = match &node.operation {
-            Operation::Input(at) => format!("from[{at}]"),
+            Operation::Input(at) => input(*at),
             Operation::Negate => format!("-{}", of[0]),
             Operation::Add => format!("{} + {}", of[0], of[1]),
             Operation::Subtract => format!("{} - {}", of[0], of[1]),
@@ -84,9 +53,5 @@ pub fn c(plan: &Plan) -> String {
             );
         }
     }
-    for (at, of) in program.outputs.iter().enumerate() {
-        let _ = writeln!(out, "    to[{at}] = {};", operand(*of));
-    }
-    out.push_str("    return 0;\n}\n");
     out
 }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The operations so far. Equal operations are recorded once.
-pub(crate) struct Recorder {
+pub struct Recorder {
     inputs: usize,
     state: RefCell<State>,
 }
@@ -23,14 +23,16 @@ struct State {
 
 /// A number of a formula: one that is known, or what an operation gives.
 #[derive(Clone, Copy)]
-pub(crate) enum Term<'r> {
+pub enum Term<'r> {
+    /// It is known.
     Constant(f64),
+    /// The value of the node at this place of the recorder.
     Node(&'r Recorder, usize),
 }
 
 impl Recorder {
     /// The recorder of a formula over so many numbers.
-    pub(crate) fn new(inputs: usize) -> Self {
+    pub fn new(inputs: usize) -> Self {
         Self {
             inputs,
             state: RefCell::default(),
@@ -38,7 +40,7 @@ impl Recorder {
     }
 
     /// The number at a place of the input.
-    pub(crate) fn input(&self, at: usize, number: Primitive) -> Term<'_> {
+    pub fn input(&self, at: usize, number: Primitive) -> Term<'_> {
         let node = Node {
             operation: Operation::Input(at),
             operands: Vec::new(),
@@ -68,13 +70,13 @@ impl Recorder {
     }
 
     /// How the value of a node is stored exactly.
-    pub(crate) fn number(&self, at: usize) -> Primitive {
+    pub fn number(&self, at: usize) -> Primitive {
         let state = self.state.borrow();
         state.numbers.get(at).copied().unwrap_or(Primitive::F64)
     }
 
     /// What a function of the user gives for some terms.
-    pub(crate) fn call(
+    pub fn call(
         &self,
         function: &str,
         arguments: &[Term<'_>],
@@ -92,7 +94,7 @@ impl Recorder {
     }
 
     /// The operations that these terms need, in their order. Requirements are kept.
-    pub(crate) fn program(&self, outputs: &[Term<'_>]) -> Program {
+    pub fn program(&self, outputs: &[Term<'_>]) -> Program {
         let outputs: Vec<Operand> = outputs.iter().map(Term::operand).collect();
         Program::new(self.inputs, self.state.borrow().nodes.clone(), outputs)
     }
@@ -147,7 +149,8 @@ impl<'r> Term<'r> {
 
     /// The value as a number of another kind: rounded where that is needed. Integers out of range
     /// are refused.
-    pub(crate) fn stored(self, number: Primitive) -> Self {
+    #[must_use]
+    pub fn stored(self, number: Primitive) -> Self {
         let Self::Node(recorder, _) = self else {
             return Self::of(Operation::Store(number), &[self]);
         };
@@ -158,18 +161,24 @@ impl<'r> Term<'r> {
     }
 
     /// The same value. Values outside `least..=most`, and NaN, are refused.
-    pub(crate) fn required(self, least: f64, most: f64) -> Self {
+    #[expect(
+        clippy::return_self_not_must_use,
+        reason = "a requirement is kept without its value"
+    )]
+    pub fn required(self, least: f64, most: f64) -> Self {
         let operation = Operation::Require(least.to_bits(), most.to_bits());
         Self::of(operation, &[self])
     }
 
     /// The greatest integer that is not above.
-    pub(crate) fn floor(self) -> Self {
+    #[must_use]
+    pub fn floor(self) -> Self {
         Self::of(Operation::Floor, &[self])
     }
 
     /// The nearest integer; away from zero in the middle.
-    pub(crate) fn nearest(self) -> Self {
+    #[must_use]
+    pub fn nearest(self) -> Self {
         Self::of(Operation::Nearest, &[self])
     }
 }
