@@ -107,6 +107,10 @@ pub struct Slot {
     pub available: Vec<Name>,
     /// The location of its declaration.
     pub span: Span,
+    /// The location of its interface's name.
+    pub interface_span: Span,
+    /// The location of its name after `as`. `None` if it has that of its interface.
+    pub name_span: Option<Span>,
 }
 
 impl Slot {

@@ -16,9 +16,10 @@ use crate::{dependencies, rust, view};
 use fits::Types;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_vocabulary::Language;
 use serde_json::{Value, json};
 use source::{Block, Code, Method};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -170,6 +171,61 @@ pub fn of(
         dependencies: lacking.into_iter().map(dependencies::line).collect(),
     };
     Ok((Some(missing), found))
+}
+
+/// What a piece of the worker is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The `impl` of a slot's trait: the index of the slot in the component.
+    Slot(usize),
+    /// The handler of an operation: the indices of the slot, and of the operation in its interface.
+    Operation(usize, usize),
+    /// A function of a state: its name.
+    State(String),
+}
+
+/// The pieces of the worker in `src`, each with the location of its name, in the order of the text.
+/// Files that are not Rust have none.
+///
+/// # Errors
+/// The system does not give a file.
+pub fn handlers(project: &Project, sources: &mut SourceMap) -> io::Result<Vec<(Purpose, Span)>> {
+    let src = project.code().join("src");
+    if project.language() != Some(Language::Rust) || !src.is_dir() {
+        return Ok(Vec::new());
+    }
+    let (view, _) = view::component::of(project, Middleware::DEFAULT);
+    let component = rust::component::of(&view);
+    let krate = format!("{}_generated", component.package);
+    let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
+    let worker = worker(&code);
+    let mut pieces = Vec::new();
+    for slot in component.slots.iter().filter(|slot| slot.receives) {
+        for block in blocks(&code, &worker, slot).filter(|block| is_marked_for(block, slot)) {
+            pieces.push((Purpose::Slot(slot.index), block.span));
+            for method in &block.methods {
+                let mut operations = slot.operations.iter();
+                let at = operations.position(|one| one.method == method.name);
+                let purpose = at.map(|at| Purpose::Operation(slot.index, at));
+                pieces.extend(purpose.map(|purpose| (purpose, method.span)));
+            }
+        }
+    }
+    let states = view.machine.iter().flat_map(|machine| &machine.states);
+    let hooks: BTreeMap<String, &str> = states
+        .flat_map(|state| {
+            let kinds = of_state(state).map(|(kind, _)| rust::machine::hook(kind, &state.name));
+            kinds.map(|hook| (hook, state.name.as_str()))
+        })
+        .collect();
+    let machines = code.blocks.iter();
+    let machines = machines.filter(|block| block.name == TRAIT && block.worker == worker);
+    for method in machines.flat_map(|block| &block.methods) {
+        let state = hooks.get(&method.name);
+        pieces.extend(state.map(|state| (Purpose::State((*state).to_owned()), method.span)));
+    }
+    pieces.sort_by_key(|(_, span)| *span);
+    Ok(pieces)
 }
 
 /// The name of the type that the component runs. Tests may have workers of their own.

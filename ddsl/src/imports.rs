@@ -4,7 +4,7 @@ use crate::ast;
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// One file of a deployment.
@@ -17,23 +17,25 @@ pub(crate) struct File {
 }
 
 /// The files that `source` imports directly or indirectly, and its own. Each file occurs once,
-/// before the files that import it. Its own is `None` after a syntax error.
+/// before the files that import it. Its own is `None` after a syntax error. The third part has the
+/// places of all imports.
 pub(crate) fn files(
     sources: &mut SourceMap,
     loader: &dyn Loader,
     source: SourceId,
     found: &mut Diagnostics,
-) -> (Vec<File>, Option<File>) {
+) -> (Vec<File>, Option<File>, Vec<(Span, SourceId)>) {
     let mut importer = Importer {
         sources,
         loader,
         found,
-        loaded: HashSet::new(),
+        loaded: HashMap::new(),
+        imports: Vec::new(),
         open: Vec::new(),
         imported: Vec::new(),
     };
     let main = importer.file(source);
-    (importer.imported, main)
+    (importer.imported, main, importer.imports)
 }
 
 const EXTENSION: &str = "ddsl";
@@ -43,7 +45,9 @@ struct Importer<'a> {
     loader: &'a dyn Loader,
     found: &'a mut Diagnostics,
     /// The files that were loaded, by [`Loader::identity`].
-    loaded: HashSet<PathBuf>,
+    loaded: HashMap<PathBuf, SourceId>,
+    /// Where files are imported.
+    imports: Vec<(Span, SourceId)>,
     /// The chain of files whose imports are being loaded, by [`Loader::identity`].
     open: Vec<PathBuf>,
     imported: Vec<File>,
@@ -66,7 +70,7 @@ impl Importer<'_> {
             self.import(&given, import);
         }
         self.open.pop();
-        self.loaded.insert(identity);
+        self.loaded.insert(identity, source);
         Some(File {
             folder: given.parent().unwrap_or(Path::new("")).to_path_buf(),
             tree: file.deployment?,
@@ -79,12 +83,16 @@ impl Importer<'_> {
         };
         let identity = self.loader.identity(&path);
         if let Some(at) = self.open.iter().position(|open| *open == identity) {
-            self.cycle(at, wanted.span);
-        } else if !self.loaded.contains(&identity) {
+            return self.cycle(at, wanted.span);
+        }
+        let known = self.loaded.get(&identity).copied();
+        let source = known.unwrap_or_else(|| {
             let source = self.sources.add(path, text);
             let file = self.file(source);
             self.imported.extend(file);
-        }
+            source
+        });
+        self.imports.push((wanted.span, source));
     }
 
     fn cycle(&mut self, at: usize, span: Span) {

@@ -3,7 +3,7 @@
 
 pub use crate::ast::{Parameter, ParameterValue};
 use rc_cdsl::model::Middleware;
-use rc_diagnostics::Span;
+use rc_diagnostics::{SourceId, Span};
 use rc_syntax::Name;
 use rc_vocabulary::Value;
 pub use rc_vocabulary::{Restart, RestartPolicy};
@@ -37,6 +37,10 @@ pub struct Deployment {
     pub ring: Option<Duration>,
     /// The slots whose peers are not part of the network.
     pub externals: Vec<External>,
+    /// Where the files name components and groups.
+    pub references: Vec<(Span, InstanceOrGroup)>,
+    /// Where the files name imported files.
+    pub imports: Vec<(Span, SourceId)>,
 }
 
 /// A machine.

@@ -25,7 +25,7 @@ pub fn load(
     source: SourceId,
 ) -> (Option<Deployment>, Diagnostics) {
     let mut found = Diagnostics::new();
-    let (imported, main) = files(sources, loader, source, &mut found);
+    let (imported, main, imports) = files(sources, loader, source, &mut found);
     let Some(main) = main else {
         return (None, found);
     };
@@ -41,6 +41,8 @@ pub fn load(
             time: None,
             ring: None,
             externals: Vec::new(),
+            references: Vec::new(),
+            imports,
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),

@@ -1,7 +1,7 @@
 //! Lookup of type names.
 
 use crate::ast::Scoped;
-use crate::model::{ModuleId, Primitive, TypeId};
+use crate::model::{ModuleId, Primitive, Reference, TypeId};
 use crate::resolver::ModuleResolver;
 use rc_diagnostics::Diagnostic;
 
@@ -47,6 +47,17 @@ impl ModuleResolver<'_> {
 
     /// Resolves a name. Reports an error, or a warning for an unscoped name of another module.
     pub(crate) fn named(&mut self, scoped: &Scoped) -> Option<TypeId> {
+        let found = self.lookup(scoped)?;
+        let module = self.library.ty(found).module;
+        let references = &mut self.library.references;
+        if let Some(name) = &scoped.module {
+            references.push((name.span, Reference::Module(module)));
+        }
+        references.push((scoped.name.span, Reference::Type(found)));
+        Some(found)
+    }
+
+    fn lookup(&mut self, scoped: &Scoped) -> Option<TypeId> {
         let library = &*self.library;
         let wanted = scoped.name.text.as_str();
         let own = |module: ModuleId| library.module(module).types_by_name.get(wanted).copied();

@@ -26,6 +26,17 @@ pub struct Library {
     pub types: Vec<TypeDecl>,
     /// All interfaces of all modules.
     pub interfaces: Vec<Interface>,
+    /// Where files name modules and types, also the file that imports the first module.
+    pub references: Vec<(Span, Reference)>,
+}
+
+/// What a name in a file refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// An import, or the part before `::`.
+    Module(ModuleId),
+    /// The use of a type.
+    Type(TypeId),
 }
 
 /// One `.idsl` file.

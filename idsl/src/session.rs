@@ -2,7 +2,7 @@
 
 use crate::ast::{self, Decl, DeclKind};
 use crate::check;
-use crate::model::{Library, Module, ModuleId, TypeDecl, TypeDeclKind, TypeId};
+use crate::model::{Library, Module, ModuleId, Reference, TypeDecl, TypeDeclKind, TypeId};
 use crate::parse::parse;
 use crate::resolve::is_type;
 use crate::resolver::ModuleResolver;
@@ -61,7 +61,10 @@ impl<'a> Session<'a> {
                 return None;
             }
         };
-        self.load(&file.path, file.text, span)
+        let module = self.load(&file.path, file.text, span)?;
+        let references = &mut self.library.references;
+        references.push((span, Reference::Module(module)));
+        Some(module)
     }
 
     /// Loads the text of `path` with its imports. Diagnostics about the import itself refer to

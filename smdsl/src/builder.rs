@@ -32,6 +32,7 @@ impl MachineBuilder {
                 name,
                 states: Vec::new(),
                 transitions: Vec::new(),
+                references: Vec::new(),
             },
             found,
             complete,
@@ -81,8 +82,9 @@ impl MachineBuilder {
     /// Looks up a state by name. Reports an error if there is none.
     pub(crate) fn find(&mut self, name: &Name) -> Option<StateId> {
         let id = self.by_name.get(&name.text).copied();
-        if id.is_none() {
-            self.unknown(name);
+        match id {
+            Some(id) => self.machine.references.push((name.span, id)),
+            None => self.unknown(name),
         }
         id
     }

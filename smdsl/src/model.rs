@@ -15,6 +15,8 @@ pub struct StateMachine {
     pub states: Vec<State>,
     /// All transitions. Transitions of one state are in order of priority, the order of the file.
     pub transitions: Vec<Transition>,
+    /// Where the file names states that it declares elsewhere.
+    pub references: Vec<(Span, StateId)>,
 }
 
 impl StateMachine {

@@ -57,6 +57,8 @@ impl Resolver<'_> {
                     in_place,
                     available,
                     span: decl.span,
+                    interface_span: decl.interface.span,
+                    name_span: decl.name.as_ref().map(|name| name.span),
                 });
             }
         }

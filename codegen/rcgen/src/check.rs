@@ -3,9 +3,11 @@
 use crate::{graphs, innermodel};
 use rc_cdsl::model::{Role, Slot};
 use rc_codegen::{Project, configuration, paths, ros, source_files};
-use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
+use rc_ddsl::Deployment;
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, Span};
 use rc_idsl::Session;
-use rc_idsl::model::Operation;
+use rc_idsl::model::{Library, Operation};
+use rc_smdsl::StateMachine;
 use rc_syntax::Loader;
 use std::collections::BTreeSet;
 use std::io;
@@ -100,9 +102,27 @@ fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
     all
 }
 
+/// What a check understood of a file, also where it has errors.
+#[derive(Debug)]
+pub enum Model {
+    /// A component.
+    Component(Box<Project>),
+    /// The modules of interfaces and types.
+    Interfaces(Library),
+    /// The text of parameters.
+    Parameters(SourceId),
+    /// A state machine.
+    Machine(StateMachine),
+    /// A network.
+    Network(Box<Deployment>),
+    /// The text of a configuration, and the component that it belongs to.
+    Configuration(SourceId, PathBuf),
+}
+
 /// Adds all that is wrong with `path` to `found`; `robocomp` says that the file is one of RoboComp.
-/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. An error
-/// is a file that the system does not give.
+/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. Returns
+/// what it understood, unless an earlier check read the file. An error is a file that the system
+/// does not give.
 pub fn file(
     path: &Path,
     robocomp: bool,
@@ -110,8 +130,8 @@ pub fn file(
     loader: &dyn Loader,
     include: &[PathBuf],
     found: &mut Diagnostics,
-) -> io::Result<()> {
-    match path.extension().and_then(|e| e.to_str()) {
+) -> io::Result<Option<Model>> {
+    let model = match path.extension().and_then(|e| e.to_str()) {
         Some("cdsl") => {
             let (project, mut more) = Project::load(path, sources, loader)?;
             if let Some(project) = project.as_ref().filter(|_| robocomp) {
@@ -128,15 +148,19 @@ pub fn file(
                 project.check_worker(sources, found)?;
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
-            if let (Some(project), Some(own)) = (project.filter(|_| right), own)
+            if let (Some(right), Some(own)) = (project.as_ref().filter(|_| right), own)
                 && let Some(text) = configuration::read(&own, sources, found)?
             {
                 let source = sources.add(own, text);
-                found.extend(configuration::check(sources, source, Some(&project)));
+                found.extend(configuration::check(sources, source, Some(right)));
             }
+            project.map(|project| Model::Component(Box::new(project)))
         }
         Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "toml")
-            if was_read(path, sources) => {}
+            if was_read(path, sources) =>
+        {
+            None
+        }
         Some("idsl") => {
             let source = sources.add(path, rc_files::read(path)?);
             let mut session = Session::new(sources, loader);
@@ -145,33 +169,47 @@ pub fn file(
                 session.found.extend(ros::annotations(&session.library));
             }
             found.extend(session.found);
+            Some(Model::Interfaces(session.library))
         }
         Some("pdsl") => {
             let source = sources.add(paths::normal(path), rc_files::read(path)?);
             found.extend(rc_pdsl::load(sources, loader, source).1);
+            Some(Model::Parameters(source))
         }
         Some("smdsl" | "scxml") => {
             let source = sources.add(path, rc_files::read(path)?);
-            found.extend(rc_smdsl::load(sources, source).1);
+            let (machine, more) = rc_smdsl::load(sources, source);
+            found.extend(more);
+            machine.map(Model::Machine)
         }
         Some("ddsl") => {
             let source = sources.add(path, rc_files::read(path)?);
-            found.extend(rc_ddsl::load(sources, loader, source).1);
+            let (network, more) = rc_ddsl::load(sources, loader, source);
+            found.extend(more);
+            network.map(|network| Model::Network(Box::new(network)))
         }
-        Some("gdsl") => graphs::check_schema(path, sources, loader, found)?,
+        Some("gdsl") => {
+            graphs::check_schema(path, sources, loader, found)?;
+            None
+        }
         Some("dproto") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_prototypes::load(sources, loader, &[source]).1);
+            None
         }
-        Some("graph" | "json") => graphs::check(path, sources, loader, found)?,
+        Some("graph" | "json") => {
+            graphs::check(path, sources, loader, found)?;
+            None
+        }
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(innermodel::check(sources, source, include));
+            None
         }
         Some("toml") => {
             let source = sources.add(path, rc_files::read(path)?);
             let Some(cdsl) = configuration::component(path, source, found)? else {
-                return Ok(());
+                return Ok(None);
             };
             let known = was_read(&cdsl, sources);
             let (project, more) = Project::load(&cdsl, sources, loader)?;
@@ -181,6 +219,7 @@ pub fn file(
             }
             let project = project.filter(|_| right);
             found.extend(configuration::check(sources, source, project.as_ref()));
+            Some(Model::Configuration(source, cdsl))
         }
         _ if !path.exists() => return Err(paths::missing()),
         _ => {
@@ -191,7 +230,8 @@ pub fn file(
                 Span::new(source, 0, 0),
                 message,
             ));
+            None
         }
-    }
-    Ok(())
+    };
+    Ok(model)
 }

@@ -6,18 +6,23 @@
 //! is answered, so no edit has a place of an earlier text.
 
 mod findings;
+mod names;
+mod navigation;
 mod place;
+mod queue;
 mod wire;
 
 use crate::format::laid_out;
 use crate::{check, explain};
 use findings::{Findings, Place};
+use names::Names;
 use place::Encoding;
+use queue::Queue;
 use rc_codegen::FileLoader;
 use rc_codegen::source_files::is_left_out;
-use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
@@ -32,10 +37,21 @@ const MESSAGES: usize = 4;
 const MESSAGES_BETWEEN: usize = 32;
 
 /// The requests that are answered.
-const REQUESTS: [&str; 3] = [
+const REQUESTS: [&str; 7] = [
     "textDocument/formatting",
     "textDocument/codeAction",
     "textDocument/hover",
+    "textDocument/definition",
+    "textDocument/implementation",
+    "textDocument/references",
+    "textDocument/documentHighlight",
+];
+
+/// Those that are about all files.
+const OF_ALL_FILES: [&str; 3] = [
+    "textDocument/definition",
+    "textDocument/implementation",
+    "textDocument/references",
 ];
 
 /// How the protocol numbers a change of a watched file's text.
@@ -102,8 +118,16 @@ struct Server {
     /// Open texts, by the address that the editor has for them.
     open: BTreeMap<String, Document>,
     findings: Findings,
+    /// The names of all checked files.
+    names: BTreeMap<PathBuf, Names>,
+    /// Those of other files, for the time of one request.
+    elsewhere: BTreeMap<PathBuf, Names>,
     /// Files to check.
-    waiting: VecDeque<PathBuf>,
+    waiting: Queue,
+    /// The folders that the editor opened: how the system names them, and how the editor does.
+    roots: Vec<(PathBuf, PathBuf)>,
+    /// How a link in these folders names a file, where it has another path.
+    links: BTreeMap<PathBuf, PathBuf>,
     /// Folders in which files to check are looked for, and how many files were found.
     folders: VecDeque<PathBuf>,
     files: usize,
@@ -199,11 +223,16 @@ impl Server {
         let folders = folders.into_iter().flatten().map(|folder| &folder["uri"]);
         let root = [&parameters["rootUri"]];
         let roots = folders.chain(root);
-        let roots: BTreeSet<PathBuf> = roots
+        let roots: BTreeMap<PathBuf, PathBuf> = roots
             .filter_map(|uri| place::path(uri.as_str()?))
-            .map(|path| key(&path))
+            .map(|path| (key(&path), path))
             .collect();
-        self.folders = roots.into_iter().collect();
+        self.folders = roots.values().cloned().collect();
+        self.roots = roots.into_iter().collect();
+        // Of a folder that comes, moves or goes, a watcher of files hears nothing.
+        let folders_only = json!({ "filters": [
+            { "scheme": "file", "pattern": { "glob": "**/*", "matches": "folder" } },
+        ] });
         json!({
             "capabilities": {
                 "positionEncoding": self.encoding.word(),
@@ -211,6 +240,15 @@ impl Server {
                 "documentFormattingProvider": true,
                 "codeActionProvider": { "codeActionKinds": ["quickfix", "source.fixAll"] },
                 "hoverProvider": true,
+                "definitionProvider": true,
+                "implementationProvider": true,
+                "referencesProvider": true,
+                "documentHighlightProvider": true,
+                "workspace": { "fileOperations": {
+                    "didCreate": folders_only,
+                    "didRename": folders_only,
+                    "didDelete": folders_only,
+                } },
             },
             "serverInfo": { "name": "rcgen", "version": env!("CARGO_PKG_VERSION") },
         })
@@ -266,8 +304,34 @@ impl Server {
                 }
                 Ok(())
             }
+            "workspace/didCreateFiles"
+            | "workspace/didRenameFiles"
+            | "workspace/didDeleteFiles" => {
+                for file in parameters["files"].as_array().into_iter().flatten() {
+                    let paths = ["uri", "oldUri", "newUri"].map(|name| &file[name]);
+                    let paths = paths.into_iter().filter_map(Value::as_str);
+                    for path in paths.filter_map(place::path) {
+                        self.moved(&path);
+                    }
+                }
+                Ok(())
+            }
             _ => Ok(()),
         }
+    }
+
+    /// A folder has come or gone: what was read in it, and what is there now, is checked.
+    fn moved(&mut self, folder: &Path) {
+        let gone = key(folder);
+        for path in self.findings.all() {
+            if path.starts_with(&gone) {
+                self.changed(&path);
+            }
+        }
+        if folder.is_dir() {
+            self.folders.push_back(folder.to_path_buf());
+        }
+        self.check_all();
     }
 
     fn open(&mut self, uri: &str, path: &Path, text: &str, version: &Value) {
@@ -282,8 +346,10 @@ impl Server {
         self.edit(uri, text, version);
         // Whether it is a file of InnerModel, its text says.
         if !check::is_wanted(&path) {
-            self.open.remove(uri);
-            self.take_from_disk(&path);
+            if navigation::component_of(&path).is_none() {
+                self.open.remove(uri);
+                self.take_from_disk(&path);
+            }
         } else if is_new {
             // Others may have missed it.
             self.check_all();
@@ -313,7 +379,7 @@ impl Server {
             self.check_all();
         }
         // From now on, the findings of the file have its own address.
-        if uri == place::uri(&document.path) {
+        if uri == self.address(&document.path) {
             return Ok(());
         }
         publish_at(uri, &Value::Null, &[])
@@ -342,24 +408,21 @@ impl Server {
             readers.retain(|reader| reader != path);
             readers.insert(0, path.to_path_buf());
         }
-        let first: BTreeSet<&PathBuf> = readers.iter().collect();
-        self.waiting.retain(|waiting| !first.contains(waiting));
-        for reader in readers.into_iter().rev() {
+        for reader in readers.iter().rev() {
             self.waiting.push_front(reader);
         }
     }
 
     /// All files are checked again, after those that wait.
     fn check_all(&mut self) {
-        let waiting: BTreeSet<PathBuf> = self.waiting.iter().cloned().collect();
-        let others = self.findings.all().into_iter();
-        self.waiting
-            .extend(others.filter(|path| !waiting.contains(path)));
+        for path in self.findings.all() {
+            self.waiting.push(&path);
+        }
     }
 
     /// Checks a file, or else looks into a folder.
     fn work(&mut self) -> io::Result<()> {
-        if let Some(path) = self.waiting.pop_front() {
+        if let Some(path) = self.waiting.pop() {
             return self.check(&path);
         }
         if let Some(folder) = self.folders.pop_front() {
@@ -388,21 +451,42 @@ impl Server {
             } else if entry.path().is_file() && check::is_wanted(&entry.path()) {
                 self.files += 1;
                 let path = key(&entry.path());
-                if !self.waiting.contains(&path) {
-                    self.waiting.push_back(path);
+                if self.address_in_roots(&path) != entry.path() {
+                    self.links.entry(path.clone()).or_insert(entry.path());
                 }
+                self.waiting.push(&path);
             }
         }
     }
 
-    fn check(&mut self, path: &Path) -> io::Result<()> {
+    /// Reads a file with all that it names. A file that is gone, or no text, has no findings and no
+    /// names.
+    fn look_at(&self, path: &Path) -> (Names, SourceMap, HashMap<SourceId, PathBuf>, Diagnostics) {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = FileLoader::new(&self.include);
         let include = &self.include;
-        // A file that is gone, or no text, has no findings of its own.
-        let _ = check::file(path, false, &mut sources, &loader, include, &mut found);
-        let mut changed = self.findings.checked(path, &sources, &found, self.encoding);
+        let model = check::file(path, false, &mut sources, &loader, include, &mut found);
+        let model = model.ok().flatten();
+        let keys = sources.ids().map(|id| (id, key(sources.path(id))));
+        let keys = keys.collect();
+        let names = Names::of(path, &sources, &keys, model.as_ref(), &loader);
+        (names, sources, keys, found)
+    }
+
+    fn check(&mut self, path: &Path) -> io::Result<()> {
+        let (names, sources, keys, found) = self.look_at(path);
+        let files = keys.iter();
+        let files = files.map(|(id, path)| (*id, (path.clone(), self.address(path))));
+        let files = files.collect();
+        let mut changed = self
+            .findings
+            .checked(path, &sources, &files, &found, self.encoding);
+        if keys.is_empty() {
+            self.names.remove(path);
+        } else {
+            self.names.insert(path.to_path_buf(), names);
+        }
         // It was forgotten when it changed.
         changed.insert(path.to_path_buf());
         for target in changed {
@@ -423,7 +507,29 @@ impl Server {
         if is_open {
             return Ok(());
         }
-        publish_at(&place::uri(path), &Value::Null, &diagnostics)
+        publish_at(&self.address(path), &Value::Null, &diagnostics)
+    }
+
+    /// The address of a file for the editor: that of its open text, or where it is in the folders that
+    /// the editor opened.
+    fn address(&self, path: &Path) -> String {
+        let mut open = self.open.iter();
+        if let Some((uri, _)) = open.find(|(_, document)| document.path == path) {
+            return uri.clone();
+        }
+        match self.links.get(path) {
+            Some(link) => place::uri(link),
+            None => place::uri(&self.address_in_roots(path)),
+        }
+    }
+
+    /// The path of a file below a folder as the editor named the folder.
+    fn address_in_roots(&self, path: &Path) -> PathBuf {
+        let below = self.roots.iter().find_map(|(real, given)| {
+            let rest = path.strip_prefix(real).ok()?;
+            Some(given.join(rest))
+        });
+        below.unwrap_or_else(|| path.to_path_buf())
     }
 
     /// Answers a request. What it is about is checked first.
@@ -444,16 +550,29 @@ impl Server {
         let Some(path) = self.open.get(uri).map(|open| open.path.clone()) else {
             return Ok(Ok(Value::Null));
         };
-        if self.waiting.contains(&path) {
-            self.waiting.retain(|waiting| *waiting != path);
+        self.elsewhere.clear();
+        if self.waiting.remove(&path) {
             self.check(&path)?;
         }
+        if OF_ALL_FILES.contains(&method) {
+            while !self.waiting.is_empty() || !self.folders.is_empty() {
+                self.work()?;
+            }
+        }
+        let position = &parameters["position"];
         Ok(Ok(match method {
             "textDocument/formatting" => self.format(uri),
             "textDocument/codeAction" => {
                 self.actions(uri, &path, &parameters["range"], &parameters["context"])
             }
-            _ => self.hover(&path, &parameters["position"]),
+            "textDocument/definition" => self.definition(&path, position),
+            "textDocument/implementation" => self.implementation(&path, position),
+            "textDocument/references" => {
+                let declared = parameters["context"]["includeDeclaration"] != false;
+                self.references(&path, position, declared)
+            }
+            "textDocument/documentHighlight" => self.highlights(&path, position),
+            _ => self.hover(&path, position),
         }))
     }
 

@@ -75,13 +75,14 @@ pub(super) fn read(
     paths.sort();
     let mut code = Code::default();
     for path in paths {
-        let bytes = std::fs::read(&path).map_err(|e| named(&path, &e))?;
-        let text = match String::from_utf8(bytes) {
+        let text = match rc_files::read(&path) {
             Ok(text) => text,
-            Err(error) => {
-                found.push(crate::load::not_utf8(&path, error.as_bytes(), sources));
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                let bytes = rc_files::read_bytes(&path).map_err(|e| named(&path, &e))?;
+                found.push(crate::load::not_utf8(&path, &bytes, sources));
                 continue;
             }
+            Err(error) => return Err(named(&path, &error)),
         };
         let source = sources.add(&path, text);
         let text = sources.text(source);

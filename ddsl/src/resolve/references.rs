@@ -48,7 +48,9 @@ impl Resolver<'_> {
                     .collect()
             });
         }
-        place
+        let place = place?;
+        self.deployment.references.push((name.span, place));
+        Some(place)
     }
 
     /// Resolves the component that publishes the time. It may be inside a group that does not
@@ -104,7 +106,9 @@ impl Resolver<'_> {
                 known.keys().cloned().collect()
             });
         }
-        found
+        let found = found?;
+        self.deployment.references.push((name.span, found));
+        Some(found)
     }
 
     /// Reports an unknown name with a suggestion, until [`MAX_COMPARISONS`] is reached.

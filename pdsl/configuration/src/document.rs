@@ -1,6 +1,8 @@
 //! Access to the values of a TOML document.
 
 use crate::model::Value;
+#[cfg(feature = "tools")]
+use rc_diagnostics::SourceMap;
 use rc_diagnostics::{SourceId, Span};
 use serde_json::Value as Json;
 use std::ops::Range;
@@ -73,6 +75,38 @@ pub(crate) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usiz
         at += line.len();
     }
     values
+}
+
+/// The keys of a configuration, each with its path from the root and its location. Elements of lists
+/// share the path of the list. None for a text that is no TOML.
+#[cfg(feature = "tools")]
+pub fn keys(sources: &SourceMap, source: SourceId) -> Vec<(Vec<String>, Span)> {
+    let mut out = Vec::new();
+    if let Ok(document) = toml_edit::Document::parse(sources.text(source)) {
+        keys_of(document.as_table(), &mut Vec::new(), source, &mut out);
+    }
+    out
+}
+
+#[cfg(feature = "tools")]
+fn keys_of(
+    table: &dyn TableLike,
+    path: &mut Vec<String>,
+    source: SourceId,
+    out: &mut Vec<(Vec<String>, Span)>,
+) {
+    for (name, item) in table.iter() {
+        path.push(name.to_owned());
+        let key = table.get_key_value(name).and_then(|(key, _)| key.span());
+        out.extend(key.map(|key| (path.clone(), Span::new(source, key.start, key.end))));
+        if let Some(table) = item.as_table_like() {
+            keys_of(table, path, source, out);
+        }
+        for (table, _) in tables(item).unwrap_or_default() {
+            keys_of(table, path, source, out);
+        }
+        path.pop();
+    }
 }
 
 /// An element of a list, with its range.

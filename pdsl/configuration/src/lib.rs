@@ -37,6 +37,8 @@ pub use check::violations_by_defaults;
 pub use check::{
     Binding, Configuration, check, check_readable, check_with, defaults, defaults_with,
 };
+#[cfg(feature = "tools")]
+pub use document::keys;
 pub use document::parse_argument;
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};

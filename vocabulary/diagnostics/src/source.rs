@@ -208,6 +208,12 @@ impl SourceMap {
         (start, text.len().max(start))
     }
 
+    /// The byte range of a line, from 0, without its end. `None` behind the last line.
+    pub fn line(&self, source: SourceId, line: usize) -> Option<(usize, usize)> {
+        let start = *self.sources[source.0 as usize].line_starts.get(line)?;
+        Some(self.lines(Span::new(source, start, start)))
+    }
+
     /// The line and column of byte `at`, in a time that does not depend on the length of the line.
     pub fn position(&self, source: SourceId, at: usize) -> Position {
         let source = &self.sources[source.0 as usize];

@@ -1,10 +1,10 @@
 //! The findings of all checks, by the file that they are about.
 
-use super::place::{Encoding, uri};
+use super::place::Encoding;
 use rc_diagnostics::foreign::clean_lines;
-use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 /// How many findings of a file are shown, how many places of each, and how long their texts are.
@@ -45,22 +45,20 @@ pub(super) struct Findings {
 }
 
 impl Findings {
-    /// Takes the findings of a check of `path`. Returns the files whose findings changed.
+    /// Takes the findings of a check of `path`; `files` has the file of each source, with its address. Returns the files whose findings changed.
     pub(super) fn checked(
         &mut self,
         path: &Path,
         sources: &SourceMap,
+        files: &HashMap<SourceId, (PathBuf, String)>,
         found: &Diagnostics,
         encoding: Encoding,
     ) -> BTreeSet<PathBuf> {
-        let paths: Vec<PathBuf> = sources
-            .ids()
-            .map(|id| super::key(sources.path(id)))
-            .collect();
-        let place = |id| paths.get(sources.ids().position(|one| one == id)?);
+        let place = |id| files.get(&id);
+        let paths = files.values().map(|(path, _)| path);
         let mut now = Checked {
             // The file itself, also where it could not be read.
-            reads: paths.iter().cloned().chain([path.to_path_buf()]).collect(),
+            reads: paths.cloned().chain([path.to_path_buf()]).collect(),
             found: Vec::new(),
         };
         let mut counts: BTreeMap<&PathBuf, usize> = BTreeMap::new();
@@ -68,6 +66,7 @@ impl Findings {
         for diagnostic in found.sorted() {
             // Interfaces that come with this program have no file.
             let target = place(diagnostic.span.source);
+            let target = target.map(|(path, _)| path);
             let Some(target) = target.filter(|path| rc_files::unsaved::exists(path)) else {
                 continue;
             };
@@ -88,7 +87,7 @@ impl Findings {
             }
             now.found.push((target.clone(), text));
         }
-        let before = if paths.is_empty() {
+        let before = if files.is_empty() {
             // It could not be read: nothing is known of it any more.
             self.checks.remove(path)
         } else {
@@ -176,7 +175,7 @@ impl Finding {
         sources: &SourceMap,
         diagnostic: &Diagnostic,
         encoding: Encoding,
-        place: &dyn Fn(rc_diagnostics::SourceId) -> Option<&'a PathBuf>,
+        place: &dyn Fn(SourceId) -> Option<&'a (PathBuf, String)>,
     ) -> Self {
         let text = |text: &str| clean_lines(text, LONGEST);
         let message = match &diagnostic.help {
@@ -193,9 +192,9 @@ impl Finding {
             .iter()
             .take(LABELS)
             .filter_map(|label| {
-                let target = place(label.span.source)?;
+                let (_, address) = place(label.span.source)?;
                 Some(json!({
-                    "location": { "uri": uri(target), "range": encoding.range(sources, label.span) },
+                    "location": { "uri": address, "range": encoding.range(sources, label.span) },
                     "message": text(&label.message),
                 }))
             })

@@ -56,12 +56,32 @@ impl Encoding {
         json!({ "start": position(span.start), "end": position(span.end) })
     }
 
-    /// The range of a whole text.
-    pub(super) fn whole(self, text: &str) -> Value {
+    /// The byte of a text at a position. Behind the end of a line, the end of the line.
+    pub(super) fn byte(self, text: &str, position: &Value) -> Option<usize> {
+        let line = usize::try_from(position["line"].as_u64()?).ok()?;
+        let character = usize::try_from(position["character"].as_u64()?).ok()?;
         let mut sources = SourceMap::new();
         let source = sources.add("", text);
-        let end = sources.text(source).len();
-        self.range(&sources, Span::new(source, 0, end))
+        let (start, end) = sources.line(source, line)?;
+        let mut counted = 0;
+        let before = text[start..end].char_indices().find(|(_, c)| {
+            let here = counted;
+            counted += self.count(c.encode_utf8(&mut [0; 4]));
+            here >= character || counted > character
+        });
+        Some(before.map_or(end, |(at, _)| start + at))
+    }
+
+    /// The range of a part of a text.
+    pub(super) fn part(self, text: &str, start: usize, end: usize) -> Value {
+        let mut sources = SourceMap::new();
+        let source = sources.add("", text);
+        self.range(&sources, Span::new(source, start, end))
+    }
+
+    /// The range of a whole text.
+    pub(super) fn whole(self, text: &str) -> Value {
+        self.part(text, 0, text.len())
     }
 }
 

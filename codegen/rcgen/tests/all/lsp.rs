@@ -1,5 +1,7 @@
 //! `rcgen lsp`: sessions of an editor, over the pipes of a real process.
 
+mod navigation;
+
 use rc_test_support::debian;
 use rc_test_support::python::skipped;
 use serde_json::{Value, json};
@@ -72,7 +74,7 @@ impl Editor {
             input: server.stdin.take(),
             server,
             messages,
-            folder: folder.canonicalize().expect("a folder"),
+            folder: folder.to_path_buf(),
             shown: BTreeMap::new(),
             next: 0,
         };
@@ -327,6 +329,45 @@ fn what_others_miss_is_found_when_it_appears() {
 }
 
 #[test]
+fn findings_of_a_workspace_behind_a_link_have_its_addresses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let real = folder.path().join("real");
+    let other = folder.path().join("other");
+    for folder in [&real, &other] {
+        std::fs::create_dir(folder).expect("a folder");
+    }
+    let wrong = GRIP.replace("float", "flaot");
+    std::fs::write(real.join("Grip.idsl"), &wrong).expect("a file");
+    std::fs::write(other.join("Linked.idsl"), &wrong).expect("a file");
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink(&real, &link).expect("a link");
+    let linked = real.join("Near.idsl");
+    std::os::unix::fs::symlink(other.join("Linked.idsl"), linked).expect("a link");
+    // A circle of links ends.
+    std::os::unix::fs::symlink(&real, real.join("again")).expect("a link");
+    let mut editor = Editor::open_folder(&link);
+    editor.wait_for("Grip.idsl", &[("unknown-type", 4)]);
+    editor.wait_for("Near.idsl", &[("unknown-type", 4)]);
+    editor.end();
+}
+
+#[test]
+fn findings_follow_a_folder_that_is_renamed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (old, new) = (folder.path().join("old"), folder.path().join("new"));
+    std::fs::create_dir(&old).expect("a folder");
+    std::fs::write(old.join("Grip.idsl"), GRIP.replace("float", "flaot")).expect("a file");
+    let mut editor = Editor::open_folder(folder.path());
+    editor.wait_for("old/Grip.idsl", &[("unknown-type", 4)]);
+    std::fs::rename(&old, &new).expect("renamed");
+    let renamed = json!({ "oldUri": editor.uri("old"), "newUri": editor.uri("new") });
+    editor.tell("workspace/didRenameFiles", &json!({ "files": [renamed] }));
+    editor.wait_for("old/Grip.idsl", &[]);
+    editor.wait_for("new/Grip.idsl", &[("unknown-type", 4)]);
+    editor.end();
+}
+
+#[test]
 fn an_edit_has_the_place_of_the_last_text() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut editor = Editor::open_folder(folder.path());
@@ -472,6 +513,8 @@ fn hostile_input_ends_the_server_without_a_panic() {
         "textDocument/codeAction",
         "textDocument/hover",
         "textDocument/formatting",
+        "textDocument/definition",
+        "textDocument/references",
     ] {
         editor.ask(method, &wrong);
     }
@@ -496,7 +539,7 @@ fn neovim(place: Option<&Path>) -> Command {
 
 /// The client of Neovim with the lines of the documentation.
 #[test]
-fn neovim_shows_mends_and_lays_out() {
+fn neovim_shows_mends_lays_out_and_navigates() {
     let runs = |place: Option<&Path>| {
         let mut command = neovim(place);
         let quit = [
@@ -511,7 +554,7 @@ fn neovim_shows_mends_and_lays_out() {
         let output = command.args(quit).output();
         output.is_ok_and(|output| output.status.success() && output.stderr.is_empty())
     };
-    let test = "neovim_shows_mends_and_lays_out";
+    let test = "neovim_shows_mends_lays_out_and_navigates";
     let place = match debian::provided("neovim --no-install-recommends", &runs) {
         Ok(place) => place,
         Err(reason) => return skipped(test, &reason),
@@ -520,6 +563,8 @@ fn neovim_shows_mends_and_lays_out() {
     let text = "module M { struct S { strign a /* é😀 */\n int b; }; };\n";
     let file = folder.path().join("m.idsl");
     std::fs::write(&file, text).expect("a file");
+    std::fs::write(folder.path().join("Grip.idsl"), GRIP).expect("a file");
+    std::fs::write(folder.path().join("hand.cdsl"), HAND).expect("a file");
     let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/editors");
     let programs = Path::new(env!("CARGO_BIN_EXE_rcgen"))
         .parent()

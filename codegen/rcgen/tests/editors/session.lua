@@ -1,4 +1,5 @@
--- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it.
+-- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it;
+-- then it goes from a component to its interface, and lists where that is named.
 local function fail(why)
   io.stderr:write(why .. "\n")
   vim.cmd("cquit")
@@ -37,6 +38,14 @@ local function run()
   local answer = client.request_sync("textDocument/formatting", parameters, 60000, 0)
   vim.lsp.util.apply_text_edits(answer.result, 0, client.offset_encoding)
   vim.cmd("write")
+
+  vim.cmd("edit hand.cdsl")
+  vim.fn.search("implements Grip")
+  vim.fn.search("Grip")
+  vim.lsp.buf.definition()
+  await("definition", function() return vim.fn.expand("%:t") == "Grip.idsl" end)
+  vim.lsp.buf.references()
+  await("references", function() return #vim.fn.getqflist() == 2 end)
 end
 
 local done, why = pcall(run)

@@ -1,0 +1,349 @@
+//! The names in a file, and what they mean: of the models that checks build, and of nothing else.
+
+mod networks;
+mod parameters;
+
+use crate::check::Model;
+use rc_cdsl::model::Slot;
+use rc_codegen::Project;
+use rc_diagnostics::{Name, SourceId, SourceMap, Span};
+use rc_idsl::model::{Library, Member, ModuleId, Reference, TypeDeclKind, TypeId};
+use rc_smdsl::StateMachine;
+use rc_syntax::Loader;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Kind {
+    /// A file as a whole.
+    File,
+    Module,
+    Constant,
+    Type,
+    /// A member of a struct or an exception, or an enumerator.
+    Member,
+    Interface,
+    Operation,
+    Component,
+    Slot,
+    Parameter,
+    /// A parameter of a component, which the files of parameters of its `.cdsl` declare.
+    OfComponent,
+    Machine,
+    State,
+    Network,
+    Host,
+    Process,
+    Group,
+    Instance,
+    /// A member of a slot array of an instance.
+    ArrayMember,
+}
+
+/// A thing that a file declares.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Symbol {
+    /// The file, by the key of unsaved texts.
+    pub(super) file: PathBuf,
+    pub(super) kind: Kind,
+    /// Name, unique among those of its kind in the file.
+    pub(super) name: String,
+}
+
+/// A place of a file that names something.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    /// The range of bytes.
+    pub(super) start: usize,
+    pub(super) end: usize,
+    /// What it may mean: the first one that exists.
+    pub(super) symbols: Vec<Symbol>,
+    pub(super) declares: bool,
+}
+
+/// The names of one file.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    /// The text in which they have their places.
+    pub(super) text: String,
+    /// The places, in the order of the text.
+    pub(super) places: Vec<Place>,
+    /// Each declared symbol with the index of its place.
+    declared: HashMap<(Kind, String), usize>,
+    /// The files of a component's parameters.
+    pub(super) parameters: Vec<PathBuf>,
+}
+
+impl Names {
+    /// The names of `path`, whose check read `sources` with `loader` and gave `model`. `files` has the
+    /// key of each source.
+    pub(super) fn of(
+        path: &Path,
+        sources: &SourceMap,
+        files: &HashMap<SourceId, PathBuf>,
+        model: Option<&Model>,
+        loader: &dyn Loader,
+    ) -> Self {
+        let own = sources
+            .ids()
+            .find(|id| files.get(id).is_some_and(|f| f == path));
+        let Some(own) = own else {
+            return Self::default();
+        };
+        let mut collector = Collector {
+            path,
+            files,
+            names: Self {
+                text: sources.text(own).to_owned(),
+                ..Self::default()
+            },
+            seen: HashSet::new(),
+        };
+        match model {
+            Some(Model::Component(project)) => collector.component(project, sources),
+            Some(Model::Interfaces(library)) => collector.library(library),
+            Some(Model::Parameters(source)) => collector.parameters(sources, *source, loader),
+            Some(Model::Machine(machine)) => collector.machine(machine),
+            Some(Model::Network(network)) => collector.network(network),
+            Some(Model::Configuration(source, cdsl)) => {
+                collector.configuration(sources, *source, &super::key(cdsl));
+            }
+            None => {}
+        }
+        let mut names = collector.names;
+        names.places.sort_by_key(|place| (place.start, place.end));
+        for (at, place) in names.places.iter().enumerate() {
+            for symbol in place.symbols.iter().filter(|_| place.declares) {
+                let known = (symbol.kind, symbol.name.clone());
+                names.declared.entry(known).or_insert(at);
+            }
+        }
+        names
+    }
+
+    /// The place that declares a symbol.
+    pub(super) fn declaration(&self, kind: Kind, name: &str) -> Option<&Place> {
+        let at = self.declared.get(&(kind, name.to_owned()))?;
+        self.places.get(*at)
+    }
+
+    /// The places at a byte, the shortest first.
+    pub(super) fn at(&self, byte: usize) -> Vec<&Place> {
+        let before = self.places.partition_point(|place| place.start <= byte);
+        let places = self.places[..before].iter().rev();
+        let mut places: Vec<&Place> = places.filter(|place| byte <= place.end).collect();
+        places.sort_by_key(|place| place.end - place.start);
+        places
+    }
+}
+
+/// Collects the names of one file.
+struct Collector<'a> {
+    path: &'a Path,
+    files: &'a HashMap<SourceId, PathBuf>,
+    names: Names,
+    /// The places that declare something: a model may have a declaration twice.
+    seen: HashSet<Span>,
+}
+
+impl Collector<'_> {
+    /// The file of a text.
+    fn file(&self, source: SourceId) -> PathBuf {
+        self.files.get(&source).cloned().unwrap_or_default()
+    }
+
+    fn symbol(&self, kind: Kind, source: SourceId, name: impl Into<String>) -> Symbol {
+        Symbol {
+            file: self.file(source),
+            kind,
+            name: name.into(),
+        }
+    }
+
+    /// The symbol that is the file `path` as a whole.
+    fn whole(path: PathBuf) -> Symbol {
+        Symbol {
+            file: path,
+            kind: Kind::File,
+            name: String::new(),
+        }
+    }
+
+    fn add(&mut self, span: Span, symbols: Vec<Symbol>, declares: bool) {
+        let is_own = self.files.get(&span.source).is_some_and(|f| f == self.path);
+        // A name that the model made up has no place.
+        if !is_own || span.start == span.end || symbols.is_empty() {
+            return;
+        }
+        self.names.places.push(Place {
+            start: span.start,
+            end: span.end,
+            symbols,
+            declares,
+        });
+    }
+
+    fn refers(&mut self, span: Span, symbol: Symbol) {
+        self.add(span, vec![symbol], false);
+    }
+
+    /// A declaration, with its name among those of its kind.
+    fn declares(&mut self, kind: Kind, name: &Name, path: impl Into<String>) {
+        if self.seen.insert(name.span) {
+            let symbol = self.symbol(kind, name.span.source, path);
+            self.add(name.span, vec![symbol], true);
+        }
+    }
+
+    /// A file that is named relative to the one with the name.
+    fn beside(&mut self, folder: &Path, file: &Name) {
+        let path = super::key(&folder.join(&file.text));
+        self.refers(file.span, Self::whole(path));
+    }
+
+    fn ty(&self, library: &Library, id: TypeId) -> Symbol {
+        let declared = library.ty(id);
+        let source = library.module(declared.module).source;
+        self.symbol(Kind::Type, source, declared.name.text.as_str())
+    }
+
+    fn module(&self, library: &Library, id: ModuleId) -> Symbol {
+        let module = library.module(id);
+        self.symbol(Kind::Module, module.source, module.name.text.as_str())
+    }
+
+    fn library(&mut self, library: &Library) {
+        for (span, reference) in &library.references {
+            let symbol = match reference {
+                Reference::Module(id) => self.module(library, *id),
+                Reference::Type(id) => self.ty(library, *id),
+            };
+            self.refers(*span, symbol);
+        }
+        for module in &library.modules {
+            if self.file(module.source) != self.path {
+                continue;
+            }
+            let symbols = vec![
+                self.symbol(Kind::Module, module.source, module.name.text.as_str()),
+                Self::whole(self.path.to_path_buf()),
+            ];
+            self.add(module.name.span, symbols, true);
+            for constant in &module.consts {
+                let name = &constant.name;
+                self.declares(Kind::Constant, name, name.text.as_str());
+            }
+            for id in &module.types {
+                self.type_declaration(library, *id);
+            }
+            for id in &module.interfaces {
+                let interface = library.interface(*id);
+                let name = &interface.name;
+                self.declares(Kind::Interface, name, name.text.as_str());
+                for operation in &interface.operations {
+                    let path = format!("{}.{}", name.text, operation.name.text);
+                    self.declares(Kind::Operation, &operation.name, path);
+                }
+            }
+        }
+    }
+
+    fn type_declaration(&mut self, library: &Library, id: TypeId) {
+        let declared = library.ty(id);
+        let owner = &declared.name;
+        self.declares(Kind::Type, owner, owner.text.as_str());
+        let member = |of: &mut Self, name: &Name| {
+            of.declares(Kind::Member, name, format!("{}.{}", owner.text, name.text));
+        };
+        match &declared.kind {
+            TypeDeclKind::Enum(all) => all.iter().for_each(|one| member(self, &one.name)),
+            TypeDeclKind::Struct(all) | TypeDeclKind::Exception(all) => {
+                for one in all {
+                    // An exception has the members of its base, which are declared there.
+                    member(self, &one.name);
+                    self.enumerator(library, one);
+                }
+            }
+            TypeDeclKind::Alias(_) => {}
+        }
+    }
+
+    /// The default of a member may name an enumerator.
+    fn enumerator(&mut self, library: &Library, member: &Member) {
+        let rc_idsl::model::Type::Named(id) = library.resolved(&member.ty) else {
+            return;
+        };
+        let (TypeDeclKind::Enum(all), Some(value)) = (&library.ty(*id).kind, &member.default)
+        else {
+            return;
+        };
+        let rc_syntax::LiteralKind::Name(written) = &value.kind else {
+            return;
+        };
+        if let Some(one) = all.iter().find(|one| one.name.text == *written) {
+            let owner = &library.ty(*id).name.text;
+            let name = format!("{owner}.{}", one.name.text);
+            let symbol = self.symbol(Kind::Member, one.name.span.source, name);
+            self.refers(value.span, symbol);
+        }
+    }
+
+    fn component(&mut self, project: &Project, sources: &SourceMap) {
+        let component = &project.component;
+        let folder = project.folder().to_path_buf();
+        let name = &component.name;
+        let symbols = vec![
+            self.symbol(Kind::Component, name.span.source, name.text.as_str()),
+            Self::whole(self.path.to_path_buf()),
+        ];
+        self.add(name.span, symbols, true);
+        self.library(&component.library);
+        if let Some(file) = &component.parameters {
+            self.beside(&folder, file);
+        }
+        let machine = component.state_machine.as_ref();
+        if let Some(machine) = machine {
+            self.beside(&folder, &machine.file);
+        }
+        let machine = machine.map(|machine| super::key(&folder.join(&machine.file.text)));
+        for slot in &component.slots {
+            self.slot(&component.library, slot);
+            for state in &slot.available {
+                if let Some(machine) = &machine {
+                    let symbol = Symbol {
+                        file: machine.clone(),
+                        kind: Kind::State,
+                        name: state.text.clone(),
+                    };
+                    self.refers(state.span, symbol);
+                }
+            }
+        }
+        let all = sources.ids().filter_map(|id| self.files.get(&id));
+        let all = all.filter(|path| path.extension().is_some_and(|e| e == "pdsl"));
+        self.names.parameters = all.cloned().collect();
+    }
+
+    fn slot(&mut self, library: &Library, slot: &Slot) {
+        let interface = library.interface(slot.interface);
+        let source = library.module(interface.module).source;
+        let symbol = self.symbol(Kind::Interface, source, interface.name.text.as_str());
+        self.refers(slot.interface_span, symbol);
+        let span = slot.name_span.unwrap_or(slot.interface_span);
+        self.declares(Kind::Slot, &Name::new("", span), slot.name.as_str());
+    }
+
+    fn machine(&mut self, machine: &StateMachine) {
+        let name = &machine.name;
+        self.declares(Kind::Machine, name, name.text.as_str());
+        for state in &machine.states {
+            self.declares(Kind::State, &state.name, state.name.text.as_str());
+        }
+        for (span, id) in &machine.references {
+            let state = &machine.state(*id).name;
+            let symbol = self.symbol(Kind::State, state.span.source, state.text.as_str());
+            self.refers(*span, symbol);
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Where things are declared, and where they are named: across languages, and in the worker's Rust.
+
+use super::names::{Kind, Names, Place, Symbol};
+use super::{Server, key};
+use rc_codegen::stubs::{self, Purpose};
+use rc_codegen::{FileLoader, Project};
+use rc_diagnostics::SourceMap;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// How many places are told of one thing.
+const MOST: usize = 5_000;
+
+/// A piece of a component's worker.
+struct Handler {
+    symbol: Symbol,
+    file: PathBuf,
+    text: String,
+    start: usize,
+    end: usize,
+}
+
+impl Server {
+    /// Makes the names of a file known, also of one that no folder of the editor has.
+    pub(super) fn know(&mut self, path: &Path) {
+        if !self.names.contains_key(path) && !self.elsewhere.contains_key(path) {
+            let (names, ..) = self.look_at(path);
+            self.elsewhere.insert(path.to_path_buf(), names);
+        }
+    }
+
+    /// The names of a file that are known.
+    pub(super) fn known(&self, path: &Path) -> Option<&Names> {
+        self.names.get(path).or_else(|| self.elsewhere.get(path))
+    }
+
+    /// What a place means: the first of its symbols that exists.
+    pub(super) fn resolved(&mut self, symbols: &[Symbol]) -> Option<Symbol> {
+        for symbol in symbols {
+            if symbol.kind == Kind::File {
+                if rc_files::unsaved::exists(&symbol.file) {
+                    return Some(symbol.clone());
+                }
+                continue;
+            }
+            self.know(&symbol.file);
+            let files = match (symbol.kind, self.known(&symbol.file)) {
+                (Kind::OfComponent, Some(names)) => names.parameters.clone(),
+                (Kind::OfComponent, None) => Vec::new(),
+                _ => vec![symbol.file.clone()],
+            };
+            let kind = match symbol.kind {
+                Kind::OfComponent => Kind::Parameter,
+                kind => kind,
+            };
+            for file in files {
+                self.know(&file);
+                let declared = self.known(&file);
+                if declared.is_some_and(|names| names.declaration(kind, &symbol.name).is_some()) {
+                    let name = symbol.name.clone();
+                    return Some(Symbol { file, kind, name });
+                }
+            }
+        }
+        None
+    }
+
+    /// The places at a position of an open file.
+    pub(super) fn places(&self, path: &Path, position: &Value) -> Vec<Place> {
+        let Some(names) = self.names.get(path) else {
+            return Vec::new();
+        };
+        let byte = self.encoding.byte(&names.text, position);
+        let places = byte.map_or_else(Vec::new, |byte| names.at(byte));
+        places.into_iter().cloned().collect()
+    }
+
+    /// Where a symbol is declared.
+    fn declaration(&mut self, symbol: &Symbol) -> Option<Value> {
+        if symbol.kind == Kind::File {
+            return Some(self.location(&symbol.file, "", 0, 0));
+        }
+        // The text of its file may have changed.
+        if self.waiting.remove(&symbol.file) {
+            let _ = self.check(&symbol.file);
+        }
+        self.know(&symbol.file);
+        if !rc_files::unsaved::exists(&symbol.file) {
+            return None;
+        }
+        let names = self.known(&symbol.file)?;
+        let place = names.declaration(symbol.kind, &symbol.name)?;
+        Some(self.location(&symbol.file, &names.text, place.start, place.end))
+    }
+
+    fn location(&self, path: &Path, text: &str, start: usize, end: usize) -> Value {
+        json!({ "uri": self.address(path), "range": self.encoding.part(text, start, end) })
+    }
+
+    /// Where the thing at a position is declared; of a declaration, the code that implements it.
+    pub(super) fn definition(&mut self, path: &Path, position: &Value) -> Value {
+        let mut locations = Vec::new();
+        let places = self.places(path, position);
+        for used in places.iter().filter(|place| !place.declares) {
+            let symbol = self.resolved(&used.symbols);
+            locations.extend(symbol.and_then(|symbol| self.declaration(&symbol)));
+        }
+        for handler in self.handlers_at(path, position) {
+            locations.extend(self.declaration(&handler));
+        }
+        if locations.is_empty() {
+            locations = self.implementations(&places);
+        }
+        if locations.is_empty() {
+            let declared = places.iter().find(|place| place.declares);
+            let symbol = declared.and_then(|place| place.symbols.first());
+            locations.extend(symbol.and_then(|symbol| self.declaration(symbol)));
+        }
+        json!(once(locations))
+    }
+
+    /// The code that implements the thing at a position.
+    pub(super) fn implementation(&mut self, path: &Path, position: &Value) -> Value {
+        let places = self.places(path, position);
+        json!(self.implementations(&places))
+    }
+
+    fn implementations(&mut self, places: &[Place]) -> Vec<Value> {
+        let symbols: BTreeSet<Symbol> = places
+            .iter()
+            .filter_map(|place| self.resolved(&place.symbols))
+            .collect();
+        let handlers = self.handlers_of(&symbols);
+        let locations = handlers.iter().map(|handler| self.handler(handler));
+        once(locations.collect())
+    }
+
+    fn handler(&self, handler: &Handler) -> Value {
+        self.location(&handler.file, &handler.text, handler.start, handler.end)
+    }
+
+    /// The symbols at a position.
+    fn symbols(&mut self, path: &Path, position: &Value) -> BTreeSet<Symbol> {
+        let mut symbols = BTreeSet::new();
+        for place in self.places(path, position) {
+            if place.declares {
+                symbols.extend(place.symbols);
+            } else {
+                symbols.extend(self.resolved(&place.symbols));
+            }
+        }
+        symbols.extend(self.handlers_at(path, position));
+        symbols
+    }
+
+    /// Where the thing at a position is named in all files.
+    pub(super) fn references(&mut self, path: &Path, position: &Value, declared: bool) -> Value {
+        let symbols = self.symbols(path, position);
+        let mut locations = Vec::new();
+        for (path, places) in self.named(&symbols) {
+            let Some(names) = self.names.get(&path) else {
+                continue;
+            };
+            let places = places.iter().filter(|place| declared || !place.declares);
+            let places =
+                places.map(|place| self.location(&path, &names.text, place.start, place.end));
+            locations.extend(places.take(MOST));
+        }
+        let handlers = self.handlers_of(&symbols);
+        locations.extend(handlers.iter().map(|handler| self.handler(handler)));
+        locations.truncate(MOST);
+        json!(once(locations))
+    }
+
+    /// The other places of an open file that name the thing at a position.
+    pub(super) fn highlights(&mut self, path: &Path, position: &Value) -> Value {
+        let symbols = self.symbols(path, position);
+        let places = self.named_in(path, &symbols);
+        let Some(names) = self.names.get(path) else {
+            return Value::Null;
+        };
+        let ranges = places
+            .iter()
+            .map(|place| self.encoding.part(&names.text, place.start, place.end));
+        let ranges = once(ranges.collect()).into_iter();
+        json!(
+            ranges
+                .map(|range| json!({ "range": range }))
+                .collect::<Vec<_>>()
+        )
+    }
+
+    /// All places of all files that name one of `symbols`, by file.
+    pub(super) fn named(&mut self, symbols: &BTreeSet<Symbol>) -> Vec<(PathBuf, Vec<Place>)> {
+        let paths: Vec<PathBuf> = self.names.keys().cloned().collect();
+        let places = paths.into_iter().map(|path| {
+            let places = self.named_in(&path, symbols);
+            (path, places)
+        });
+        places.filter(|(_, places)| !places.is_empty()).collect()
+    }
+
+    fn named_in(&mut self, path: &Path, symbols: &BTreeSet<Symbol>) -> Vec<Place> {
+        let near = |symbol: &Symbol| match symbol.kind {
+            Kind::OfComponent => symbols.iter().any(|one| one.name == symbol.name),
+            _ => symbols.contains(symbol),
+        };
+        let names = self.names.get(path);
+        let places = names.into_iter().flat_map(|names| &names.places);
+        let places = places.filter(|place| place.symbols.iter().any(near));
+        let places: Vec<Place> = places.cloned().collect();
+        let mut kept = Vec::new();
+        for place in places {
+            let same = if place.declares {
+                place.symbols.iter().any(|symbol| symbols.contains(symbol))
+            } else {
+                let meant = self.resolved(&place.symbols);
+                meant.is_some_and(|symbol| symbols.contains(&symbol))
+            };
+            if same {
+                kept.push(place);
+            }
+        }
+        kept
+    }
+
+    /// The pieces of workers that implement one of `symbols`: of the components that name it.
+    fn handlers_of(&mut self, symbols: &BTreeSet<Symbol>) -> Vec<Handler> {
+        let mut components = BTreeSet::new();
+        for symbol in symbols {
+            let named = match symbol.kind {
+                Kind::Slot => {
+                    components.insert(symbol.file.clone());
+                    continue;
+                }
+                Kind::Operation => Symbol {
+                    kind: Kind::Interface,
+                    name: symbol.name.split('.').next().unwrap_or_default().to_owned(),
+                    file: symbol.file.clone(),
+                },
+                Kind::State => Symbol {
+                    kind: Kind::File,
+                    name: String::new(),
+                    file: symbol.file.clone(),
+                },
+                _ => continue,
+            };
+            let users = self.named(&BTreeSet::from([named])).into_iter();
+            let users = users.map(|(path, _)| path);
+            components.extend(users.filter(|path| path.extension().is_some_and(|e| e == "cdsl")));
+        }
+        let all = components.iter().flat_map(|cdsl| self.handlers(cdsl));
+        all.filter(|handler| symbols.contains(&handler.symbol))
+            .collect()
+    }
+
+    /// What the piece of a worker at a position is for.
+    fn handlers_at(&mut self, path: &Path, position: &Value) -> Vec<Symbol> {
+        let Some(cdsl) = component_of(path) else {
+            return Vec::new();
+        };
+        let all = self.handlers(&cdsl).into_iter();
+        let here = all.filter(|handler| {
+            let byte = self.encoding.byte(&handler.text, position);
+            let inside = |byte| handler.start <= byte && byte <= handler.end;
+            handler.file == path && byte.is_some_and(inside)
+        });
+        here.map(|handler| handler.symbol).collect()
+    }
+
+    /// The pieces of the worker of a component without errors.
+    fn handlers(&self, cdsl: &Path) -> Vec<Handler> {
+        let mut sources = SourceMap::new();
+        let loader = FileLoader::new(&self.include);
+        let Ok((Some(project), found)) = Project::load(cdsl, &mut sources, &loader) else {
+            return Vec::new();
+        };
+        if found.has_errors() {
+            return Vec::new();
+        }
+        let pieces = stubs::handlers(&project, &mut sources).unwrap_or_default();
+        let library = &project.component.library;
+        let pieces = pieces.into_iter().filter_map(|(purpose, span)| {
+            let symbol = match purpose {
+                Purpose::Slot(slot) => Symbol {
+                    file: key(cdsl),
+                    kind: Kind::Slot,
+                    name: project.component.slots.get(slot)?.name.clone(),
+                },
+                Purpose::Operation(slot, operation) => {
+                    let slot = project.component.slots.get(slot)?;
+                    let interface = library.interface(slot.interface);
+                    let operation = interface.operations.get(operation)?;
+                    Symbol {
+                        file: key(sources.path(library.module(interface.module).source)),
+                        kind: Kind::Operation,
+                        name: format!("{}.{}", interface.name.text, operation.name.text),
+                    }
+                }
+                Purpose::State(name) => {
+                    let machine = project.component.state_machine.as_ref()?;
+                    Symbol {
+                        file: key(&project.folder().join(&machine.file.text)),
+                        kind: Kind::State,
+                        name,
+                    }
+                }
+            };
+            Some(Handler {
+                symbol,
+                file: key(sources.path(span.source)),
+                text: sources.text(span.source).to_owned(),
+                start: span.start,
+                end: span.end,
+            })
+        });
+        pieces.collect()
+    }
+}
+
+/// The component whose worker a file of Rust belongs to: the `.cdsl` beside its folder `src`.
+pub(super) fn component_of(path: &Path) -> Option<PathBuf> {
+    if path.extension()? != "rs" {
+        return None;
+    }
+    let mut folders = path.ancestors().skip(1);
+    let src = folders.find(|folder| folder.file_name().is_some_and(|name| name == "src"))?;
+    let entries = std::fs::read_dir(src.parent()?).ok()?.flatten();
+    let files = entries.map(|entry| entry.path());
+    files
+        .filter(|path| path.extension().is_some_and(|e| e == "cdsl"))
+        .min()
+        .map(|path| key(&path))
+}
+
+/// Each value once, in their order.
+fn once(values: Vec<Value>) -> Vec<Value> {
+    let mut seen = BTreeSet::new();
+    let values = values.into_iter();
+    values
+        .filter(|value| seen.insert(value.to_string()))
+        .collect()
+}
