@@ -1,8 +1,6 @@
 //! From URDF to a document.
 
 mod bodies;
-mod mimic;
-mod xacro;
 
 use super::METRE;
 use super::write::NO_SPEED;
@@ -14,9 +12,9 @@ use innermodel_language::model::{
     Axis, Document, Encoder, Joint, Kind, Node, Prismatic, ROOT, Transform,
 };
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span, nearest};
-use rc_xml::XmlSource;
+use rc_urdf::{Edge, JointType, Structure, child};
 use roxmltree::Node as Xml;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 /// How deep links may be nested.
 const MAX_DEPTH: usize = 512;
@@ -30,59 +28,29 @@ const KNOWN: [&str; 4] = ["link", "joint", "material", "origin"];
 /// A link is a node with its name, a joint that moves one with the name of the joint. If both names
 /// are equal and the axis is x, y or z, the joint is the link.
 pub fn read(sources: &SourceMap, source: SourceId) -> (Document, Diagnostics) {
-    let mut found = Diagnostics::new();
-    let text = XmlSource {
-        source,
-        text: sources.text(source),
-        root: "robot",
-        not_supported: "xml-not-supported",
+    let mut urdf = rc_urdf::Reader::new(sources, source);
+    let Some(text) = urdf.parse() else {
+        return (Document::default(), urdf.found);
     };
-    let document = match text.parse() {
-        Ok(document) => document,
-        Err(problem) => {
-            found.push(problem);
-            return (Document::default(), found);
-        }
+    let Some(top) = urdf.robot(&text) else {
+        return (Document::default(), urdf.found);
     };
-    let top = document.root_element();
-    if top.tag_name().name() != "robot" {
-        let message = format!(
-            "expected `<robot>`, found `<{}>`",
-            text.slice(text.tag(top))
-        );
-        found.push(Diagnostic::error("not-a-urdf", text.tag(top), message));
-        return (Document::default(), found);
-    }
-    if let Some(macros) = xacro::unexpanded(&text, top) {
-        found.push(macros);
-        return (Document::default(), found);
-    }
     let mut reader = Reader {
-        text,
-        found,
+        urdf,
         document: Document::default(),
         ids: HashSet::new(),
         colours: BTreeMap::new(),
     };
     reader.robot(top);
-    (reader.document, reader.found)
+    (reader.document, reader.urdf.found)
 }
 
 struct Reader<'a> {
-    text: XmlSource<'a>,
-    found: Diagnostics,
+    urdf: rc_urdf::Reader<'a>,
     document: Document,
     ids: HashSet<String>,
     /// Materials with a name, and their colours as `#rrggbb`.
     colours: BTreeMap<String, String>,
-}
-
-/// A joint with its name and those of its links.
-struct Edge<'d> {
-    xml: Xml<'d, 'd>,
-    name: Name,
-    parent: Name,
-    child: Name,
 }
 
 fn pose(place: &Placement) -> Pose {
@@ -93,102 +61,45 @@ fn pose(place: &Placement) -> Pose {
 }
 
 impl Reader<'_> {
-    fn error(&mut self, code: &'static str, span: Span, message: String) {
-        self.found.push(Diagnostic::error(code, span, message));
-    }
-
-    /// An error of a name at `span` that is already used at `first`.
-    fn duplicate(&mut self, span: Span, message: String, first: Span) {
-        let error = Diagnostic::error("duplicate-id", span, message);
-        self.found.push(error.label(first, "first used here"));
-    }
-
     fn misses(&mut self, span: Span, message: String) {
-        self.found
+        self.urdf
+            .found
             .push(Diagnostic::warning("lost-on-import", span, message));
     }
 
     fn robot<'d>(&mut self, top: Xml<'d, 'd>) {
-        let mut links: BTreeMap<String, Xml<'d, 'd>> = BTreeMap::new();
-        let mut edges: Vec<Edge<'d>> = Vec::new();
-        for xml in top.children().filter(Xml::is_element) {
-            let (tag, span) = (xml.tag_name().name(), self.text.tag(xml));
-            match tag {
-                "link" => {
-                    let Some(name) = self.attribute(xml, "name") else {
-                        continue;
-                    };
-                    if name.text.is_empty() {
-                        self.error("bad-value", name.span, "a link has no name".to_owned());
-                        continue;
-                    }
-                    let first = links.get(&name.text);
-                    if let Some(first) = first.and_then(|xml| self.text.attribute(*xml, "name")) {
-                        let message = format!("duplicate link `{}`", name.text);
-                        self.duplicate(name.span, message, first.span);
-                        continue;
-                    }
-                    links.insert(name.text, xml);
+        let Structure {
+            links,
+            joints: edges,
+            others,
+        } = self.urdf.structure(top);
+        for xml in others {
+            let (tag, span) = (xml.tag_name().name(), self.urdf.text.tag(xml));
+            if tag == "material" {
+                let name = self.urdf.text.attribute(xml, "name");
+                if let (Some(name), Some(colour)) = (name, self.colour(xml)) {
+                    self.colours.insert(name.text, colour);
                 }
-                "joint" => edges.extend(self.edge(xml)),
-                "material" => {
-                    let name = self.text.attribute(xml, "name");
-                    if let (Some(name), Some(colour)) = (name, self.colour(xml)) {
-                        self.colours.insert(name.text, colour);
-                    }
-                }
-                _ => {
-                    let message = format!("InnerModel has no words for `<{tag}>`");
-                    let finding = Diagnostic::warning("lost-on-import", span, message);
-                    self.found
-                        .push(finding.did_you_mean(tag, nearest(tag, KNOWN)));
-                }
+                continue;
             }
+            let message = format!("InnerModel has no words for `<{tag}>`");
+            let finding = Diagnostic::warning("lost-on-import", span, message);
+            let finding = finding.did_you_mean(tag, nearest(tag, KNOWN));
+            self.urdf.found.push(finding);
         }
         let mut below: BTreeMap<&str, Vec<&Edge<'d>>> = BTreeMap::new();
-        let mut children: HashMap<&str, Span> = HashMap::new();
-        let mut names: HashMap<&str, Span> = HashMap::new();
+        let mut children: HashSet<&str> = HashSet::new();
         for edge in &edges {
-            let name = &edge.name;
-            let first = *names.entry(&name.text).or_insert(name.span);
-            if first != name.span {
-                let message = format!("duplicate joint `{}`", name.text);
-                self.duplicate(name.span, message, first);
-            }
-            for link in [&edge.parent, &edge.child] {
-                if !links.contains_key(&link.text) {
-                    let message = format!("there is no link `{}`", link.text);
-                    let error = Diagnostic::error("unknown-link", link.span, message);
-                    let names = links.keys().map(String::as_str);
-                    self.found.push(error.suggest(&link.text, names));
-                }
-            }
-            let child = &edge.child;
-            let first = *children.entry(&child.text).or_insert(child.span);
-            if first != child.span {
-                let message = format!("the link `{}` has two joints above it", child.text);
-                self.duplicate(child.span, message, first);
-            }
+            children.insert(&edge.child.text);
             below.entry(&edge.parent.text).or_default().push(edge);
         }
-        let followers = edges.iter().filter_map(|edge| {
-            let leader = self.text.attribute(child_of(edge.xml, "mimic")?, "joint")?;
-            Some((edge.name.text.clone(), leader))
-        });
-        for (span, message) in mimic::circles(&followers.collect()) {
-            self.error("mimic-circle", span, message);
-        }
-        if self.found.has_errors() {
+        if self.urdf.found.has_errors() {
             return;
-        }
-        if links.is_empty() {
-            let message = "`<robot>` has no `<link>`".to_owned();
-            return self.error("not-a-urdf", self.text.tag(top), message);
         }
         self.ids.extend(links.keys().cloned());
         let tops = links
             .iter()
-            .filter(|(name, _)| !children.contains_key(name.as_str()));
+            .filter(|(name, _)| !children.contains(name.as_str()));
         let tops: Vec<(&String, &Xml<'d, 'd>)> = tops.collect();
         let mut left = links.len();
         // The links still to read: their node, and how deep they are.
@@ -204,7 +115,9 @@ impl Reader<'_> {
             self.link(*xml, name, node);
             if depth == MAX_DEPTH {
                 let message = format!("links are nested more than {MAX_DEPTH} deep");
-                return self.error("nested-too-deep", self.text.tag(*xml), message);
+                return self
+                    .urdf
+                    .error("nested-too-deep", self.urdf.text.tag(*xml), message);
             }
             for edge in below.get(name).into_iter().flatten() {
                 let inner = self.joint(edge, node);
@@ -212,8 +125,8 @@ impl Reader<'_> {
             }
         }
         if left > 0 {
-            let span = self.text.tag(top);
-            self.error(
+            let span = self.urdf.text.tag(top);
+            self.urdf.error(
                 "unknown-link",
                 span,
                 "the joints of some links form a circle".to_owned(),
@@ -238,49 +151,6 @@ impl Reader<'_> {
         id
     }
 
-    /// An attribute that has to be there.
-    fn attribute(&mut self, xml: Xml<'_, '_>, name: &str) -> Option<Name> {
-        let found = self.text.attribute(xml, name);
-        if found.is_none() {
-            let tag = self.text.tag(xml);
-            let message = format!("`<{}>` has no attribute `{name}`", self.text.slice(tag));
-            self.error("missing-attribute", tag, message);
-        }
-        found
-    }
-
-    /// The numbers of an attribute; the default where it is missing or wrong.
-    fn numbers<const N: usize>(
-        &mut self,
-        xml: Xml<'_, '_>,
-        name: &str,
-        default: [f64; N],
-    ) -> [f64; N] {
-        let Some(value) = self.text.attribute(xml, name) else {
-            return default;
-        };
-        let words = value.text.split_whitespace();
-        let numbers: Option<Vec<f64>> = words
-            .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()))
-            .collect();
-        numbers
-            .and_then(|all| all.try_into().ok())
-            .unwrap_or_else(|| {
-                let count = if N == 1 {
-                    "a number".to_owned()
-                } else {
-                    format!("{N} numbers")
-                };
-                let message = format!("expected {count} for `{name}`, found `{}`", value.text);
-                self.error("bad-number", value.span, message);
-                default
-            })
-    }
-
-    fn number(&mut self, xml: Xml<'_, '_>, name: &str, default: f64) -> f64 {
-        self.numbers(xml, name, [default])[0]
-    }
-
     /// The lengths of an attribute in millimetres; the default, in metres, where it is missing or
     /// wrong.
     fn lengths<const N: usize>(
@@ -289,60 +159,37 @@ impl Reader<'_> {
         name: &str,
         default: [f64; N],
     ) -> [f64; N] {
-        let lengths = self.numbers(xml, name, default).map(|n| n * METRE);
+        let lengths = self.urdf.numbers(xml, name, default).map(|n| n * METRE);
         if lengths.iter().all(|length| length.is_finite()) {
             return lengths;
         }
-        if let Some(value) = self.text.attribute(xml, name) {
+        if let Some(value) = self.urdf.text.attribute(xml, name) {
             let message = format!("`{name}` is too great, found `{}`", value.text);
-            self.error("bad-value", value.span, message);
+            self.urdf.error("bad-value", value.span, message);
         }
         default.map(|n| n * METRE)
     }
 
     /// The place of the child `origin`, in the frame and unit of InnerModel.
     fn origin(&mut self, xml: Xml<'_, '_>) -> Placement {
-        let Some(origin) = child_of(xml, "origin") else {
+        let Some(origin) = child(xml, "origin") else {
             return Placement::HERE;
         };
         let place = Placement {
             translation: self.lengths(origin, "xyz", [0.0; 3]),
-            rotation: of_rpy(self.numbers(origin, "rpy", [0.0; 3])),
+            rotation: of_rpy(self.urdf.numbers(origin, "rpy", [0.0; 3])),
         };
         place.changed(&transposed(&TO_URDF), 1.0)
     }
 
-    fn edge<'d>(&mut self, xml: Xml<'d, 'd>) -> Option<Edge<'d>> {
-        let name = self.attribute(xml, "name");
-        let mut link = |tag: &str| {
-            let Some(end) = child_of(xml, tag) else {
-                let span = self.text.tag(xml);
-                self.error(
-                    "missing-attribute",
-                    span,
-                    format!("the joint has no `<{tag}>`"),
-                );
-                return None;
-            };
-            self.attribute(end, "link")
-        };
-        let (parent, child) = (link("parent"), link("child"));
-        Some(Edge {
-            xml,
-            name: name?,
-            parent: parent?,
-            child: child?,
-        })
-    }
-
     /// Says how a joint follows another one: InnerModel couples no joints.
-    fn mimic(&mut self, mimic: Xml<'_, '_>, joint: &Name, form: &str) {
-        let Some(leader) = self.attribute(mimic, "joint") else {
+    fn mimic(&mut self, mimic: Xml<'_, '_>, joint: &Name, form: JointType) {
+        let Some(leader) = self.urdf.attribute(mimic, "joint") else {
             return;
         };
         let (multiplier, offset) = (
-            self.number(mimic, "multiplier", 1.0),
-            self.number(mimic, "offset", 0.0),
+            self.urdf.number(mimic, "multiplier", 1.0),
+            self.urdf.number(mimic, "offset", 0.0),
         );
         let of_leader = mimic.parent().and_then(|joint| {
             let mut joints = joint
@@ -353,12 +200,13 @@ impl Reader<'_> {
         });
         let Some(of_leader) = of_leader else {
             let message = format!("there is no joint `{}`", leader.text);
-            self.error("unknown-joint", leader.span, message);
+            self.urdf.error("unknown-joint", leader.span, message);
             return;
         };
         // Positions of a prismatic joint become millimetres.
-        let unit = |form: &str| if form == "prismatic" { METRE } else { 1.0 };
-        let own = unit(form);
+        let prismatic = JointType::Prismatic.word();
+        let unit = |form: &str| if form == prismatic { METRE } else { 1.0 };
+        let own = unit(form.word());
         let multiplier = multiplier * own / unit(of_leader.attribute("type").unwrap_or_default());
         let (joint, leader, offset) = (&joint.text, &leader.text, offset * own);
         let sum = match offset {
@@ -370,7 +218,7 @@ impl Reader<'_> {
             "InnerModel couples no joints: move `{joint}` to {multiplier} * `{leader}`{sum} \
             wherever you move `{leader}`"
         );
-        self.misses(self.text.tag(mimic), message);
+        self.misses(self.urdf.text.tag(mimic), message);
     }
 
     /// Adds a joint and the node of the link below it, which it returns.
@@ -385,37 +233,26 @@ impl Reader<'_> {
             edge.child.text.clone()
         };
         let link = &link;
-        let form = self.text.attribute(xml, "type");
-        let form = form.unwrap_or_else(|| Name::new("", self.text.tag(xml)));
-        if let Some(mimic) = child_of(xml, "mimic") {
-            self.mimic(mimic, &edge.name, &form.text);
+        let form = self.urdf.joint_type(xml).unwrap_or(JointType::Fixed);
+        if let Some(mimic) = child(xml, "mimic") {
+            self.mimic(mimic, &edge.name, form);
         }
         for tag in ["dynamics", "calibration", "safety_controller"] {
-            if let Some(lost) = child_of(xml, tag) {
+            if let Some(lost) = child(xml, tag) {
                 let message = format!("InnerModel has no words for `<{tag}>` of a joint");
-                self.misses(self.text.tag(lost), message);
+                self.misses(self.urdf.text.tag(lost), message);
             }
         }
-        let turns = matches!(form.text.as_str(), "revolute" | "continuous");
-        if !turns && form.text != "prismatic" {
-            if !["fixed", "floating", "planar"].contains(&form.text.as_str()) {
-                let known = [
-                    "fixed",
-                    "revolute",
-                    "continuous",
-                    "prismatic",
-                    "floating",
-                    "planar",
-                ];
-                let message = format!("unknown type of a joint `{}`", form.text);
-                let error = Diagnostic::error("bad-value", form.span, message);
-                self.found.push(error.suggest(&form.text, known));
-            } else if form.text != "fixed" {
+        let turns = matches!(form, JointType::Revolute | JointType::Continuous);
+        if !turns && form != JointType::Prismatic {
+            if form != JointType::Fixed {
                 let message = format!(
                     "a {} joint becomes a transform, which moves freely",
-                    form.text
+                    form.word()
                 );
-                self.misses(form.span, message);
+                let place = self.urdf.text.attribute(xml, "type");
+                let place = place.map_or_else(|| self.urdf.text.tag(xml), |form| form.span);
+                self.misses(place, message);
             }
             let kind = Kind::Transform(Transform::default());
             return self.push(Node {
@@ -424,23 +261,23 @@ impl Reader<'_> {
                 ..Node::new(link, kind)
             });
         }
-        let axis = child_of(xml, "axis");
+        let axis = child(xml, "axis");
         let axis = axis.map_or([1.0, 0.0, 0.0], |axis| {
-            self.numbers(axis, "xyz", [1.0, 0.0, 0.0])
+            self.urdf.numbers(axis, "xyz", [1.0, 0.0, 0.0])
         });
         // A rotation changes its sense where the hand changes.
         let sense = if turns { -1.0 } else { 1.0 };
         let axis = apply(&transposed(&TO_URDF), &axis).map(|n| n * sense);
         let (axis, turn) = self.axis(&axis, xml);
         let (mut min, mut max) = (f64::NEG_INFINITY, f64::INFINITY);
-        let limit = child_of(xml, "limit");
+        let limit = child(xml, "limit");
         let max_speed = limit.map_or(0.0, |limit| self.max_speed(limit, turns));
-        if form.text != "continuous"
+        if form != JointType::Continuous
             && let Some(limit) = limit
         {
             let mut bound = |name: &str| {
                 let [bound] = if turns {
-                    self.numbers(limit, name, [0.0])
+                    self.urdf.numbers(limit, name, [0.0])
                 } else {
                     self.lengths(limit, name, [0.0])
                 };
@@ -449,7 +286,8 @@ impl Reader<'_> {
             (min, max) = (bound("lower"), bound("upper"));
             if min > max {
                 let message = "`lower` is greater than `upper`".to_owned();
-                self.error("bad-value", self.text.tag(limit), message);
+                self.urdf
+                    .error("bad-value", self.urdf.text.tag(limit), message);
             }
         }
         let named = &edge.name.text;
@@ -528,15 +366,15 @@ impl Reader<'_> {
     /// URDF demands a velocity.
     fn max_speed(&mut self, limit: Xml<'_, '_>, turns: bool) -> f64 {
         let [speed] = if turns {
-            self.numbers(limit, "velocity", [0.0])
+            self.urdf.numbers(limit, "velocity", [0.0])
         } else {
             self.lengths(limit, "velocity", [0.0])
         };
         if speed < 0.0
-            && let Some(value) = self.text.attribute(limit, "velocity")
+            && let Some(value) = self.urdf.text.attribute(limit, "velocity")
         {
             let message = format!("`velocity` cannot be negative, found `{}`", value.text);
-            self.error("bad-value", value.span, message);
+            self.urdf.error("bad-value", value.span, message);
         }
         let is_none = limit
             .children()
@@ -548,7 +386,8 @@ impl Reader<'_> {
     fn axis(&mut self, wanted: &Vector, xml: Xml<'_, '_>) -> (Axis, Matrix) {
         let Some(wanted) = unit(wanted) else {
             let message = "the axis of the joint is 0".to_owned();
-            self.error("bad-value", self.text.tag(xml), message);
+            self.urdf
+                .error("bad-value", self.urdf.text.tag(xml), message);
             return (Axis::Z, IDENTITY);
         };
         for axis in [Axis::X, Axis::Y, Axis::Z] {
@@ -558,8 +397,4 @@ impl Reader<'_> {
         }
         (Axis::Z, between(&[0.0, 0.0, 1.0], &wanted))
     }
-}
-
-fn child_of<'a, 'd>(xml: Xml<'a, 'd>, tag: &str) -> Option<Xml<'a, 'd>> {
-    xml.children().find(|child| child.has_tag_name(tag))
 }

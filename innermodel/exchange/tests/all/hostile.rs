@@ -68,7 +68,11 @@ fn wrong_parts_of_robots_are_refused_with_a_place() {
             "expected a number for `lower`, found `nan`",
         ),
         (joint(r#"type="revolute"><axis xyz="0 0 0"/>"#), "the axis of the joint is 0"),
-        (joint(">"), "unknown type of a joint ``"),
+        (joint(">"), "`<joint>` has no attribute `type`"),
+        (
+            joint(r#"type="revolut">"#),
+            "unknown type of a joint `revolut` (did you mean `revolute`?)",
+        ),
         (
             joint(r#"type="fixed"><parent link="b"/>"#),
             "the joints of some links form a circle",

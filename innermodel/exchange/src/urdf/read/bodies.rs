@@ -1,9 +1,10 @@
 //! The bodies of a link: its `visual` and `collision` elements.
 
-use super::{Reader, child_of, pose};
+use super::{Reader, pose};
 use crate::matrix::{OF_MESH, Placement, TO_URDF, Vector, product, transposed};
 use innermodel_language::Pose;
 use innermodel_language::model::{Kind, Mesh, Node, Plane, Render, Shape, Solid, Transform};
+use rc_urdf::child;
 use roxmltree::Node as Xml;
 
 /// A body of a link.
@@ -15,25 +16,25 @@ struct Body {
 impl Reader<'_> {
     /// The bodies and the mass of a link.
     pub(super) fn link(&mut self, xml: Xml<'_, '_>, name: &str, node: Option<usize>) {
-        if let Some(inertial) = child_of(xml, "inertial") {
-            let mass = child_of(inertial, "mass").map(|mass| self.number(mass, "value", 0.0));
+        if let Some(inertial) = child(xml, "inertial") {
+            let mass = child(inertial, "mass").map(|mass| self.urdf.number(mass, "value", 0.0));
             let kind = node.map(|at| &mut self.document.nodes[at].kind);
             match (kind, mass) {
                 (Some(Kind::Transform(transform)), Some(mass)) => transform.mass = mass,
                 (_, Some(mass)) if mass != 0.0 => {
                     let message = format!("only a transform has a mass: `{name}` loses it");
-                    self.misses(self.text.tag(inertial), message);
+                    self.misses(self.urdf.text.tag(inertial), message);
                 }
                 _ => {}
             }
-            let inertia = child_of(inertial, "inertia");
+            let inertia = child(inertial, "inertia");
             let parts = inertia.iter().flat_map(Xml::attributes);
             if parts
                 .into_iter()
                 .any(|part| part.value().trim().parse() != Ok(0.0))
             {
                 let message = format!("InnerModel has no moments of inertia: `{name}` loses them");
-                self.misses(self.text.tag(inertial), message);
+                self.misses(self.urdf.text.tag(inertial), message);
             }
         }
         let all = |tag: &str| -> Vec<Xml<'_, '_>> {
@@ -57,7 +58,7 @@ impl Reader<'_> {
                 continue;
             }
             let message = format!("a body of `{name}` that collides is drawn, too");
-            self.misses(self.text.tag(collision), message);
+            self.misses(self.urdf.text.tag(collision), message);
             let mut body = body;
             set_collides(&mut body.kind);
             bodies.push(body);
@@ -90,18 +91,18 @@ impl Reader<'_> {
     /// The body of a `visual` or a `collision`.
     fn body(&mut self, xml: Xml<'_, '_>, link: &str) -> Option<Body> {
         let here = self.origin(xml);
-        let geometry = child_of(xml, "geometry");
+        let geometry = child(xml, "geometry");
         let shape = geometry.and_then(|geometry| geometry.children().find(Xml::is_element));
         let Some(geometry) = shape else {
-            let tag = self.text.tag(xml);
-            let message = format!("`<{}>` has no geometry", self.text.slice(tag));
-            self.error("missing-attribute", tag, message);
+            let tag = self.urdf.text.tag(xml);
+            let message = format!("`<{}>` has no geometry", self.urdf.text.slice(tag));
+            self.urdf.error("missing-attribute", tag, message);
             return None;
         };
-        let material = child_of(xml, "material");
+        let material = child(xml, "material");
         let texture = material.and_then(|material| {
             let own = self.colour(material);
-            let name = self.text.attribute(material, "name");
+            let name = self.urdf.text.attribute(material, "name");
             own.or_else(|| self.colours.get(&name?.text).cloned())
         });
         let texture = texture.unwrap_or_default();
@@ -134,7 +135,7 @@ impl Reader<'_> {
                 length: self.size(geometry, "length")?,
             }),
             "mesh" => {
-                let file = self.attribute(geometry, "filename")?;
+                let file = self.urdf.attribute(geometry, "filename")?;
                 let scale = self.lengths(geometry, "scale", [1.0; 3]);
                 // The file has its own axes: a rotation, since both change the hand.
                 let axes = product(&transposed(&TO_URDF), &OF_MESH);
@@ -149,11 +150,11 @@ impl Reader<'_> {
             }
             other => {
                 let message = format!("InnerModel has no words for the shape `<{other}>`");
-                self.misses(self.text.tag(geometry), message);
+                self.misses(self.urdf.text.tag(geometry), message);
                 return None;
             }
         };
-        let name = self.text.attribute(xml, "name").map(|name| name.text);
+        let name = self.urdf.text.attribute(xml, "name").map(|name| name.text);
         let name = name.filter(|name| !name.is_empty());
         Some(Body {
             name: name.unwrap_or_else(|| format!("{link}_body")),
@@ -170,13 +171,13 @@ impl Reader<'_> {
         is_right: fn(f64) -> bool,
         rule: &str,
     ) -> Option<[f64; N]> {
-        let value = self.attribute(xml, name)?;
+        let value = self.urdf.attribute(xml, name)?;
         let sizes = self.lengths(xml, name, [1.0; N]);
         if sizes.iter().all(|size| is_right(*size)) {
             return Some(sizes);
         }
         let message = format!("`{name}` {rule}, found `{}`", value.text);
-        self.error("bad-value", value.span, message);
+        self.urdf.error("bad-value", value.span, message);
         None
     }
 
@@ -188,12 +189,12 @@ impl Reader<'_> {
 
     /// The colour of a material as `#rrggbb`.
     pub(super) fn colour(&mut self, material: Xml<'_, '_>) -> Option<String> {
-        if let Some(texture) = child_of(material, "texture") {
+        if let Some(texture) = child(material, "texture") {
             let message = "pictures on bodies of URDF are not imported".to_owned();
-            self.misses(self.text.tag(texture), message);
+            self.misses(self.urdf.text.tag(texture), message);
         }
-        let colour = child_of(material, "color")?;
-        let [red, green, blue, _] = self.numbers(colour, "rgba", [0.7, 0.7, 0.7, 1.0]);
+        let colour = child(material, "color")?;
+        let [red, green, blue, _] = self.urdf.numbers(colour, "rgba", [0.7, 0.7, 0.7, 1.0]);
         let [red, green, blue] =
             [red, green, blue].map(|part| (part.clamp(0.0, 1.0) * 255.0).round() as u8);
         Some(format!("#{red:02x}{green:02x}{blue:02x}"))

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The circles among joints, each with its place and a message. `leaders` has the leader of each
 /// joint that follows one.
-pub(super) fn circles(leaders: &BTreeMap<String, Name>) -> Vec<(Span, String)> {
+pub(crate) fn circles(leaders: &BTreeMap<String, Name>) -> Vec<(Span, String)> {
     let mut found = Vec::new();
     let mut done: BTreeSet<&str> = BTreeSet::new();
     for start in leaders.keys() {
