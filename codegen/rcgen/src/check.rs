@@ -15,8 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// The endings of the files that are checked. Components come first, since they read what they are
 /// made of.
-pub(crate) const ENDINGS: [&str; 11] = [
-    "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "graph", "xml", "toml",
+pub(crate) const ENDINGS: [&str; 13] = [
+    "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "kdsl", "urdf", "graph",
+    "xml", "toml",
 ];
 
 /// The place of a file in the order of checks. None for one that is not checked.
@@ -156,7 +157,7 @@ pub fn file(
             }
             project.map(|project| Model::Component(Box::new(project)))
         }
-        Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "toml")
+        Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "urdf" | "toml")
             if was_read(path, sources) =>
         {
             None
@@ -201,6 +202,16 @@ pub fn file(
             graphs::check(path, sources, loader, found)?;
             None
         }
+        Some("kdsl") => {
+            let source = sources.add(path, rc_files::read(path)?);
+            found.extend(rc_kinematics::load(sources, loader, source).1);
+            None
+        }
+        Some("urdf") => {
+            let source = sources.add(path, rc_files::read(path)?);
+            found.extend(rc_robot::read(sources, source).1);
+            None
+        }
         Some("xml") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(innermodel::check(sources, source, include));
@@ -224,7 +235,7 @@ pub fn file(
         _ if !path.exists() => return Err(paths::missing()),
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .graph, .json, .xml and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph, .json, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

@@ -1,6 +1,6 @@
 //! A page for each diagnostic code. The texts are in `explain/`, one section for each code.
 
-const PAGES: [&str; 11] = [
+const PAGES: [&str; 12] = [
     include_str!("../explain/common.md"),
     include_str!("../explain/idsl.md"),
     include_str!("../explain/cdsl.md"),
@@ -9,6 +9,7 @@ const PAGES: [&str; 11] = [
     include_str!("../explain/ddsl.md"),
     include_str!("../explain/gdsl.md"),
     include_str!("../explain/dproto.md"),
+    include_str!("../explain/kdsl.md"),
     include_str!("../explain/graph.md"),
     include_str!("../explain/innermodel.md"),
     include_str!("../explain/rcgen.md"),

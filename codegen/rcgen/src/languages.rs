@@ -15,7 +15,7 @@ pub struct Language {
 }
 
 /// All description languages.
-pub const LANGUAGES: [Language; 7] = [
+pub const LANGUAGES: [Language; 8] = [
     Language {
         extension: "idsl",
         print: |text| rc_syntax::format(text, rc_idsl::STYLE),
@@ -50,6 +50,11 @@ pub const LANGUAGES: [Language; 7] = [
         extension: "dproto",
         print: rc_prototypes::format,
         parse: |sources, source| rc_prototypes::parse(sources, source).1,
+    },
+    Language {
+        extension: "kdsl",
+        print: |text| rc_syntax::format(text, rc_kinematics::STYLE),
+        parse: |sources, source| rc_kinematics::parse(sources, source).1,
     },
 ];
 

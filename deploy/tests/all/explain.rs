@@ -64,6 +64,7 @@ fn every_code_has_a_page() {
     for part in [
         "vocabulary/diagnostics",
         "syntax",
+        "syntax/urdf",
         "idsl",
         "cdsl",
         "pdsl",
@@ -76,6 +77,9 @@ fn every_code_has_a_page() {
         "deploy",
         "innermodel/language",
         "innermodel/exchange",
+        "kinematics",
+        "kinematics/model",
+        "prototypes",
     ] {
         codes(&root().join(part).join("src"), &mut made);
     }

@@ -96,7 +96,7 @@ fn check(block: &Block, page: &[Block]) -> Result<(), String> {
     match &*block.tag {
         "ddsl" if !block.text.contains("Deployment ") => part_of_network(block),
         "idsl" | "cdsl" | "pdsl" | "smdsl" | "scxml" | "ddsl" | "xml" | "gdsl" | "dproto"
-        | "graph" => describe(block, page),
+        | "kdsl" | "graph" => describe(block, page),
         "toml" => configuration(block),
         "rust" | "lua" => rust(block),
         // `book.rs` runs it.

@@ -8,6 +8,7 @@ mod fmt;
 mod folders;
 mod graphs;
 mod idlc;
+mod kinematics;
 mod layout;
 mod lsp;
 mod mend;

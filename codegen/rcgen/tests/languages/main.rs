@@ -22,6 +22,7 @@ fn tree(language: Language, text: &str) -> (String, bool) {
         "ddsl" => debug(rc_ddsl::parse(&sources, source)),
         "gdsl" => debug(graph_language::parse(&sources, source)),
         "dproto" => debug(rc_prototypes::parse(&sources, source)),
+        "kdsl" => debug(rc_kinematics::parse(&sources, source)),
         other => panic!("no tree of a .{other}"),
     };
     (without_locations(&tree), found.has_errors())
@@ -66,6 +67,7 @@ fn grammar_of(language: Language) -> Grammar {
         "ddsl" => include_str!("../../../../ddsl/src/grammar.pest"),
         "gdsl" => include_str!("../../../../graph/language/src/grammar.pest"),
         "dproto" => include_str!("../../../../prototypes/src/grammar.pest"),
+        "kdsl" => include_str!("../../../../kinematics/src/grammar.pest"),
         other => panic!("no grammar of .{other}"),
     })
 }
@@ -137,6 +139,7 @@ fn check(
         "smdsl" => rc_smdsl::load(sources, source).1,
         "gdsl" => graph_language::load(sources, loader, source).1,
         "dproto" => rc_prototypes::load(sources, loader, &[source]).1,
+        "kdsl" => rc_kinematics::load(sources, loader, source).1,
         _ => rc_ddsl::load(sources, loader, source).1,
     }
 }

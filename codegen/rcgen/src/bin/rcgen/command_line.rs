@@ -86,9 +86,9 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .graph files, .json files of DSR,
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph files, .json files of DSR,
         /// .xml files of InnerModel, .toml files that lie in a component's etc/, and folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "graph", "json", "xml", "toml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Takes files as RoboComp does: an operation that returns a value may stand under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -111,7 +111,7 @@ pub(crate) enum Command {
     /// Formats description files. Comments stay; a file with a syntax error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "xml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, fails with 1 if there is one, and writes
         /// nothing.
@@ -150,11 +150,12 @@ pub(crate) enum Command {
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        /// To urdf and gltf an InnerModel file, to dsr and graphml a graph.
-        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json", add = files(&["idsl", "cdsl", "xml", "graph", "json"]))]
+        /// To urdf and gltf an InnerModel file, to dsr and graphml a graph, to rust, c and python the
+        /// solvers of a robot.
+        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
-        /// (JSON), graphml.
+        /// (JSON), graphml; rust, c or python (code without dependencies).
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
@@ -258,11 +259,11 @@ pub(crate) enum Command {
         #[arg(long, conflicts_with_all = ["from", "to", "files", "language"])]
         list: bool,
     },
-    /// Prints a component, neutral of the language that is generated, or the data prototypes of a
-    /// file as JSON: for other generators.
+    /// Prints a component, neutral of the language that is generated, the data prototypes of a file,
+    /// or a robot with its solvers as JSON: for other generators.
     View {
-        /// The component, or the prototypes.
-        #[arg(value_name = "FILE.cdsl|FILE.dproto", add = files(&["cdsl", "dproto"]))]
+        /// The component, the prototypes, or the solvers.
+        #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl", add = files(&["cdsl", "dproto", "kdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
@@ -274,7 +275,7 @@ pub(crate) enum Command {
     Common(rc_command_line::Common),
 }
 
-/// The languages of printed conversions.
+/// The languages of printed conversions and solvers.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum PrintedLanguage {
     Rust,
@@ -381,11 +382,19 @@ pub(crate) enum Target {
     Gltf,
     Dsr,
     Graphml,
+    /// Solvers as code.
+    Code(PrintedLanguage),
 }
 
-const TARGETS: [&str; 6] = ["dds", "ros2", "urdf", "gltf", "dsr", "graphml"];
+const TARGETS: [&str; 9] = [
+    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "rust", "c", "python",
+];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
+    let there = || {
+        let (last, others) = (TARGETS[TARGETS.len() - 1], &TARGETS[..TARGETS.len() - 1]);
+        format!("there are {} and {last}", others.join(", "))
+    };
     match text {
         "dds" => Ok(Target::Dds),
         "ros2" => Ok(Target::Ros2),
@@ -393,14 +402,14 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "gltf" => Ok(Target::Gltf),
         "dsr" => Ok(Target::Dsr),
         "graphml" => Ok(Target::Graphml),
-        "slice" => Err(format!(
-            "{text} comes with a later version; there are dds, ros2, urdf, gltf, dsr and graphml"
-        )),
+        "rust" => Ok(Target::Code(PrintedLanguage::Rust)),
+        "c" => Ok(Target::Code(PrintedLanguage::C)),
+        "python" => Ok(Target::Code(PrintedLanguage::Python)),
+        "slice" => Err(format!("{text} comes with a later version; {}", there())),
         _ => {
             let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));
             let hint = near.map(|near| format!("did you mean `{near}`?"));
-            Err(hint
-                .unwrap_or_else(|| "there are dds, ros2, urdf, gltf, dsr and graphml".to_owned()))
+            Err(hint.unwrap_or_else(there))
         }
     }
 }

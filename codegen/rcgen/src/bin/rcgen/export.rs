@@ -2,7 +2,7 @@
 
 use crate::command_line::{Common, Target};
 use crate::reports::{Failure, load, print_line, report, tell, unreadable};
-use crate::{graphs, innermodel};
+use crate::{graphs, innermodel, kinematics};
 use rc_codegen::files::Change;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -32,6 +32,9 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
     }
     if matches!(target, Target::Dsr | Target::Graphml) {
         return graphs::export(request);
+    }
+    if let Target::Code(language) = target {
+        return kinematics::export(request, language);
     }
     let is_component = file.extension().is_some_and(|e| e == "cdsl");
     if is_component && matches!(target, Target::Ros2) {
@@ -91,7 +94,7 @@ fn export_component(
     write(&files, out, dry_run)
 }
 
-fn write(files: &Files, out: &Path, dry_run: bool) -> Result<(), Failure> {
+pub(crate) fn write(files: &Files, out: &Path, dry_run: bool) -> Result<(), Failure> {
     let system = |e: std::io::Error| Failure::System(e.to_string());
     let steps = files.plan(out).map_err(system)?;
     if let Some(foreign) =

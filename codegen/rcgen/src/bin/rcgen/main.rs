@@ -12,6 +12,7 @@ mod generation;
 mod graph;
 mod graphs;
 mod innermodel;
+mod kinematics;
 mod prototypes;
 mod reports;
 mod start;
@@ -123,6 +124,11 @@ fn main() -> ExitCode {
             if file.extension().is_some_and(|ending| ending == "dproto") =>
         {
             prototypes::view(&file, &common)
+        }
+        Some(Command::View { file, common, .. })
+            if file.extension().is_some_and(|ending| ending == "kdsl") =>
+        {
+            kinematics::view(&file, &common)
         }
         Some(Command::View {
             file,

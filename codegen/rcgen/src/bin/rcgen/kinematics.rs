@@ -1,0 +1,106 @@
+//! `rcgen export` and `rcgen view` of solvers.
+
+use crate::command_line::{Common, PrintedLanguage};
+use crate::export::{Request, write};
+use crate::reports::{Failure, print, report, unreadable};
+use rc_codegen::files::Owner;
+use rc_codegen::{FileLoader, Files, export};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_kinematics::{Cell, Shape};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Writes the solvers of a file as code.
+pub(crate) fn export(request: &Request<'_>, language: PrintedLanguage) -> Result<(), Failure> {
+    let file = request.file;
+    if file.extension().is_none_or(|ending| ending != "kdsl") {
+        let message = format!("{} is not a .kdsl file", file.display());
+        return Err(Failure::Usage(message));
+    }
+    let cell = load(file, request.common)?;
+    let (ending, comment, text) = match language {
+        PrintedLanguage::Rust => ("rs", "//", rc_kinematics::rust(&cell)),
+        PrintedLanguage::C => ("h", "//", rc_kinematics::c(&cell)),
+        PrintedLanguage::Python => ("py", "#", rc_kinematics::python(&cell)),
+    };
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let header = export::HEADER;
+    let mut files = Files::default();
+    files.add(
+        format!("{}.{ending}", cell.name),
+        Owner::Exported,
+        format!("{comment} {header} from {name}; rewritten at every export.\n{text}"),
+    );
+    write(&files, request.out, request.dry_run)
+}
+
+/// Prints a robot and its solvers as JSON.
+pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
+    let cell = load(file, common)?;
+    let robot = &cell.robot;
+    let limits = robot.coordinates.iter().zip(robot.limits());
+    let joints = limits.map(|(name, limits)| {
+        // JSON has no infinity: a joint without an end has no number.
+        let number = |value: f64| value.is_finite().then_some(value);
+        json!({
+            "name": name,
+            "lower": limits.and_then(|limits| number(limits.lower)),
+            "upper": limits.and_then(|limits| number(limits.upper)),
+            "velocity": limits.map(|limits| limits.velocity),
+            "effort": limits.map(|limits| limits.effort),
+        })
+    });
+    let solvers = cell.solvers.iter().map(|solver| {
+        let work = solver.work();
+        let outputs = solver.outputs.iter().map(|output| {
+            let shape = match output.shape {
+                Shape::Vector(length) => json!([length]),
+                Shape::Matrix(rows, columns) => json!([rows, columns]),
+            };
+            json!({ "name": output.name, "doc": output.doc, "shape": shape })
+        });
+        json!({
+            "name": solver.name,
+            "doc": solver.doc,
+            "takesVelocities": solver.takes_velocities,
+            "takesAccelerations": solver.takes_accelerations,
+            "outputs": outputs.collect::<Vec<Value>>(),
+            "sums": work.sums,
+            "products": work.products,
+            "functions": work.functions,
+        })
+    });
+    let all = json!({
+        "name": cell.name,
+        "robot": robot.name,
+        "links": robot.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
+        "joints": joints.collect::<Vec<Value>>(),
+        "solvers": solvers.collect::<Vec<Value>>(),
+    });
+    let text = serde_json::to_string_pretty(&all);
+    print(&text.map_err(|e| Failure::System(e.to_string()))?);
+    print("\n");
+    Ok(())
+}
+
+/// The solvers of a file. What is wrong with it is reported.
+fn load(file: &Path, common: &Common) -> Result<Cell, Failure> {
+    let (mut sources, mut found, mut refused) = (SourceMap::new(), Diagnostics::new(), None);
+    let loader = FileLoader::new(&common.include);
+    let mut cell = None;
+    match rc_files::read(file) {
+        Ok(text) => {
+            let source = sources.add(file, text);
+            let (read, more) = rc_kinematics::load(&mut sources, &loader, source);
+            found.extend(more);
+            cell = read;
+        }
+        Err(error) => unreadable(file, &error, &mut sources, &mut found, &mut refused),
+    }
+    let printed = report(&sources, &found, common.format);
+    if let Some(refused) = refused {
+        return Err(Failure::System(refused));
+    }
+    printed?;
+    cell.ok_or(Failure::Input)
+}

@@ -1,0 +1,52 @@
+//! `rcgen` with robots and their solvers.
+
+use crate::folders::rcgen;
+use crate::rcgen::succeeds;
+
+const ARM: &str = r#"<robot name="arm">
+    <link name="base"/>
+    <link name="tool"/>
+    <joint name="turn" type="revolute">
+        <parent link="base"/> <child link="tool"/> <origin xyz="1 0 0"/> <axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" effort="5" velocity="2"/>
+    </joint>
+</robot>
+"#;
+
+const CELL: &str = "import \"arm.urdf\";\nKinematics cell { solver fk { pose tool in base; jacobian tool in base; }; };\n";
+
+#[test]
+fn solvers_are_checked_laid_out_printed_and_exported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    std::fs::write(path.join("arm.urdf"), ARM).expect("a file");
+    std::fs::write(path.join("cell.kdsl"), CELL).expect("a file");
+    assert_eq!(succeeds(path, &["check", "cell.kdsl", "arm.urdf", "."]), "");
+    succeeds(path, &["fmt", "cell.kdsl"]);
+    let laid_out = std::fs::read_to_string(path.join("cell.kdsl")).expect("a file");
+    assert!(
+        laid_out.contains("\n    solver fk\n    {\n        pose tool in base;\n"),
+        "{laid_out}"
+    );
+    let view = succeeds(path, &["view", "cell.kdsl"]);
+    let view: serde_json::Value = serde_json::from_str(&view).expect("JSON");
+    assert_eq!(view["joints"][0]["upper"], 1.0);
+    assert_eq!(
+        view["solvers"][0]["outputs"][1]["shape"],
+        serde_json::json!([6, 1])
+    );
+    for (to, file) in [("rust", "cell.rs"), ("c", "cell.h"), ("python", "cell.py")] {
+        let export = ["export", "cell.kdsl", "--to", to, "--out", "out"];
+        let written = succeeds(path, &export);
+        assert!(written.contains(&format!("out/{file}")), "{written}");
+        // A second export changes nothing; a file of somebody else stays.
+        assert_eq!(succeeds(path, &export), "");
+        std::fs::write(path.join("out").join(file), "mine\n").expect("a file");
+        assert_eq!(rcgen(path, &export).0, 2);
+    }
+    let (code, _, _) = rcgen(path, &["export", "cell.kdsl", "--to", "dds", "--out", "out"]);
+    assert_eq!(code, 2);
+    let (code, _, errors) = rcgen(path, &["export", "arm.urdf", "--to", "c", "--out", "out"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("arm.urdf is not a .kdsl file"), "{errors}");
+}

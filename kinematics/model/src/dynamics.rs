@@ -1,0 +1,259 @@
+//! What forces do to a robot: the recursive Newton–Euler algorithm and the composite rigid body
+//! algorithm (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 6), with vectors
+//! in the frames of the bodies.
+
+use crate::frame::{Frame, about, dot, matrix, scaled, sum, vector};
+use crate::robot::{Inertia, Motion, Robot, State};
+use rc_quantity::Real;
+use rc_quantity::rotation::{Matrix, cross, product, transposed, turned};
+
+/// Where each body is in the frame of the body that its joint is fixed to.
+fn places<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Frame<T>> {
+    let bodies = robot.bodies.iter();
+    bodies
+        .map(|body| {
+            let Some(joint) = &body.joint else {
+                return Frame::HERE.constant();
+            };
+            let [position, ..] = joint.motion.of(state);
+            let place = joint.place.constant();
+            match joint.motion {
+                Motion::Turns { .. } => Frame {
+                    rotation: product(&place.rotation, &about(joint.axis, position)),
+                    ..place
+                },
+                Motion::Slides { .. } => place.then(&Frame {
+                    translation: scaled(vector(joint.axis), position),
+                    ..Frame::HERE.constant()
+                }),
+                Motion::Fixed | Motion::Free => place,
+            }
+        })
+        .collect()
+}
+
+/// The first joint that moves in several ways at once: no algorithm here moves it.
+pub fn free_joint(robot: &Robot) -> Option<&str> {
+    let mut joints = robot.bodies.iter().filter_map(|body| body.joint.as_ref());
+    let free = joints.find(|joint| joint.motion == Motion::Free)?;
+    Some(&free.name)
+}
+
+/// The efforts that the coordinates need for their accelerations: torques in Nm of those that turn,
+/// forces in N of those that slide. `gravity` is in m/s², in the frame of the root, which stands still.
+pub fn efforts<T: Real>(robot: &Robot, state: &State<T>, gravity: [f64; 3]) -> Vec<T> {
+    struct Body<T> {
+        spin: [T; 3],
+        spin_rate: [T; 3],
+        acceleration: [T; 3],
+        force: [T; 3],
+        torque: [T; 3],
+    }
+    let zero: [T; 3] = vector([0.0; 3]);
+    let places = places(robot, state);
+    let mut bodies: Vec<Body<T>> = Vec::with_capacity(places.len());
+    for (body, place) in robot.bodies.iter().zip(&places) {
+        let mut moved = Body {
+            spin: zero,
+            spin_rate: zero,
+            // A body at rest under gravity needs the forces of one that is thrown up.
+            acceleration: vector(gravity.map(|part| -part)),
+            force: zero,
+            torque: zero,
+        };
+        if let Some((joint, parent)) = body
+            .joint
+            .as_ref()
+            .and_then(|joint| Some((joint, bodies.get(joint.parent)?)))
+        {
+            let inward = transposed(&place.rotation);
+            let arm = place.translation;
+            let swing = cross(parent.spin, cross(parent.spin, arm));
+            let carried = sum(cross(parent.spin_rate, arm), swing);
+            moved.spin = turned(&inward, parent.spin);
+            moved.spin_rate = turned(&inward, parent.spin_rate);
+            moved.acceleration = turned(&inward, sum(parent.acceleration, carried));
+            let [_, speed, rate] = joint.motion.of(state);
+            let axis = vector(joint.axis);
+            let own = scaled(axis, speed);
+            match joint.motion {
+                Motion::Turns { .. } => {
+                    let turning = cross(moved.spin, own);
+                    moved.spin_rate = sum(moved.spin_rate, sum(turning, scaled(axis, rate)));
+                    moved.spin = sum(moved.spin, own);
+                }
+                Motion::Slides { .. } => {
+                    let turning = scaled(cross(moved.spin, own), T::constant(2.0));
+                    let faster = sum(turning, scaled(axis, rate));
+                    moved.acceleration = sum(moved.acceleration, faster);
+                }
+                Motion::Fixed | Motion::Free => {}
+            }
+        }
+        if let Some(inertia) = &body.inertia {
+            let centre = vector(inertia.centre);
+            let swing = cross(moved.spin, cross(moved.spin, centre));
+            let carried = sum(cross(moved.spin_rate, centre), swing);
+            let acceleration = sum(moved.acceleration, carried);
+            moved.force = scaled(acceleration, T::constant(inertia.mass));
+            let tensor = matrix(&inertia.tensor);
+            let momentum = turned(&tensor, moved.spin);
+            let own = sum(
+                turned(&tensor, moved.spin_rate),
+                cross(moved.spin, momentum),
+            );
+            moved.torque = sum(own, cross(centre, moved.force));
+        }
+        bodies.push(moved);
+    }
+    let mut efforts = vec![T::constant(0.0); state.positions.len()];
+    for (at, body) in robot.bodies.iter().enumerate().rev() {
+        let Some(joint) = &body.joint else { continue };
+        let (force, torque) = (bodies[at].force, bodies[at].torque);
+        if let Some((coordinate, ratio)) = joint.motion.driven()
+            && let Some(effort) = efforts.get_mut(coordinate)
+        {
+            let turns = matches!(joint.motion, Motion::Turns { .. });
+            let along = if turns { torque } else { force };
+            *effort = *effort + dot(vector(joint.axis), along) * T::constant(ratio);
+        }
+        let place = &places[at];
+        let force = turned(&place.rotation, force);
+        let torque = turned(&place.rotation, torque);
+        if let Some(parent) = bodies.get_mut(joint.parent) {
+            parent.force = sum(parent.force, force);
+            let lever = cross(place.translation, force);
+            parent.torque = sum(parent.torque, sum(torque, lever));
+        }
+    }
+    efforts
+}
+
+/// The mass of several bodies that hold together, seen from the origin of a frame.
+#[derive(Clone, Copy)]
+struct Composite<T> {
+    mass: T,
+    /// The mass times the centre of mass.
+    moment: [T; 3],
+    /// About the origin.
+    tensor: Matrix<T>,
+}
+
+/// `mass (|d|² 1 - d dᵀ)`, what a mass at `d` adds to the tensor about the origin, times the mass.
+fn of_points<T: Real>(a: [T; 3], b: [T; 3]) -> Matrix<T> {
+    let along = dot(a, b);
+    let mut out = [[T::constant(0.0); 3]; 3];
+    for (row, parts) in out.iter_mut().enumerate() {
+        for (column, part) in parts.iter_mut().enumerate() {
+            let diagonal = if row == column {
+                along
+            } else {
+                T::constant(0.0)
+            };
+            *part = diagonal - a[column] * b[row];
+        }
+    }
+    out
+}
+
+fn added<T: Real>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
+    [sum(a[0], b[0]), sum(a[1], b[1]), sum(a[2], b[2])]
+}
+
+impl<T: Real> Composite<T> {
+    fn of(inertia: Option<&Inertia>) -> Self {
+        let Some(inertia) = inertia else {
+            return Self {
+                mass: T::constant(0.0),
+                moment: vector([0.0; 3]),
+                tensor: matrix(&[[0.0; 3]; 3]),
+            };
+        };
+        let moment = inertia.centre.map(|part| part * inertia.mass);
+        let steiner = of_points(inertia.centre, moment);
+        Self {
+            mass: T::constant(inertia.mass),
+            moment: vector(moment),
+            tensor: matrix(&added(&inertia.tensor, &steiner)),
+        }
+    }
+
+    /// The same mass, seen from the frame in which its own one is at `place`.
+    fn seen(&self, place: &Frame<T>) -> Self {
+        let turn = &place.rotation;
+        let moment = turned(turn, self.moment);
+        let arm = place.translation;
+        let shifted = scaled(arm, self.mass);
+        let tensor = product(&product(turn, &self.tensor), &transposed(turn));
+        // (c + d)² = c² + c d + d c + d²
+        let mixed = added(&of_points(arm, moment), &of_points(moment, arm));
+        let tensor = added(&tensor, &added(&mixed, &of_points(arm, shifted)));
+        Self {
+            mass: self.mass,
+            moment: sum(moment, shifted),
+            tensor,
+        }
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            moment: sum(self.moment, other.moment),
+            tensor: added(&self.tensor, &other.tensor),
+        }
+    }
+}
+
+/// The mass matrix by rows: the efforts for an acceleration of 1 of each coordinate alone, at rest and
+/// without gravity. It is symmetric.
+pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Vec<T>> {
+    let places = places(robot, state);
+    let bodies = robot.bodies.iter();
+    let mut composites: Vec<Composite<T>> = bodies
+        .map(|body| Composite::of(body.inertia.as_ref()))
+        .collect();
+    let size = state.positions.len();
+    let mut rows = vec![vec![T::constant(0.0); size]; size];
+    for at in (0..robot.bodies.len()).rev() {
+        let Some(joint) = &robot.bodies[at].joint else {
+            continue;
+        };
+        let held = composites[at];
+        let below = held.seen(&places[at]);
+        if let Some(parent) = composites.get_mut(joint.parent) {
+            *parent = parent.with(&below);
+        }
+        let Some((own, factor)) = joint.motion.driven() else {
+            continue;
+        };
+        let axis = vector(joint.axis);
+        // Force and torque that move all that the joint carries, in the frame of its body.
+        let (mut force, mut torque) = match joint.motion {
+            Motion::Turns { .. } => (cross(axis, held.moment), turned(&held.tensor, axis)),
+            _ => (scaled(axis, held.mass), cross(held.moment, axis)),
+        };
+        let mut body = at;
+        while let Some(above) = &robot.bodies[body].joint {
+            if let Some((other, ratio)) = above.motion.driven() {
+                let turns = matches!(above.motion, Motion::Turns { .. });
+                let along = if turns { torque } else { force };
+                let value = dot(vector(above.axis), along) * T::constant(ratio * factor);
+                let cell = &mut rows[own][other];
+                *cell = *cell + value;
+                // Two joints of one body above the other, each once; a joint with itself once.
+                if body != at {
+                    let cell = &mut rows[other][own];
+                    *cell = *cell + value;
+                }
+            }
+            let place = &places[body];
+            force = turned(&place.rotation, force);
+            torque = sum(
+                turned(&place.rotation, torque),
+                cross(place.translation, force),
+            );
+            body = above.parent;
+        }
+    }
+    rows
+}

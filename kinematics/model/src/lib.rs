@@ -1,0 +1,17 @@
+//! Robots of rigid bodies and joints: [`read`] reads one from a URDF, [`chain`](Robot::chain) says how
+//! one frame moves in another one, [`dynamics`] what forces do.
+//!
+//! All lengths are in metres, angles in radians, masses in kilograms. Frames are right-handed. A frame
+//! is that of a link of the URDF. The algorithms compute with any [`Real`](rc_quantity::Real): with
+//! numbers, or with terms of a formula that is printed as code.
+
+mod chain;
+pub mod dynamics;
+mod frame;
+mod read;
+mod robot;
+
+pub use chain::{Chain, Column, Moved};
+pub use frame::Frame;
+pub use read::read;
+pub use robot::{Body, Inertia, Joint, Limits, Motion, Robot, State};

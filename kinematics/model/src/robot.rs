@@ -1,0 +1,176 @@
+//! The model of a robot.
+
+use crate::frame::Frame;
+use rc_quantity::Real;
+use rc_quantity::rotation::Matrix;
+
+/// A robot: bodies that joints connect to a tree.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Robot {
+    /// Its name.
+    pub name: String,
+    /// The first one is the root. A body comes after the one that it is connected to.
+    pub bodies: Vec<Body>,
+    /// The joints that move on their own, in the order of the file. Each has a coordinate: a place in
+    /// the positions, velocities and accelerations of a [`State`].
+    pub coordinates: Vec<String>,
+}
+
+/// A rigid body, with the joint that moves it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// The name of the link.
+    pub name: String,
+    /// Its mass, if the file says it.
+    pub inertia: Option<Inertia>,
+    /// The joint; the root has none.
+    pub joint: Option<Joint>,
+}
+
+/// How mass is distributed in a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// In kg.
+    pub mass: f64,
+    /// The centre of mass, in the frame of the body.
+    pub centre: [f64; 3],
+    /// About the centre of mass, along the axes of the frame of the body, in kg m².
+    pub tensor: Matrix,
+}
+
+/// A joint, which moves a body in another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// The place of the body that it is fixed to.
+    pub parent: usize,
+    /// Where the frame of the moved body is in that of the parent while the joint is at 0.
+    pub place: Frame,
+    /// How it moves.
+    pub motion: Motion,
+    /// The axis in the frame of the moved body, of length 1.
+    pub axis: [f64; 3],
+    /// How far it may go, if the file says it.
+    pub limits: Option<Limits>,
+}
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Not at all.
+    Fixed,
+    /// It turns about its axis by `ratio` times a coordinate and `offset`.
+    Turns {
+        /// The place of the coordinate.
+        coordinate: usize,
+        /// 1 for a joint that follows no other one.
+        ratio: f64,
+        /// In radians.
+        offset: f64,
+    },
+    /// It slides along its axis by `ratio` times a coordinate and `offset`.
+    Slides {
+        /// The place of the coordinate.
+        coordinate: usize,
+        /// 1 for a joint that follows no other one.
+        ratio: f64,
+        /// In metres.
+        offset: f64,
+    },
+    /// In several ways at once: `floating` or `planar`. No chain leads over it.
+    Free,
+}
+
+/// The limits of a joint, in radians or metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// The least position. It is infinite for a joint without an end.
+    pub lower: f64,
+    /// The greatest position.
+    pub upper: f64,
+    /// The greatest speed; 0 where the file says nothing.
+    pub velocity: f64,
+    /// The greatest torque in Nm or force in N; 0 where the file says nothing.
+    pub effort: f64,
+}
+
+/// Positions, velocities and accelerations, one each for each coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<T = f64> {
+    /// In radians or metres.
+    pub positions: Vec<T>,
+    /// A second.
+    pub velocities: Vec<T>,
+    /// A second, twice.
+    pub accelerations: Vec<T>,
+}
+
+impl Robot {
+    /// The place of a body.
+    pub fn body(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name == name)
+    }
+
+    /// The limits of each coordinate, of the joint that it moves directly.
+    pub fn limits(&self) -> Vec<Option<Limits>> {
+        let named = |name: &String| {
+            let joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
+            joints
+                .filter(|joint| joint.name == *name)
+                .find_map(|joint| joint.limits)
+        };
+        self.coordinates.iter().map(named).collect()
+    }
+}
+
+impl<T: Real> State<T> {
+    /// A robot that stands still in this position.
+    pub fn still(positions: Vec<T>) -> Self {
+        let zeros = vec![T::constant(0.0); positions.len()];
+        Self {
+            positions,
+            velocities: zeros.clone(),
+            accelerations: zeros,
+        }
+    }
+}
+
+impl Motion {
+    /// The coordinate that moves the joint, and by which factor.
+    pub fn driven(&self) -> Option<(usize, f64)> {
+        match *self {
+            Self::Turns {
+                coordinate, ratio, ..
+            }
+            | Self::Slides {
+                coordinate, ratio, ..
+            } => Some((coordinate, ratio)),
+            Self::Fixed | Self::Free => None,
+        }
+    }
+
+    /// Position, velocity and acceleration of the joint; 0 for one that does not move.
+    pub(crate) fn of<T: Real>(&self, state: &State<T>) -> [T; 3] {
+        let zero = T::constant(0.0);
+        let (coordinate, ratio, offset) = match *self {
+            Self::Turns {
+                coordinate,
+                ratio,
+                offset,
+            }
+            | Self::Slides {
+                coordinate,
+                ratio,
+                offset,
+            } => (coordinate, T::constant(ratio), T::constant(offset)),
+            Self::Fixed | Self::Free => return [zero; 3],
+        };
+        let at = |all: &[T]| all.get(coordinate).copied().unwrap_or(zero) * ratio;
+        [
+            at(&state.positions) + offset,
+            at(&state.velocities),
+            at(&state.accelerations),
+        ]
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of robots.
+
+mod pinocchio;
+mod texts;

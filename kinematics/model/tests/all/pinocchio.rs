@@ -1,0 +1,282 @@
+//! Motions and efforts beside Pinocchio.
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_robot::{Column, Motion, Robot, State, dynamics};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+/// A robot of a text, which has no findings.
+fn robot(text: &str) -> Robot {
+    let mut sources = SourceMap::new();
+    let source = sources.add("robot.urdf", text);
+    let (robot, found) = rc_robot::read(&sources, source);
+    let found = render(&sources, &found, Format::Short);
+    assert!(found.is_empty(), "{found}");
+    robot
+}
+
+fn numbers<const N: usize>(random: &mut fastrand::Rng, most: f64) -> [f64; N] {
+    [(); N].map(|()| (random.f64() * 2.0 - 1.0) * most)
+}
+
+fn text(numbers: &[f64]) -> String {
+    let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    words.join(" ")
+}
+
+/// A tree of links with joints of all kinds that have one coordinate or none. Some follow others.
+fn random_urdf(random: &mut fastrand::Rng, links: usize) -> String {
+    let mut out = String::from("<robot name=\"random\">\n");
+    let mut leaders: Vec<(usize, &str)> = Vec::new();
+    for link in 0..links {
+        let mass = 0.1 + random.f64();
+        // The moments of three masses on the axes, so that a body may have them.
+        let [x, y, z] = [(); 3].map(|()| 0.01 + random.f64());
+        let place = text(&numbers::<3>(random, 0.3));
+        let turn = text(&numbers::<3>(random, 3.0));
+        let inertia = format!(
+            "<inertial><origin xyz=\"{place}\" rpy=\"{turn}\"/><mass value=\"{mass}\"/>\
+            <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>",
+            y + z,
+            x + z,
+            x + y
+        );
+        writeln!(out, "<link name=\"l{link}\">{inertia}</link>").expect("a text");
+        if link == 0 {
+            continue;
+        }
+        let kind = ["revolute", "continuous", "prismatic", "fixed", "revolute"][random.usize(0..5)];
+        let place = text(&numbers::<3>(random, 0.5));
+        let turn = text(&numbers::<3>(random, 3.0));
+        let axis = match random.usize(0..4) {
+            0 => "0 0 1".to_owned(),
+            1 => "0 -1 0".to_owned(),
+            _ => text(&numbers::<3>(random, 2.0)),
+        };
+        let parent = random.usize(link.saturating_sub(3)..link);
+        let of_its_kind = leaders.iter().find(|(_, other)| *other == kind);
+        let mimic = match of_its_kind {
+            Some((leader, _)) if kind != "continuous" && random.bool() => {
+                format!("<mimic joint=\"j{leader}\" multiplier=\"-0.7\" offset=\"0.2\"/>")
+            }
+            _ => String::new(),
+        };
+        if mimic.is_empty() && kind != "fixed" {
+            leaders.push((link, kind));
+        }
+        writeln!(
+            out,
+            "<joint name=\"j{link}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{link}\"/>\
+            <origin xyz=\"{place}\" rpy=\"{turn}\"/><axis xyz=\"{axis}\"/>\
+            <limit lower=\"-2\" upper=\"1.5\" effort=\"9\" velocity=\"3\"/>{mimic}</joint>"
+        )
+        .expect("a text");
+    }
+    out + "</robot>\n"
+}
+
+fn states(random: &mut fastrand::Rng, size: usize, count: usize) -> Vec<State> {
+    let mut some =
+        |most| -> Vec<f64> { (0..size).map(|_| numbers::<1>(random, most)[0]).collect() };
+    (0..count)
+        .map(|_| State {
+            positions: some(3.0),
+            velocities: some(2.0),
+            accelerations: some(2.0),
+        })
+        .collect()
+}
+
+/// The greatest difference of two lists of numbers, relative to the greatest number.
+fn difference(own: &Value, other: &Value) -> f64 {
+    fn flat(value: &Value, out: &mut Vec<f64>) {
+        match value {
+            Value::Array(all) => all.iter().for_each(|one| flat(one, out)),
+            other => out.push(other.as_f64().expect("a number")),
+        }
+    }
+    let (mut one, mut two) = (Vec::new(), Vec::new());
+    flat(own, &mut one);
+    flat(other, &mut two);
+    assert_eq!(one.len(), two.len(), "{own} {other}");
+    let size = two
+        .iter()
+        .fold(1.0, |most: f64, value| most.max(value.abs()));
+    let differences = one.iter().zip(&two).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f64::max) / size
+}
+
+fn homogeneous(frame: &rc_robot::Frame) -> Value {
+    let row = |row: usize| {
+        let [x, y, z] = frame.rotation[row];
+        json!([x, y, z, frame.translation[row]])
+    };
+    json!([row(0), row(1), row(2), [0, 0, 0, 1]])
+}
+
+fn columns(jacobian: &[Column<f64>]) -> Value {
+    let columns = jacobian.iter().map(|column| {
+        let all = column.linear.iter().chain(&column.angular);
+        all.copied().collect::<Vec<f64>>()
+    });
+    json!(columns.collect::<Vec<_>>())
+}
+
+/// What this crate finds, in the form of the script.
+fn facts(robot: &Robot, states: &[State], gravity: [f64; 3]) -> Value {
+    let of = |state: &State| {
+        let frames = (0..robot.bodies.len()).map(|body| {
+            let chain = robot.chain(0, body).expect("no free joint");
+            let moved = chain.moved(state);
+            let join = |a: [f64; 3], b: [f64; 3]| [a, b].concat();
+            json!({
+                "pose": homogeneous(&moved.pose),
+                "velocity": join(moved.linear_velocity, moved.angular_velocity),
+                "acceleration": join(moved.linear_acceleration, moved.angular_acceleration),
+                "jacobian": columns(&moved.jacobian),
+            })
+        });
+        json!({
+            "frames": frames.collect::<Vec<_>>(),
+            "efforts": dynamics::efforts(robot, state, gravity),
+            "mass": dynamics::mass_matrix(robot, state),
+        })
+    };
+    let mass = robot.bodies.iter().filter_map(|body| body.inertia);
+    json!({
+        "mass": mass.map(|inertia| inertia.mass).sum::<f64>(),
+        "states": states.iter().map(of).collect::<Vec<_>>(),
+    })
+}
+
+/// Pinocchio knows no robot of this test, and this crate nothing of Pinocchio.
+#[test]
+fn motions_and_efforts_are_those_of_pinocchio() {
+    let packages = "pin==4.1.0\n";
+    let name = "motions_and_efforts_are_those_of_pinocchio";
+    let Some(python) = rc_test_support::python::packages("pinocchio", packages, name) else {
+        return;
+    };
+    let mut random = fastrand::Rng::with_seed(44);
+    let (mut cases, mut own) = (Vec::new(), Vec::new());
+    let mut followers = 0;
+    for at in 0..12 {
+        let urdf = random_urdf(&mut random, 3 + at);
+        let robot = robot(&urdf);
+        let followed = robot.bodies.iter().filter(|body| {
+            let motion = body.joint.as_ref().map(|joint| joint.motion);
+            matches!(motion, Some(Motion::Turns { ratio, .. } | Motion::Slides { ratio, .. }) if ratio < 1.0)
+        });
+        followers += followed.count();
+        let states = states(&mut random, robot.coordinates.len(), 30);
+        let gravity = numbers::<3>(&mut random, 9.81);
+        let plain = |state: &State| {
+            json!({
+                "positions": state.positions,
+                "velocities": state.velocities,
+                "accelerations": state.accelerations,
+            })
+        };
+        cases.push(json!({
+            "urdf": urdf,
+            "root": robot.bodies[0].name,
+            "gravity": gravity,
+            "coordinates": robot.coordinates,
+            "bodies": robot.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
+            "states": states.iter().map(plain).collect::<Vec<_>>(),
+        }));
+        own.push(facts(&robot, &states, gravity));
+    }
+    assert!(followers > 3, "{followers} joints follow others");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/motion.py");
+    let mut child = Command::new(python)
+        .arg(script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python");
+    let mut input = child.stdin.take().expect("its input");
+    input
+        .write_all(json!(cases).to_string().as_bytes())
+        .expect("written");
+    drop(input);
+    let output = child.wait_with_output().expect("python");
+    assert!(output.status.success(), "the script failed");
+    let other: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    for (at, own) in own.iter().enumerate() {
+        let other = &other[at];
+        assert!(difference(&own["mass"], &other["mass"]) < 1e-12);
+        for (state, own) in own["states"].as_array().expect("a list").iter().enumerate() {
+            let other = &other["states"][state];
+            for (frame, own) in own["frames"].as_array().expect("a list").iter().enumerate() {
+                for what in ["pose", "velocity", "acceleration", "jacobian"] {
+                    let far = difference(&own[what], &other["frames"][frame][what]);
+                    assert!(
+                        far < 1e-10,
+                        "robot {at}, state {state}, frame {frame}, {what}: {far}"
+                    );
+                }
+            }
+            for what in ["efforts", "mass"] {
+                let far = difference(&own[what], &other[what]);
+                assert!(far < 1e-9, "robot {at}, state {state}, {what}: {far}");
+            }
+        }
+    }
+}
+
+/// A frame in another one is there what the chain over the root says.
+#[test]
+fn frames_move_in_each_other_as_over_the_root() {
+    let mut random = fastrand::Rng::with_seed(7);
+    for links in [5, 9, 14] {
+        let robot = robot(&random_urdf(&mut random, links));
+        for state in states(&mut random, robot.coordinates.len(), 5) {
+            for base in 0..links {
+                for tip in 0..links {
+                    let chain = robot.chain(base, tip).expect("no free joint");
+                    let moved = chain.moved(&state);
+                    let in_root = |body| {
+                        let chain = robot.chain(0, body).expect("no free joint");
+                        chain.moved(&state).pose
+                    };
+                    let over = in_root(base).inverse().then(&in_root(tip));
+                    assert!(difference(&homogeneous(&moved.pose), &homogeneous(&over)) < 1e-12);
+                    // The Jacobian gives the velocity, and both the change of the pose.
+                    let mut linear = [0.0; 3];
+                    for (column, speed) in moved.jacobian.iter().zip(&state.velocities) {
+                        for (part, by) in linear.iter_mut().zip(column.linear) {
+                            *part += by * speed;
+                        }
+                    }
+                    let velocity = json!(moved.linear_velocity);
+                    assert!(difference(&json!(linear), &velocity) < 1e-11);
+                    let step = 1e-6;
+                    let at = |time: f64| {
+                        let mut other = state.clone();
+                        let all = other.positions.iter_mut().zip(&mut other.velocities);
+                        for ((position, speed), rate) in all.zip(&state.accelerations) {
+                            *position += *speed * time + 0.5 * rate * time * time;
+                            *speed += rate * time;
+                        }
+                        chain.moved(&other)
+                    };
+                    let (before, after) = (at(-step), at(step));
+                    let rate = |a: [f64; 3], b: [f64; 3]| {
+                        json!([0, 1, 2].map(|at: usize| (b[at] - a[at]) / (2.0 * step)))
+                    };
+                    let measured = rate(before.pose.translation, after.pose.translation);
+                    assert!(difference(&measured, &velocity) < 1e-6);
+                    let measured = rate(before.linear_velocity, after.linear_velocity);
+                    let acceleration = json!(moved.linear_acceleration);
+                    assert!(difference(&measured, &acceleration) < 1e-5);
+                    let measured = rate(before.angular_velocity, after.angular_velocity);
+                    let acceleration = json!(moved.angular_acceleration);
+                    assert!(difference(&measured, &acceleration) < 1e-5);
+                }
+            }
+        }
+    }
+}

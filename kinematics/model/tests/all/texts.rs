@@ -1,0 +1,117 @@
+//! What is wrong in a file.
+
+use rc_diagnostics::{Format, SourceMap, render};
+
+fn findings(inside: &str) -> String {
+    let mut sources = SourceMap::new();
+    let source = sources.add("robot.urdf", format!("<robot name=\"r\">{inside}</robot>"));
+    let (_, found) = rc_robot::read(&sources, source);
+    render(&sources, &found, Format::Short)
+}
+
+/// Two links, a joint between them, and what stands in it.
+fn joint(inside: &str) -> String {
+    format!(
+        "<link name=\"a\"/><link name=\"b\"/>\
+        <joint name=\"j\" {inside}<parent link=\"a\"/><child link=\"b\"/></joint>"
+    )
+}
+
+fn inertial(inside: &str) -> String {
+    format!("<link name=\"a\"><inertial>{inside}</inertial></link>")
+}
+
+#[test]
+fn what_no_robot_has_is_refused_at_its_place() {
+    let moments = |diagonal: [f64; 3]| {
+        let [x, y, z] = diagonal;
+        let inertia = format!(
+            "<mass value=\"1\"/><inertia ixx=\"{x}\" iyy=\"{y}\" izz=\"{z}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>"
+        );
+        inertial(&inertia)
+    };
+    for (inside, expected) in [
+        (
+            "<link name=\"a\"/><link name=\"b\"/>".to_owned(),
+            "1:34: error[unconnected-link]: no joint connects the links `a` and `b`",
+        ),
+        (
+            joint("type=\"revolute\"><axis xyz=\"0 0 0\"/>"),
+            "error[bad-value]: the axis of the joint is 0",
+        ),
+        (
+            joint("type=\"revolute\"><axis xyz=\"0 0\"/>"),
+            "error[bad-number]: expected 3 numbers for `xyz`, found `0 0`",
+        ),
+        (
+            joint("type=\"turning\">"),
+            "error[bad-value]: unknown type of a joint `turning`",
+        ),
+        (
+            joint("type=\"revolute\"><limit lower=\"2\" upper=\"1\"/>"),
+            "`lower` is greater than `upper`",
+        ),
+        (
+            joint("type=\"revolute\"><limit effort=\"-1\"/>"),
+            "`effort` cannot be negative, found `-1`",
+        ),
+        (
+            joint("type=\"revolute\"><mimic joint=\"k\"/>"),
+            "error[unknown-joint]: there is no joint `k`",
+        ),
+        (
+            joint("type=\"revolute\"><mimic joint=\"j\"/>"),
+            "error[mimic-circle]",
+        ),
+        (
+            joint("type=\"fixed\"><parent link=\"b\"/>"),
+            "form a circle",
+        ),
+        (
+            inertial("<mass value=\"-1\"/>"),
+            "error[bad-value]: the mass is negative: -1 kg",
+        ),
+        (
+            inertial("<mass value=\"nan\"/>"),
+            "error[bad-number]: expected a number for `value`, found `nan`",
+        ),
+        (
+            inertial("<mass value=\"1e300\"/>"),
+            "error[bad-value]: the inertia is too great",
+        ),
+        (
+            moments([1.0, 1.0, 2.5]),
+            "warning[impossible-inertia]: the moments of inertia [1.0, 1.0, 2.5] kg m²",
+        ),
+        (moments([-1.0, -1.0, -1.0]), "warning[impossible-inertia]"),
+        // The edge of what is possible: a thin rod, and nothing.
+        (moments([0.0, 1.0, 1.0]), ""),
+        (moments([0.0, 0.0, 0.0]), ""),
+    ] {
+        let found = findings(&inside);
+        assert!(found.contains(expected), "{inside}: {found}");
+        assert_eq!(found.is_empty(), expected.is_empty(), "{inside}: {found}");
+    }
+}
+
+/// No text ends the reader with a panic.
+#[test]
+fn random_texts_are_read_or_refused() {
+    let whole = joint(
+        "type=\"revolute\"><origin xyz=\"1 2 3\" rpy=\"0 0 1\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\"/>",
+    );
+    let whole: Vec<char> = format!("{whole}<!-- 1e400 -->").chars().collect();
+    let mut random = fastrand::Rng::with_seed(3);
+    for _ in 0..3_000 {
+        let mut text = whole.clone();
+        for _ in 0..random.usize(1..4) {
+            let at = random.usize(0..text.len());
+            match random.usize(0..3) {
+                0 => drop(text.remove(at)),
+                1 => text.insert(at, whole[random.usize(0..whole.len())]),
+                _ => text[at] = whole[random.usize(0..whole.len())],
+            }
+        }
+        findings(&text.into_iter().collect::<String>());
+    }
+}

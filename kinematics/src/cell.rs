@@ -1,0 +1,197 @@
+//! A robot with its solvers.
+
+use crate::ast::What;
+use rc_formula::{Operation, Program, Recorder, Rejected, Term};
+use rc_quantity::Real;
+use rc_quantity::rotation::{transposed, turned};
+use rc_robot::{Chain, Robot, State, dynamics};
+use rc_vocabulary::Primitive;
+
+/// A robot with its solvers.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Its name.
+    pub name: String,
+    /// The robot.
+    pub robot: Robot,
+    /// In the order of the text.
+    pub solvers: Vec<Solver>,
+}
+
+/// A function of positions, velocities and accelerations.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    /// Its name.
+    pub name: String,
+    /// What its author says of it.
+    pub doc: Vec<String>,
+    /// What it gives.
+    pub outputs: Vec<Output>,
+    /// Whether it takes velocities.
+    pub takes_velocities: bool,
+    /// Whether it takes accelerations.
+    pub takes_accelerations: bool,
+    /// Its operations. The input has the positions of all coordinates, their velocities and their
+    /// accelerations, the output the numbers of [`outputs`](Self::outputs) by rows.
+    pub program: Program,
+}
+
+/// Something that a solver gives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Its name in printed code.
+    pub name: String,
+    /// What it is, in which unit and frame.
+    pub doc: String,
+    /// How many numbers it has.
+    pub shape: Shape,
+}
+
+/// How the numbers of an output stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// So many numbers.
+    Vector(usize),
+    /// Rows and columns.
+    Matrix(usize, usize),
+}
+
+impl Shape {
+    /// How many numbers it has.
+    pub fn size(self) -> usize {
+        match self {
+            Self::Vector(length) => length,
+            Self::Matrix(rows, columns) => rows * columns,
+        }
+    }
+}
+
+/// How much a solver computes. It is the same in each call: no operation depends on a condition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Sums and differences.
+    pub sums: usize,
+    /// Products and quotients.
+    pub products: usize,
+    /// Sines, cosines and roots.
+    pub functions: usize,
+}
+
+impl Solver {
+    /// How much it computes.
+    pub fn work(&self) -> Work {
+        let mut work = Work::default();
+        for node in self.program.nodes() {
+            match node.operation {
+                Operation::Add | Operation::Subtract => work.sums += 1,
+                Operation::Multiply | Operation::Divide => work.products += 1,
+                Operation::Input(_) | Operation::Negate => {}
+                _ => work.functions += 1,
+            }
+        }
+        work
+    }
+
+    /// Computes it without printed code, for the state of all coordinates.
+    ///
+    /// # Errors
+    /// The state has another number of coordinates.
+    pub fn run(&self, state: &State) -> Result<Vec<f64>, Rejected> {
+        let parts = [&state.positions, &state.velocities, &state.accelerations];
+        self.program.run(&parts.map(Vec::as_slice).concat())
+    }
+}
+
+/// What an output computes, with its names resolved.
+#[derive(Clone, Debug)]
+pub(crate) enum Computed<'r> {
+    Motion {
+        what: What,
+        chain: Chain<'r>,
+        /// From the frame of the vectors to the base of the chain.
+        expressed: Option<Chain<'r>>,
+    },
+    Efforts([f64; 3]),
+    MassMatrix,
+}
+
+impl Computed<'_> {
+    /// Whether it needs velocities and accelerations.
+    pub(crate) fn needs(&self) -> (bool, bool) {
+        match self {
+            Self::Motion { what, .. } => match what {
+                What::Pose | What::Jacobian => (false, false),
+                What::Velocity => (true, false),
+                What::Acceleration => (true, true),
+            },
+            Self::Efforts(_) => (true, true),
+            Self::MassMatrix => (false, false),
+        }
+    }
+
+    /// Its numbers, by rows.
+    fn numbers<T: Real>(&self, robot: &Robot, state: &State<T>) -> Vec<T> {
+        match self {
+            Self::Efforts(gravity) => dynamics::efforts(robot, state, *gravity),
+            Self::MassMatrix => dynamics::mass_matrix(robot, state).concat(),
+            Self::Motion {
+                what,
+                chain,
+                expressed,
+            } => {
+                let moved = chain.moved(state);
+                let expressed = expressed.as_ref().map(|chain| chain.moved(state).pose);
+                let seen = |vector: [T; 3]| match &expressed {
+                    Some(frame) => turned(&transposed(&frame.rotation), vector),
+                    None => vector,
+                };
+                match what {
+                    What::Pose => {
+                        let (zero, one) = (T::constant(0.0), T::constant(1.0));
+                        let rows = moved.pose.rotation.iter().zip(moved.pose.translation);
+                        let rows = rows.flat_map(|(row, place)| [row[0], row[1], row[2], place]);
+                        rows.chain([zero, zero, zero, one]).collect()
+                    }
+                    What::Jacobian => {
+                        let columns = moved.jacobian.iter();
+                        let columns: Vec<[[T; 3]; 2]> = columns
+                            .map(|column| [seen(column.linear), seen(column.angular)])
+                            .collect();
+                        let rows = (0..6).flat_map(|row| {
+                            let part = move |column: &[[T; 3]; 2]| column[row / 3][row % 3];
+                            columns.iter().map(part)
+                        });
+                        rows.collect()
+                    }
+                    What::Velocity => {
+                        let parts = [moved.linear_velocity, moved.angular_velocity];
+                        parts.map(seen).concat()
+                    }
+                    What::Acceleration => {
+                        let parts = [moved.linear_acceleration, moved.angular_acceleration];
+                        parts.map(seen).concat()
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The operations of all these outputs.
+pub(crate) fn recorded(robot: &Robot, outputs: &[Computed<'_>]) -> Program {
+    let count = robot.coordinates.len();
+    let recorder = Recorder::new(3 * count);
+    let input = |from: usize| -> Vec<Term<'_>> {
+        let places = from * count..(from + 1) * count;
+        places
+            .map(|at| recorder.input(at, Primitive::F64))
+            .collect()
+    };
+    let state = State {
+        positions: input(0),
+        velocities: input(1),
+        accelerations: input(2),
+    };
+    let numbers = outputs.iter().map(|output| output.numbers(robot, &state));
+    recorder.program(&numbers.collect::<Vec<_>>().concat())
+}

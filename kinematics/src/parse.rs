@@ -1,0 +1,191 @@
+//! The parser. Errors become diagnostics, and parsing continues after the skipped input.
+
+use crate::ast::{File, Kinematics, Output, OutputKind, Solver, What};
+use pest::iterators::Pair;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_syntax::{Name, ParseContext};
+
+#[allow(
+    unreachable_pub,
+    reason = "pest makes `Rule` public, and it names its parser"
+)]
+#[derive(pest_derive::Parser)]
+#[grammar = "../../syntax/src/common.pest"]
+#[grammar = "grammar.pest"]
+pub struct Grammar;
+
+/// What may stand in a solver.
+const OUTPUTS: [&str; 7] = [
+    "pose",
+    "jacobian",
+    "velocity",
+    "acceleration",
+    "efforts",
+    "mass_matrix",
+    "gravity",
+];
+
+/// Parses one `.kdsl` text.
+pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
+    let mut reader = ParseContext::new(sources, source);
+    let mut file = File::default();
+    for pair in reader.file::<Rule>().into_iter().flatten() {
+        match pair.as_rule() {
+            Rule::import => {
+                let texts = reader.texts(pair);
+                file.imports.extend(texts.into_iter().last());
+            }
+            Rule::kinematics => file.kinematics = Some(kinematics(&mut reader, pair)),
+            Rule::trailing => reader.trailing(&pair),
+            _ => {}
+        }
+    }
+    (file, reader.finish())
+}
+
+fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
+    let mut kinematics = Kinematics {
+        name: Name::new("", r.span(&pair)),
+        solvers: Vec::new(),
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => kinematics.name = r.name(&part),
+            Rule::solver => kinematics.solvers.push(solver(r, part)),
+            Rule::skipped => skipped(r, &part, &["solver"], Rule::solver),
+            _ => {}
+        }
+    }
+    kinematics
+}
+
+/// Reports what could not be read: a word that nothing begins with, or the rest behind one.
+fn skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &[&'static str], rule: Rule) {
+    let first = r.first_word(pair);
+    if words.contains(&first.text.to_lowercase().as_str()) {
+        r.report_skipped(pair, rule);
+        return;
+    }
+    let message = format!("expected {}, found `{}`", list(words), first.text);
+    let diagnostic = Diagnostic::error("unknown-declaration", first.span, message);
+    r.found
+        .push(diagnostic.suggest(&first.text, words.iter().copied()));
+}
+
+fn list(words: &[&str]) -> String {
+    let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+    match words.as_slice() {
+        [one] => one.clone(),
+        all => format!("one of {}", all.join(", ")),
+    }
+}
+
+fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
+    let mut solver = Solver {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        outputs: Vec::new(),
+        gravity: Vec::new(),
+    };
+    for part in pair.into_inner() {
+        let span = trimmed(r, &part);
+        match part.as_rule() {
+            Rule::name => solver.name = r.name(&part),
+            Rule::motion => {
+                let kind = motion(r, part);
+                solver
+                    .outputs
+                    .extend(kind.map(|kind| Output { span, kind }));
+            }
+            Rule::dynamics => {
+                let kind = dynamics(r, part);
+                solver
+                    .outputs
+                    .extend(kind.map(|kind| Output { span, kind }));
+            }
+            Rule::gravity => {
+                let mut numbers = Vec::new();
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::number => numbers.push(r.literal(&inside)),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+                solver.gravity.push((span, numbers));
+            }
+            Rule::skipped => skipped(r, &part, &OUTPUTS, Rule::motion),
+            _ => {}
+        }
+    }
+    solver
+}
+
+/// A span without the `;`, the blanks and the comments at its end.
+fn trimmed(r: &ParseContext<'_>, pair: &Pair<'_, Rule>) -> Span {
+    let span = r.span(pair);
+    let end = r.trivia.end_of_token_before(span.end);
+    let text = r.text.get(span.start..end).unwrap_or_default();
+    let end = span.start + text.trim_end_matches(';').len();
+    Span::new(span.source, span.start, end.max(span.start))
+}
+
+fn frame(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
+    let part = pair.into_inner().next()?;
+    Some(match part.as_rule() {
+        Rule::string => r.string(&part),
+        _ => r.name(&part),
+    })
+}
+
+fn motion(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
+    let (mut what, mut frames, mut expressed) = (None, Vec::new(), None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_pose => what = Some(What::Pose),
+            Rule::kw_jacobian => what = Some(What::Jacobian),
+            Rule::kw_velocity => what = Some(What::Velocity),
+            Rule::kw_acceleration => what = Some(What::Acceleration),
+            Rule::frame => frames.extend(frame(r, part)),
+            Rule::expressed => {
+                let mut inside = part.into_inner();
+                let named = inside.find(|part| part.as_rule() == Rule::frame);
+                expressed = named.and_then(|named| frame(r, named));
+            }
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    let mut frames = frames.into_iter();
+    Some(OutputKind::Motion {
+        what: what?,
+        tip: frames.next()?,
+        base: frames.next()?,
+        expressed,
+    })
+}
+
+fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
+    let mut kind = None;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_efforts => kind = Some(OutputKind::Efforts),
+            Rule::kw_mass_matrix => kind = Some(OutputKind::MassMatrix),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    kind
+}
+
+rc_syntax::language!("`Kinematics NAME { … };`", words: [], {
+    file | kinematics => "`Kinematics`",
+    import => "`import`",
+    solver => "`solver`",
+    motion => "`pose`, `jacobian`, `velocity` or `acceleration`",
+    dynamics => "`efforts` or `mass_matrix`",
+    gravity => "`gravity`",
+    expressed => "`expressed in FRAME`",
+    frame => "the name of a link",
+    kw_in => "`in`",
+});

@@ -1,0 +1,310 @@
+//! Prints the solvers of a cell as code without dependencies.
+
+use crate::cell::{Cell, Output, Shape, Solver};
+use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
+use std::fmt::Write;
+
+/// The name of an array and the place in it, for a place of the input.
+fn input(cell: &Cell, at: usize) -> String {
+    let count = cell.robot.coordinates.len().max(1);
+    let array = ["positions", "velocities", "accelerations"][at / count];
+    format!("{array}[{}]", at % count)
+}
+
+/// The arrays that a solver takes.
+fn arrays(solver: &Solver) -> impl Iterator<Item = &'static str> {
+    let taken = [
+        ("positions", true),
+        ("velocities", solver.takes_velocities),
+        ("accelerations", solver.takes_accelerations),
+    ];
+    taken
+        .into_iter()
+        .filter(|(_, is_taken)| *is_taken)
+        .map(|(name, _)| name)
+}
+
+/// The numbers of an output, by rows: `[[v1, v2], [v3, v4]]` between `open` and `close`.
+fn rows(output: &Output, numbers: &[String], open: &str, close: &str) -> String {
+    let list = |numbers: &[String]| format!("{open}{}{close}", numbers.join(", "));
+    match output.shape {
+        Shape::Vector(_) => list(numbers),
+        Shape::Matrix(_, columns) => {
+            let rows = numbers.chunks(columns.max(1)).map(list);
+            list(&rows.collect::<Vec<_>>())
+        }
+    }
+}
+
+/// The outputs of a solver with their numbers.
+fn outputs(solver: &Solver) -> Vec<(&Output, Vec<String>)> {
+    let mut numbers = results(&solver.program).into_iter();
+    let outputs = solver.outputs.iter();
+    outputs
+        .map(|output| (output, numbers.by_ref().take(output.shape.size()).collect()))
+        .collect()
+}
+
+/// What is said of a solver.
+fn about(solver: &Solver) -> Vec<String> {
+    let work = solver.work();
+    let mut lines = solver.doc.clone();
+    lines.push(format!(
+        "{} sums, {} products, {} sines, cosines and roots, in each call.",
+        work.sums, work.products, work.functions
+    ));
+    lines
+}
+
+/// The limits of all coordinates, as (least, greatest) positions.
+fn limits(cell: &Cell) -> (Vec<f64>, Vec<f64>) {
+    let limits = cell.robot.limits().into_iter();
+    limits
+        .map(|limits| limits.map_or((f64::NEG_INFINITY, f64::INFINITY), |l| (l.lower, l.upper)))
+        .unzip()
+}
+
+/// A text in quotes. Names of joints may have any character of XML.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out.push(' '),
+            // C99 and Python read UTF-8, too.
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+fn names(cell: &Cell) -> String {
+    let names: Vec<String> = cell
+        .robot
+        .coordinates
+        .iter()
+        .map(|name| quoted(name))
+        .collect();
+    names.join(", ")
+}
+
+/// The name of a type: `pose_of_tip` becomes `PoseOfTip`.
+fn type_name(name: &str) -> String {
+    let words = name.split('_').map(|word| {
+        let mut letters = word.chars();
+        let first = letters.next().map(|first| first.to_ascii_uppercase());
+        first.into_iter().chain(letters).collect::<String>()
+    });
+    words.collect()
+}
+
+/// All solvers as Rust, with `f64`. The text is a module.
+pub fn rust(cell: &Cell) -> String {
+    let count = cell.robot.coordinates.len();
+    let numbers = |all: Vec<f64>| {
+        let all = all.into_iter().map(|value| match value {
+            f64::INFINITY => "f64::INFINITY".to_owned(),
+            f64::NEG_INFINITY => "f64::NEG_INFINITY".to_owned(),
+            value => format!("{value:?}"),
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let (lower, upper) = limits(cell);
+    let mut out = format!(
+        "//! Solvers of `{}` for the robot {}. Printed by rcgen.\n\
+        #![allow(clippy::all, clippy::pedantic, unused_variables, reason = \"generated\")]\n\n\
+        /// The joints, in the order of all arrays. Positions are in rad, of joints that slide in m.\n\
+        pub const JOINTS: [&str; {count}] = [{}];\n\n\
+        /// The least positions of the joints.\npub const LOWER: [f64; {count}] = [{}];\n\n\
+        /// The greatest positions of the joints.\npub const UPPER: [f64; {count}] = [{}];\n",
+        cell.name,
+        quoted(&cell.robot.name),
+        names(cell),
+        numbers(lower),
+        numbers(upper),
+    );
+    for solver in &cell.solvers {
+        let of = type_name(&solver.name);
+        let _ = writeln!(
+            out,
+            "\n/// What [`{}`] gives.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{",
+            solver.name
+        );
+        for output in &solver.outputs {
+            let kind = match output.shape {
+                Shape::Vector(length) => format!("[f64; {length}]"),
+                Shape::Matrix(rows, columns) => format!("[[f64; {columns}]; {rows}]"),
+            };
+            let _ = writeln!(
+                out,
+                "    /// {}\n    pub {}: {kind},",
+                output.doc, output.name
+            );
+        }
+        out.push_str("}\n\n");
+        for line in about(solver) {
+            let _ = writeln!(out, "/// {line}");
+        }
+        let taken = arrays(solver).map(|array| format!("{array}: &[f64; {count}]"));
+        let _ = writeln!(
+            out,
+            "pub fn {}({}) -> {of} {{",
+            solver.name,
+            taken.collect::<Vec<_>>().join(", ")
+        );
+        out += &rust_text::statements(&solver.program, |at| input(cell, at));
+        let _ = writeln!(out, "    {of} {{");
+        for (output, numbers) in outputs(solver) {
+            let _ = writeln!(
+                out,
+                "        {}: {},",
+                output.name,
+                rows(output, &numbers, "[", "]")
+            );
+        }
+        out.push_str("    }\n}\n");
+    }
+    out
+}
+
+/// All solvers as C99. Each name begins with that of the cell.
+///
+/// Compilers that join a product and a sum give other last bits than Rust (`-ffp-contract=off` tells GCC
+/// not to).
+pub fn c(cell: &Cell) -> String {
+    let count = cell.robot.coordinates.len();
+    let prefix = &cell.name;
+    let numbers = |all: Vec<f64>| {
+        let all = all.into_iter().map(|value| match value {
+            f64::INFINITY => "INFINITY".to_owned(),
+            f64::NEG_INFINITY => "-INFINITY".to_owned(),
+            value => format!("{value:?}"),
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let (lower, upper) = limits(cell);
+    let mut out = format!("/* Solvers of {prefix}. Printed by rcgen. */\n#include <math.h>\n\n");
+    if count > 0 {
+        let _ = write!(
+            out,
+            "/* The joints, in the order of all arrays. Positions are in rad, of joints that slide in m. */\n\
+            static const char *const {prefix}_joints[{count}] = {{{}}};\n\n\
+            /* The least and the greatest positions of the joints. */\n\
+            static const double {prefix}_lower[{count}] = {{{}}};\n\
+            static const double {prefix}_upper[{count}] = {{{}}};\n",
+            names(cell),
+            numbers(lower),
+            numbers(upper),
+        );
+    }
+    for solver in &cell.solvers {
+        let name = format!("{prefix}_{}", solver.name);
+        let _ = writeln!(out, "\n/* What {name} gives. */\ntypedef struct {{");
+        for output in &solver.outputs {
+            let shape = match output.shape {
+                Shape::Vector(length) => format!("[{length}]"),
+                Shape::Matrix(rows, columns) => format!("[{rows}][{columns}]"),
+            };
+            let doc = output.doc.replace("*/", "* /");
+            let _ = writeln!(out, "    /* {doc} */\n    double {}{shape};", output.name);
+        }
+        let _ = writeln!(out, "}} {name}_result;\n\n/*");
+        for line in about(solver) {
+            let _ = writeln!(out, " * {}", line.replace("*/", "* /"));
+        }
+        let taken = arrays(solver).map(|array| format!("const double {array}[{count}], "));
+        let taken: Vec<String> = taken.collect();
+        let _ = writeln!(
+            out,
+            " */\nstatic inline void {name}({}{name}_result *result)\n{{",
+            taken.concat()
+        );
+        for array in arrays(solver) {
+            let _ = writeln!(out, "    (void){array};");
+        }
+        out += &c_text::statements(&solver.program, |at| input(cell, at));
+        for (output, numbers) in outputs(solver) {
+            let name = &output.name;
+            for (at, number) in numbers.iter().enumerate() {
+                let place = match output.shape {
+                    Shape::Vector(_) => format!("[{at}]"),
+                    Shape::Matrix(_, columns) => format!("[{}][{}]", at / columns, at % columns),
+                };
+                let _ = writeln!(out, "    result->{name}{place} = {number};");
+            }
+        }
+        out.push_str("}\n");
+    }
+    out
+}
+
+/// All solvers as Python, with its standard library. A solver returns a named tuple of lists.
+pub fn python(cell: &Cell) -> String {
+    let numbers = |all: Vec<f64>| {
+        let all = all.into_iter().map(|value| match value {
+            f64::INFINITY => "math.inf".to_owned(),
+            f64::NEG_INFINITY => "-math.inf".to_owned(),
+            value => format!("{value:?}"),
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let (lower, upper) = limits(cell);
+    let mut body = format!(
+        "# The joints, in the order of all lists. Positions are in rad, of joints that slide in m.\n\
+        JOINTS = [{}]\n\n# The least and the greatest positions of the joints.\n\
+        LOWER = [{}]\nUPPER = [{}]\n",
+        names(cell),
+        numbers(lower),
+        numbers(upper),
+    );
+    let count = cell.robot.coordinates.len();
+    for solver in &cell.solvers {
+        let of = type_name(&solver.name);
+        let _ = writeln!(
+            body,
+            "\n\nclass {of}(NamedTuple):\n    \"\"\"What {} gives.\"\"\"\n",
+            solver.name
+        );
+        for output in &solver.outputs {
+            let kind = match output.shape {
+                Shape::Vector(_) => "list[float]",
+                Shape::Matrix(..) => "list[list[float]]",
+            };
+            let _ = writeln!(body, "    # {}\n    {}: {kind}", output.doc, output.name);
+        }
+        let taken = arrays(solver).map(|array| format!("{array}: Sequence[float]"));
+        let _ = writeln!(
+            body,
+            "\n\ndef {}({}) -> {of}:",
+            solver.name,
+            taken.collect::<Vec<_>>().join(", ")
+        );
+        let lines = about(solver)
+            .join("\n    ")
+            .replace('\\', " ")
+            .replace("\"\"\"", "'''");
+        let _ = writeln!(body, "    \"\"\"{lines}\"\"\"");
+        for array in arrays(solver) {
+            let _ = writeln!(
+                body,
+                "    if len({array}) != {count}:\n        raise ValueError(\"{count} {array} are expected\")"
+            );
+        }
+        body +=
+            &python_text::statements(&solver.program, |at| format!("float({})", input(cell, at)));
+        let fields = outputs(solver).into_iter();
+        let fields = fields.map(|(output, numbers)| rows(output, &numbers, "[", "]"));
+        let _ = writeln!(
+            body,
+            "    return {of}({})",
+            fields.collect::<Vec<_>>().join(", ")
+        );
+    }
+    let robot = quoted(&cell.robot.name);
+    format!(
+        "# Solvers of {} for the robot {robot}. Printed by rcgen.\nfrom __future__ import annotations\n\n\
+        from collections.abc import Sequence\nfrom typing import NamedTuple\n\n{}{body}",
+        cell.name,
+        python_text::preamble(&body).trim_start()
+    )
+}

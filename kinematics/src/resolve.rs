@@ -1,0 +1,337 @@
+//! Resolves the names of a text in its robot.
+
+use crate::ast::{self, OutputKind, What};
+use crate::cell::{Cell, Computed, Output, Shape, Solver, recorded};
+use crate::parse::parse;
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_formula::is_reserved;
+use rc_robot::{Chain, Robot, dynamics};
+use rc_syntax::{Loader, Name};
+use std::collections::HashMap;
+
+/// The greatest acceleration of free fall, in m/s², that a file may say.
+const MOST_GRAVITY: f64 = 1e6;
+
+/// The most numbers that all outputs of a solver have. Each becomes operations of printed code.
+const MOST_NUMBERS: usize = 20_000;
+
+/// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
+/// diagnostic is an error.
+pub fn load(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+) -> (Option<Cell>, Diagnostics) {
+    let (file, mut found) = parse(sources, source);
+    let Some(kinematics) = file.kinematics else {
+        return (None, found);
+    };
+    let Some(robot) = robot(
+        sources,
+        loader,
+        source,
+        &file.imports,
+        &kinematics,
+        &mut found,
+    ) else {
+        return (None, found);
+    };
+    let mut resolver = Resolver {
+        robot: &robot,
+        found,
+    };
+    resolver.reserved(&kinematics.name, "the kinematics");
+    let mut known: HashMap<&str, Span> = HashMap::new();
+    let mut solvers = Vec::new();
+    for solver in &kinematics.solvers {
+        let name = &solver.name;
+        resolver.reserved(name, "a solver");
+        if let Some(first) = known.get(name.text.as_str()) {
+            let message = format!("`{}` is declared twice", name.text);
+            resolver.duplicate(name.span, message, *first);
+            continue;
+        }
+        known.insert(&name.text, name.span);
+        solvers.extend(resolver.solver(solver));
+    }
+    let found = resolver.found;
+    let name = kinematics.name.text.clone();
+    let cell = Cell {
+        name,
+        robot,
+        solvers,
+    };
+    (Some(cell), found)
+}
+
+/// Reads the robot that a text imports.
+fn robot(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    source: SourceId,
+    imports: &[Name],
+    kinematics: &ast::Kinematics,
+    found: &mut Diagnostics,
+) -> Option<Robot> {
+    let Some(import) = imports.first() else {
+        let message = "no robot is imported".to_owned();
+        let error = Diagnostic::error("missing-robot", kinematics.name.span, message);
+        found.push(error.help("write `import \"robot.urdf\";` before it"));
+        return None;
+    };
+    if let Some(second) = imports.get(1) {
+        let message = "a second robot is imported: solvers are those of one robot".to_owned();
+        let error = Diagnostic::error("second-robot", second.span, message);
+        let error = error.label(import.span, "the first one");
+        found.push(error.help("write a file for each robot, or connect them to one in a URDF"));
+    }
+    let from = sources.path(source).to_path_buf();
+    let file = match loader.find(&from, &import.text, "urdf") {
+        Ok(file) => file,
+        Err(missing) => {
+            found.push(missing.diagnostic(&import.text, "urdf", import.span));
+            return None;
+        }
+    };
+    let source = sources.add(file.path, file.text);
+    let (robot, of_robot) = rc_robot::read(sources, source);
+    let is_wrong = of_robot.has_errors();
+    found.extend(of_robot);
+    (!is_wrong).then_some(robot)
+}
+
+struct Resolver<'r> {
+    robot: &'r Robot,
+    found: Diagnostics,
+}
+
+/// A name as one of printed code.
+fn identifier(name: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    name.chars().map(letter).collect()
+}
+
+impl<'r> Resolver<'r> {
+    fn error(&mut self, code: &'static str, span: Span, message: String) {
+        self.found.push(Diagnostic::error(code, span, message));
+    }
+
+    fn duplicate(&mut self, span: Span, message: String, first: Span) {
+        let error = Diagnostic::error("duplicate-name", span, message);
+        self.found.push(error.label(first, "first declared here"));
+    }
+
+    /// Printed code cannot have all names.
+    fn reserved(&mut self, name: &Name, of: &str) {
+        if is_reserved(&name.text) {
+            let message = format!(
+                "`{}` cannot be the name of {of}: printed code has it for something else",
+                name.text
+            );
+            self.error("reserved-in-code", name.span, message);
+        }
+    }
+
+    fn body(&mut self, name: &Name) -> Option<usize> {
+        let found = self.robot.body(&name.text);
+        if found.is_none() {
+            let message = format!(
+                "the robot `{}` has no link `{}`",
+                self.robot.name, name.text
+            );
+            let error = Diagnostic::error("unknown-link", name.span, message);
+            let known = self.robot.bodies.iter().map(|body| body.name.as_str());
+            self.found.push(error.suggest(&name.text, known));
+        }
+        found
+    }
+
+    fn chain(&mut self, base: usize, tip: usize, span: Span) -> Option<Chain<'r>> {
+        match self.robot.chain(base, tip) {
+            Ok(chain) => Some(chain),
+            Err(joint) => {
+                self.free(joint, span);
+                None
+            }
+        }
+    }
+
+    fn free(&mut self, joint: &str, span: Span) {
+        let message = format!(
+            "the joint `{joint}` moves in several ways at once: no solver knows its motion"
+        );
+        let error = Diagnostic::error("free-joint", span, message);
+        self.found.push(
+            error.help(
+                "joints of type `revolute`, `continuous`, `prismatic` and `fixed` have solvers",
+            ),
+        );
+    }
+
+    fn gravity(&mut self, solver: &ast::Solver) -> [f64; 3] {
+        let mut gravity = [0.0, 0.0, -9.80665];
+        if let [(first, _), (second, _), ..] = solver.gravity.as_slice() {
+            let message = "`gravity` is said twice".to_owned();
+            self.duplicate(*second, message, *first);
+        }
+        let given = solver.gravity.iter().flat_map(|(_, numbers)| numbers);
+        for (part, literal) in gravity.iter_mut().zip(given) {
+            if let Some(value) = literal.as_f64().filter(|value| value.abs() <= MOST_GRAVITY) {
+                *part = value;
+                continue;
+            }
+            let message = format!(
+                "expected an acceleration up to {MOST_GRAVITY} m/s², found {}",
+                literal.described()
+            );
+            self.error("bad-value", literal.span, message);
+        }
+        let needs = |output: &ast::Output| output.kind == OutputKind::Efforts;
+        if let Some((span, _)) = solver.gravity.first()
+            && !solver.outputs.iter().any(needs)
+        {
+            let message = "`gravity` changes nothing: this solver gives no `efforts`".to_owned();
+            self.found
+                .push(Diagnostic::warning("without-effect", *span, message));
+        }
+        gravity
+    }
+
+    fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
+        let gravity = self.gravity(solver);
+        let mut known: HashMap<String, Span> = HashMap::new();
+        let (mut outputs, mut computed) = (Vec::new(), Vec::new());
+        for output in &solver.outputs {
+            let Some((described, what)) = self.output(output, gravity) else {
+                continue;
+            };
+            if let Some(first) = known.get(&described.name) {
+                let message = format!("the solver gives `{}` twice", described.name);
+                self.duplicate(output.span, message, *first);
+                continue;
+            }
+            known.insert(described.name.clone(), output.span);
+            outputs.push(described);
+            computed.push(what);
+        }
+        if solver.outputs.is_empty() {
+            let message = format!("the solver `{}` gives nothing", solver.name.text);
+            let error = Diagnostic::error("empty-solver", solver.name.span, message);
+            self.found
+                .push(error.help("write what it computes, such as `pose TIP in BASE;`"));
+        }
+        let numbers: usize = outputs.iter().map(|output| output.shape.size()).sum();
+        if numbers > MOST_NUMBERS {
+            let message = format!("the solver gives {numbers} numbers, more than {MOST_NUMBERS}");
+            self.error("too-many-numbers", solver.name.span, message);
+            return None;
+        }
+        let needs = |of: fn((bool, bool)) -> bool| {
+            computed.iter().any(|what: &Computed<'_>| of(what.needs()))
+        };
+        Some(Solver {
+            name: solver.name.text.clone(),
+            doc: solver.doc.clone(),
+            takes_velocities: needs(|(velocities, _)| velocities),
+            takes_accelerations: needs(|(_, accelerations)| accelerations),
+            program: recorded(self.robot, &computed),
+            outputs,
+        })
+    }
+
+    fn output(
+        &mut self,
+        output: &ast::Output,
+        gravity: [f64; 3],
+    ) -> Option<(Output, Computed<'r>)> {
+        let count = self.robot.coordinates.len();
+        let described = |name: &str, doc: String, shape| Output {
+            name: name.to_owned(),
+            doc,
+            shape,
+        };
+        if !matches!(output.kind, OutputKind::Motion { .. })
+            && let Some(joint) = dynamics::free_joint(self.robot)
+        {
+            self.free(joint, output.span);
+            return None;
+        }
+        let (what, tip, base, expressed) = match &output.kind {
+            OutputKind::Efforts => {
+                let doc = format!(
+                    "The torques in Nm, and forces in N of joints that slide, for these accelerations \
+                    under a gravity of {gravity:?} m/s² in the root."
+                );
+                let output = described("efforts", doc, Shape::Vector(count));
+                return Some((output, Computed::Efforts(gravity)));
+            }
+            OutputKind::MassMatrix => {
+                let doc = "The efforts for an acceleration of 1 of each joint alone, at rest and without gravity.";
+                let output = described("mass_matrix", doc.to_owned(), Shape::Matrix(count, count));
+                return Some((output, Computed::MassMatrix));
+            }
+            OutputKind::Motion {
+                what,
+                tip,
+                base,
+                expressed,
+            } => (*what, tip, base, expressed.as_ref()),
+        };
+        let places = (self.body(tip), self.body(base));
+        let frame = expressed.map(|name| self.body(name));
+        let (tip_at, base_at) = (places.0?, places.1?);
+        let chain = self.chain(base_at, tip_at, output.span)?;
+        let expressed_chain = match frame {
+            Some(frame) => Some(self.chain(base_at, frame?, output.span)?),
+            None => None,
+        };
+        let mut name = format!("{}_{}_in_{}", what.word(), tip.text, base.text);
+        let mut axes = format!("along the axes of `{}`", base.text);
+        if let Some(frame) = expressed {
+            if what == What::Pose {
+                let message =
+                    "a pose has no `expressed in`: it is in the frame behind `in`".to_owned();
+                self.error("without-effect", frame.span, message);
+                return None;
+            }
+            name = format!("{name}_expressed_in_{}", frame.text);
+            axes = format!("along the axes of `{}`", frame.text);
+        }
+        let (tip, base) = (&tip.text, &base.text);
+        let (doc, shape) = match what {
+            What::Pose => (
+                format!(
+                    "Where `{tip}` is in `{base}`: the homogeneous matrix for columns, in metres."
+                ),
+                Shape::Matrix(4, 4),
+            ),
+            What::Jacobian => (
+                format!(
+                    "For each joint, a column: the velocity of the origin of `{tip}` in `{base}` in m, then the \
+                    angular velocity in rad, {axes}, for each unit that the joint moves."
+                ),
+                Shape::Matrix(6, count),
+            ),
+            What::Velocity => (
+                format!(
+                    "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in \
+                    rad/s, {axes}."
+                ),
+                Shape::Vector(6),
+            ),
+            What::Acceleration => (
+                format!(
+                    "The acceleration of the origin of `{tip}` in `{base}` in m/s², then the angular \
+                    acceleration in rad/s², {axes}."
+                ),
+                Shape::Vector(6),
+            ),
+        };
+        let computed = Computed::Motion {
+            what,
+            chain,
+            expressed: expressed_chain,
+        };
+        Some((described(&identifier(&name), doc, shape), computed))
+    }
+}

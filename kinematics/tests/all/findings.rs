@@ -1,0 +1,68 @@
+//! What is wrong in a text.
+
+use crate::load;
+use expect_test::expect;
+
+fn inside(solvers: &str) -> String {
+    load(&format!(
+        "import \"arm.urdf\";\nKinematics cell\n{{\n{solvers}\n}};"
+    ))
+    .1
+}
+
+#[test]
+fn a_wrong_text_is_told_at_its_place() {
+    let found = inside(
+        "    solver fk { pose tol in base; jacobian wrist base; };
+    solver fk { efforts; };
+    solver one { pose wrist in base; pose wrist in base; };
+    solver none { };
+    solver sin { pose wrist in base expressed in tool; gravity 1e9, 0, 0; };
+    solver two { efforts; gravity 0, 0, 1; gravity 0, 0, 2; };
+    slover three { };",
+    );
+    expect![[r#"
+        cell.kdsl:4:22: error[unknown-link]: the robot `arm` has no link `tol` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
+        cell.kdsl:4:50: error[syntax-error]: expected `in`, found `base`
+        cell.kdsl:5:12: error[duplicate-name]: `fk` is declared twice; first declared here at cell.kdsl:4:12
+        cell.kdsl:6:38: error[duplicate-name]: the solver gives `pose_wrist_in_base` twice; first declared here at cell.kdsl:6:18
+        cell.kdsl:7:12: error[empty-solver]: the solver `none` gives nothing (write what it computes, such as `pose TIP in BASE;`)
+        cell.kdsl:8:12: error[reserved-in-code]: `sin` cannot be the name of a solver: printed code has it for something else
+        cell.kdsl:8:50: error[unknown-link]: the robot `arm` has no link `tool` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
+        cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`
+        cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
+        cell.kdsl:9:44: error[duplicate-name]: `gravity` is said twice; first declared here at cell.kdsl:9:27
+        cell.kdsl:10:5: error[unknown-declaration]: expected `solver`, found `slover` (did you mean `solver`?)
+    "#]].assert_eq(&found);
+}
+
+#[test]
+fn robots_are_told_where_they_are_imported() {
+    let of = |text: &str| load(text).1;
+    let solver = "Kinematics cell { solver fk { pose wrist in base; }; };";
+    expect![[r#"
+        cell.kdsl:1:12: error[missing-robot]: no robot is imported (write `import "robot.urdf";` before it)
+    "#]].assert_eq(&of(solver));
+    expect![[r#"
+        cell.kdsl:1:8: error[import-not-found]: cannot find `amr.urdf`; searched in memory (did you mean `arm.urdf`?)
+    "#]].assert_eq(&of(&format!("import \"amr.urdf\";\n{solver}")));
+    let twice = format!("import \"arm.urdf\";\nimport \"arm.urdf\";\n{solver}");
+    expect![[r#"
+        cell.kdsl:2:8: error[second-robot]: a second robot is imported: solvers are those of one robot; the first one at cell.kdsl:1:8 (write a file for each robot, or connect them to one in a URDF)
+    "#]].assert_eq(&of(&twice));
+    expect![[r#"
+        cell.kdsl:1:1: error[empty-file]: expected `Kinematics NAME { … };`, found an empty file
+    "#]]
+    .assert_eq(&of(""));
+}
+
+#[test]
+fn all_that_is_right_is_read() {
+    let found = inside(
+        "    // The pose of the tool.
+    solver fk { pose \"tool-0\" in base; jacobian \"tool-0\" in base expressed in wrist; };
+    solver motion { velocity finger in shoulder; acceleration wrist in base; };
+    solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };",
+    );
+    assert_eq!(found, "");
+}

@@ -1,0 +1,22 @@
+//! Tests of solvers.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+mod findings;
+mod printed;
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_kinematics::Cell;
+use rc_syntax::MemoryLoader;
+
+/// An arm with a joint of each kind, a joint that follows, and masses.
+const ARM: &str = include_str!("arm.urdf");
+
+/// Loads a text beside the arm. Returns what it is and its findings.
+fn load(text: &str) -> (Option<Cell>, String) {
+    let mut sources = SourceMap::new();
+    let source = sources.add("cell.kdsl", text);
+    let loader = MemoryLoader::new([("arm.urdf", ARM)]);
+    let (cell, found) = rc_kinematics::load(&mut sources, &loader, source);
+    (cell, render(&sources, &found, Format::Short))
+}

@@ -1,0 +1,237 @@
+//! Printed code computes what the algorithms compute.
+
+use crate::load;
+use rc_kinematics::{Cell, Solver};
+use rc_robot::{State, dynamics};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+const TEXT: &str = r#"import "arm.urdf";
+Kinematics cell
+{
+    // Where the tool is, and how it moves.
+    solver fk { pose "tool-0" in base; jacobian "tool-0" in base; jacobian finger in slide expressed in base; };
+    solver motion { velocity "tool-0" in base expressed in "tool-0"; acceleration finger in shoulder; };
+    solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };
+    solver still { pose base in base; };
+};
+"#;
+
+fn cell() -> Cell {
+    let (cell, found) = load(TEXT);
+    assert_eq!(found, "");
+    cell.expect("a cell")
+}
+
+fn states(count: usize) -> Vec<State> {
+    let mut random = fastrand::Rng::with_seed(44);
+    let mut three = || (0..3).map(|_| random.f64() * 4.0 - 2.0).collect();
+    (0..count)
+        .map(|_| State {
+            positions: three(),
+            velocities: three(),
+            accelerations: three(),
+        })
+        .collect()
+}
+
+/// The bits of all numbers of all solvers for some states, one number a line.
+fn expected(cell: &Cell, states: &[State]) -> Vec<f64> {
+    let mut out = Vec::new();
+    for state in states {
+        for solver in &cell.solvers {
+            out.extend(solver.run(state).expect("three joints"));
+        }
+    }
+    out
+}
+
+#[test]
+fn recorded_formulas_are_the_algorithms() {
+    let cell = cell();
+    let robot = &cell.robot;
+    let names = |solver: &Solver| {
+        solver
+            .outputs
+            .iter()
+            .map(|o| o.name.clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        names(&cell.solvers[0])[2],
+        "jacobian_finger_in_slide_expressed_in_base"
+    );
+    assert_eq!(robot.coordinates, ["turn", "reach", "bend"]);
+    let body = |name| robot.body(name).expect("a link");
+    for state in states(50) {
+        let near = |one: &[f64], other: &[f64]| {
+            assert_eq!(one.len(), other.len());
+            for (a, b) in one.iter().zip(other) {
+                assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
+            }
+        };
+        let chain = robot
+            .chain(body("base"), body("tool-0"))
+            .expect("no free joint");
+        let moved = chain.moved(&state);
+        let numbers = cell.solvers[0].run(&state).expect("three joints");
+        let place = [numbers[3], numbers[7], numbers[11]];
+        near(&place, &moved.pose.translation);
+        assert_eq!(numbers[12..16], [0.0, 0.0, 0.0, 1.0]);
+        // The numbers of the first row of the Jacobian: x of the velocity, by joints.
+        let x: Vec<f64> = moved
+            .jacobian
+            .iter()
+            .map(|column| column.linear[0])
+            .collect();
+        near(&numbers[16..19], &x);
+        let numbers = cell.solvers[2].run(&state).expect("three joints");
+        let efforts = dynamics::efforts(robot, &state, [0.0, 0.0, -1.62]);
+        near(&numbers[..3], &efforts);
+        near(
+            &numbers[3..],
+            &dynamics::mass_matrix(robot, &state).concat(),
+        );
+    }
+    // Nothing is computed for what is known.
+    assert_eq!(cell.solvers[3].work(), rc_kinematics::Work::default());
+}
+
+/// The numbers that a program prints, one a line.
+fn printed(program: &mut Command) -> Vec<f64> {
+    let output = program.output().expect("it starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let text = String::from_utf8(output.stdout).expect("a text");
+    let lines = text.lines();
+    lines.map(|line| line.parse().expect("a number")).collect()
+}
+
+fn compiled(compiler: &str, options: &[&str], source: &Path, program: &Path) {
+    let output = Command::new(compiler)
+        .args(options)
+        .arg(source)
+        .arg("-o")
+        .arg(program)
+        .args(if compiler == "cc" { &["-lm"][..] } else { &[] })
+        .output()
+        .expect("a compiler");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && errors.is_empty(), "{errors}");
+}
+
+fn list(numbers: &[f64]) -> String {
+    let all: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+    all.join(", ")
+}
+
+/// Library functions may differ in the last bit.
+fn equal(one: &[f64], other: &[f64]) {
+    assert_eq!(one.len(), other.len());
+    for (a, b) in one.iter().zip(other) {
+        assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{a} {b}");
+    }
+}
+
+#[test]
+fn code_in_three_languages_gives_the_same_numbers() {
+    let cell = cell();
+    let states = states(20);
+    let expected = expected(&cell, &states);
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("cell.rs"), rc_kinematics::rust(&cell)).expect("a file");
+    std::fs::write(at("cell.h"), rc_kinematics::c(&cell)).expect("a file");
+    std::fs::write(at("cell.py"), rc_kinematics::python(&cell)).expect("a file");
+    let mut rust = String::from("mod cell;\nfn main() {\n");
+    let mut c = String::from(
+        "#include <stdio.h>\n#include \"cell.h\"\n\
+        static void print(const double *all, int count) { for (int i = 0; i < count; i++) printf(\"%.17g\\n\", all[i]); }\n\
+        int main(void) {\n    (void)cell_joints; (void)cell_lower; (void)cell_upper;\n",
+    );
+    let mut python = String::from(
+        "import cell\n\
+        def show(value):\n    if isinstance(value, (list, tuple)):\n        [show(one) for one in value]\n\
+        \x20   else:\n        print(repr(float(value)))\n\
+        assert cell.JOINTS == ['turn', 'reach', 'bend']\nassert cell.UPPER[1] == 0.5\n",
+    );
+    for state in &states {
+        let (q, v, a) = (
+            list(&state.positions),
+            list(&state.velocities),
+            list(&state.accelerations),
+        );
+        writeln!(
+            c,
+            "    {{ const double q[] = {{{q}}}, v[] = {{{v}}}, a[] = {{{a}}}; (void)v; (void)a;"
+        )
+        .expect("a text");
+        for solver in &cell.solvers {
+            let name = &solver.name;
+            let taken: Vec<&str> = [
+                Some("q"),
+                solver.takes_velocities.then_some("v"),
+                solver.takes_accelerations.then_some("a"),
+            ]
+            .into_iter()
+            .flatten()
+            .collect();
+            let lists = |open: &str, close: &str| {
+                let lists = taken.iter().map(|array| {
+                    let numbers = [("q", &q), ("v", &v), ("a", &a)];
+                    let numbers = numbers.into_iter().find(|(name, _)| name == array);
+                    format!("{open}{}{close}", numbers.expect("an array").1)
+                });
+                lists.collect::<Vec<_>>().join(", ")
+            };
+            writeln!(rust, "    let r = cell::{name}({});", lists("&[", "]")).expect("a text");
+            for output in &solver.outputs {
+                let flat = match output.shape {
+                    rc_kinematics::Shape::Vector(_) => "iter()",
+                    rc_kinematics::Shape::Matrix(..) => "iter().flatten()",
+                };
+                writeln!(
+                    rust,
+                    "    r.{}.{flat}.for_each(|n| println!(\"{{n:?}}\"));",
+                    output.name
+                )
+                .expect("a text");
+            }
+            writeln!(
+                c,
+                "    cell_{name}_result {name}; cell_{name}({}, &{name}); print((const double *)&{name}, sizeof {name} / sizeof(double));",
+                taken.join(", ")
+            )
+            .expect("a text");
+            writeln!(python, "show(cell.{name}({}))", lists("[", "]")).expect("a text");
+        }
+        c.push_str("    }\n");
+    }
+    rust.push_str("}\n");
+    c.push_str("    return 0;\n}\n");
+    std::fs::write(at("main.rs"), rust).expect("a file");
+    std::fs::write(at("main.c"), c).expect("a file");
+    std::fs::write(at("main.py"), python).expect("a file");
+    compiled(
+        "rustc",
+        &["--edition=2021", "-Dwarnings", "-Adead_code"],
+        &at("main.rs"),
+        &at("in_rust"),
+    );
+    let warnings = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-pedantic",
+        "-Werror",
+        "-ffp-contract=off",
+    ];
+    compiled("cc", &warnings, &at("main.c"), &at("in_c"));
+    equal(&printed(&mut Command::new(at("in_rust"))), &expected);
+    equal(&printed(&mut Command::new(at("in_c"))), &expected);
+    equal(
+        &printed(Command::new("python3").arg(at("main.py"))),
+        &expected,
+    );
+}
