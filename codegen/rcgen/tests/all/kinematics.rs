@@ -44,7 +44,10 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
         std::fs::write(path.join("out").join(file), "mine\n").expect("a file");
         assert_eq!(rcgen(path, &export).0, 2);
     }
-    let (code, _, _) = rcgen(path, &["export", "cell.kdsl", "--to", "dds", "--out", "out"]);
+    let (code, _, _) = rcgen(
+        path,
+        &["export", "cell.kdsl", "--to", "dds", "--out", "out"],
+    );
     assert_eq!(code, 2);
     let (code, _, errors) = rcgen(path, &["export", "arm.urdf", "--to", "c", "--out", "out"]);
     assert_eq!(code, 2);
