@@ -1,6 +1,6 @@
 //! A graph as a file has it.
 
-use graph_schema::{Port, Relation, Schema};
+use graph_schema::{Entity, Port, Relation, Schema};
 use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -160,9 +160,17 @@ fn kept_relations(schema: &Schema, keep: impl Fn(&Relation, &mut Relation)) -> S
         keep(relation, &mut kept);
         kept
     });
+    // Queries ask which types inherit from others.
+    let entities = schema.entities.iter().map(|entity| Entity {
+        name: entity.name.clone(),
+        domain: entity.domain.clone(),
+        parent: entity.parent.clone(),
+        ..Entity::default()
+    });
     Schema {
         name: schema.name.clone(),
         open: true,
+        entities: entities.collect(),
         relations: relations.collect(),
         ..Schema::default()
     }

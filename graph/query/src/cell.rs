@@ -46,6 +46,36 @@ impl From<&Value> for Cell {
     }
 }
 
+impl From<bool> for Cell {
+    fn from(yes: bool) -> Self {
+        Self::Bool(yes)
+    }
+}
+
+impl From<i64> for Cell {
+    fn from(number: i64) -> Self {
+        Self::Int(number)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Float(number)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl From<NodeId> for Cell {
+    fn from(node: NodeId) -> Self {
+        Self::Node(node)
+    }
+}
+
 impl Cell {
     pub(crate) fn number(&self) -> Option<f64> {
         match self {

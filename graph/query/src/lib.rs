@@ -1,7 +1,7 @@
 //! Queries of a property graph.
 //!
 //! [`Query`] is a text in a read-only subset of openCypher, checked against a schema before it runs,
-//! within a [`Budget`]. [`traverse`] starts a typed traversal with Gremlin's words.
+//! within a [`Budget`]. [`Queries`] are those that a schema names. [`traverse`] starts a typed traversal with Gremlin's words.
 //!
 //! ```
 //! use graph_query::{Budget, Query};
@@ -35,16 +35,20 @@ mod check;
 mod eval;
 mod lexer;
 mod matching;
+mod named;
 mod parse;
 mod run;
 mod traversal;
 
 pub use cell::Cell;
+pub use named::Queries;
 pub use run::{Budget, Error};
 pub use traversal::{Mark, Traversal, Walker, traverse};
 
+pub use property_graph::Snapshot;
+
 use eval::Scope;
-use property_graph::{Schema, Snapshot};
+use property_graph::Schema;
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use std::collections::{HashMap, HashSet};
 
@@ -65,12 +69,6 @@ pub struct Rows {
     pub columns: Vec<String>,
     /// The rows.
     pub cells: Vec<Vec<Cell>>,
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Self::Text(text.into())
-    }
 }
 
 impl Query {

@@ -42,6 +42,42 @@ pub enum Error {
     /// A parameter has no value.
     #[error("the parameter `${0}` has no value")]
     Parameter(String),
+    /// The schema has no query of this name. The second text has the names that it has.
+    #[error("the schema has no query `{0}`{1}")]
+    UnknownQuery(String, String),
+    /// The text of a query of the schema has this fault.
+    #[error("{0}")]
+    Text(String),
+    /// A query of the schema has no such parameter.
+    #[error("the query `{query}` has no parameter `{parameter}`{hint}")]
+    UnknownParameter {
+        /// The query.
+        query: String,
+        /// The parameter.
+        parameter: String,
+        /// The names that it has.
+        hint: String,
+    },
+    /// A parameter of a query of the schema has a value of another type.
+    #[error("the parameter `${parameter}` is `{found}`, expected {expected}")]
+    Argument {
+        /// The parameter.
+        parameter: String,
+        /// What its type accepts.
+        expected: String,
+        /// The value.
+        found: String,
+    },
+    /// The name of a node, as the value of a parameter, is that of no node or of several ones.
+    #[error("expected one node of type `{entity}` with the name `{name}`, found {count}")]
+    Named {
+        /// The entity.
+        entity: String,
+        /// The name.
+        name: String,
+        /// How many nodes have it.
+        count: usize,
+    },
 }
 
 /// How much a query may do.

@@ -70,12 +70,53 @@ fn a_parameter_has_the_type_that_its_query_declares() {
         ("room", "room=inf", "r.name\ninf\n"),
         ("called", "text=12", "r.name\n12\n"),
     ] {
-        let args = ["query", "rooms.graph", query, "-p", parameter];
+        let args = ["query", "rooms.graph", query, parameter];
         let (code, out, err) = rcgen(folder.path(), &args);
         assert_eq!((code, out.as_str()), (0, answer), "{err}");
     }
-    let args = ["query", "rooms.graph", "room", "-p", "room=13"];
+    let args = ["query", "rooms.graph", "room", "room=13"];
     let (code, _, err) = rcgen(folder.path(), &args);
     assert_eq!(code, 2);
-    assert!(err.contains("no node has the name `13`"), "{err}");
+    let expected = "expected one node of type `Room` with the name `13`, found 0";
+    assert!(err.contains(expected), "{err}");
+    for (args, expected) in [
+        (vec!["rom"], "no query `rom`; did you mean `room`?"),
+        (vec!["room"], "the parameter `$room` has no value"),
+        (
+            vec!["room", "rom=12"],
+            "no parameter `rom`; did you mean `room`?",
+        ),
+        (vec!["room", "room"], "expected NAME=VALUE, found `room`"),
+    ] {
+        let args = [vec!["query", "rooms.graph"], args].concat();
+        let (code, out, err) = rcgen(folder.path(), &args);
+        assert_eq!((code, out.as_str()), (2, ""), "{err}");
+        assert!(err.contains(expected), "{expected}\nin\n{err}");
+    }
+    let (code, out, err) = rcgen(folder.path(), &["query", "rooms.graph"]);
+    let listed = "room(room Room)\ncalled(text string)\n";
+    assert_eq!((code, out.as_str()), (0, listed), "{err}");
+    let text = "MATCH (r:Room) WHERE r.name = toString($n) RETURN r.name";
+    let (code, out, err) = rcgen(folder.path(), &["query", "rooms.graph", text, "n=12"]);
+    assert_eq!((code, out.as_str()), (0, "r.name\n12\n"), "{err}");
+}
+
+/// A type finds nodes of the types that inherit from it, also in files, and as parameters.
+#[test]
+fn a_query_of_a_file_knows_which_types_inherit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    let more = "    entity Kitchen : Room { };\n};\n";
+    let schema = KITCHEN.strip_suffix("};\n").expect("a domain");
+    write("kitchen.gdsl", &format!("{schema}{more}"));
+    let node = r#"{"id": "1:1", "type": "Kitchen", "attributes": {"name": "a"}}"#;
+    let graph = format!("{{\"schema\": \"kitchen.gdsl\", \"nodes\": [{node}]}}\n");
+    write("rooms.graph", &graph);
+    for args in [["room", "room=a"], ["called", "text=a"]] {
+        let args = [["query", "rooms.graph"], args].concat();
+        let (code, out, err) = rcgen(folder.path(), &args);
+        assert_eq!((code, out.as_str()), (0, "r.name\na\n"), "{err}");
+    }
 }

@@ -181,17 +181,18 @@ pub(crate) enum Command {
         format: Format,
     },
     /// Runs a query, in openCypher, on a graph, and prints the rows. A query changes nothing.
+    /// Without QUERY, it lists the queries of the schema.
     Query {
         /// The graph: a .graph file, or a .json file of DSR.
         #[arg(value_name = "FILE", add = files(&["graph", "json"]))]
         file: PathBuf,
-        /// The text, as in 'MATCH (p:person)-[:in]->(r:room) RETURN p.name', or the name of a
-        /// query of the schema.
+        /// The name of a query of the schema, as in `people_in`, or a text, as in
+        /// 'MATCH (p:person)-[:in]->(r:room) RETURN p.name'.
         #[arg(value_name = "QUERY")]
-        query: String,
-        /// The value of a parameter, as in `room=kitchen`. A number is one if it looks so.
-        #[arg(short, long, value_name = "NAME=VALUE")]
-        parameter: Vec<String>,
+        query: Option<String>,
+        /// Values of its parameters, as in `room=kitchen`. In a text, a number is one if it looks so.
+        #[arg(value_name = "NAME=VALUE")]
+        parameters: Vec<String>,
         /// The most steps that the query takes.
         #[arg(long, default_value_t = 10_000_000)]
         steps: u64,

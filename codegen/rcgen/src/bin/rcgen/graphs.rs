@@ -4,7 +4,8 @@ use crate::command_line::{Common, Target};
 use crate::export::Request;
 use crate::reports::{Failure, create, print_line, refused, report, tell};
 use graph_exchange::{Document, dsr, graph_json, graphml};
-use graph_query::{Budget, Cell, Query};
+use graph_language::Schema;
+use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
 use innermodel_exchange::urdf;
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
@@ -12,6 +13,7 @@ use rcgen::graphs::{Loaded, load};
 use rcgen::innermodel::Folders;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Reads a graph; reports findings about its form.
 fn loaded(file: &Path, sources: &mut SourceMap, common: &Common) -> Result<Loaded, Failure> {
@@ -33,69 +35,99 @@ fn cell(text: &str) -> Cell {
     number.unwrap_or_else(|| text.into())
 }
 
-pub(crate) fn query(
-    file: &Path,
-    text: &str,
-    parameters: &[String],
-    budget: Budget,
-    common: &Common,
-) -> Result<(), Failure> {
-    let (mut values, mut texts) = (HashMap::new(), HashMap::new());
-    for parameter in parameters {
-        let Some((name, value)) = parameter.split_once('=') else {
-            let message = format!("expected NAME=VALUE, found `{parameter}`");
-            return Err(Failure::Usage(message));
-        };
-        values.insert(name.to_owned(), cell(value));
-        texts.insert(name, value);
-    }
-    let mut sources = SourceMap::new();
-    let loaded = loaded(file, &mut sources, common)?;
-    // The graph is asked as it is: `check` says what does not fit its schema.
+/// A graph that is asked as it is: `check` says what does not fit its schema.
+fn asked(file: &Path, loaded: &Loaded) -> Result<Arc<Snapshot>, Failure> {
     let graph = loaded.document.kept(&loaded.schema, 1);
     let graph = graph.map_err(|error| {
         tell(format_args!("{}: {error}", file.display()));
         Failure::Input
     })?;
-    let graph = graph.snapshot();
-    let named = loaded
-        .schema
-        .queries
-        .iter()
-        .find(|query| query.name == text);
-    let text = named.map_or(text, |query| query.text.as_str());
-    if let Some(query) = named {
-        // A parameter that is a node is given by its name.
-        for (name, kind) in &query.parameters {
-            let Some(value) = texts.get(name.as_str()) else {
-                continue;
-            };
-            if loaded.schema.entity(kind).is_some() {
-                let Some(node) = graph.named(value).next() else {
-                    return Err(Failure::Usage(format!("no node has the name `{value}`")));
-                };
-                values.insert(name.clone(), Cell::Node(node));
-            } else if kind == "string" {
-                values.insert(name.clone(), (*value).into());
-            }
+    Ok(graph.snapshot())
+}
+
+pub(crate) fn query(
+    file: &Path,
+    text: Option<&str>,
+    parameters: &[String],
+    budget: Budget,
+    common: &Common,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let loaded = loaded(file, &mut sources, common)?;
+    let Some(text) = text else {
+        for query in &loaded.schema.queries {
+            let all = query.parameters.iter();
+            let all = all.map(|(name, kind)| format!("{name} {kind}"));
+            let all = all.collect::<Vec<_>>().join(", ");
+            print_line(format_args!("{}({all})", query.name));
         }
+        return Ok(());
+    };
+    let mut texts = Vec::new();
+    for parameter in parameters {
+        let Some(pair) = parameter.split_once('=') else {
+            let message = format!("expected NAME=VALUE, found `{parameter}`");
+            return Err(Failure::Usage(message));
+        };
+        texts.push(pair);
     }
-    let source = sources.add("query", text);
-    let known: HashSet<String> = values.keys().cloned().collect();
-    let (query, found) = Query::with_parameters(&sources, source, &loaded.schema, &known);
-    report(&sources, &found, common.format)?;
-    let query = query.ok_or(Failure::Input)?;
-    let rows = query.run(&graph, &values, budget).map_err(|error| {
-        tell(format_args!("error: {error}"));
-        Failure::Input
-    })?;
+    let graph = asked(file, &loaded)?;
+    // A text is never a single word, but an empty one.
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let rows = if !text.is_empty() && text.chars().all(is_name) {
+        named(&graph, loaded.schema, text, &texts, budget)?
+    } else {
+        let values = texts
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), cell(value)));
+        let values: HashMap<String, Cell> = values.collect();
+        let source = sources.add("query", text);
+        let known: HashSet<String> = values.keys().cloned().collect();
+        let (query, found) = Query::with_parameters(&sources, source, &loaded.schema, &known);
+        report(&sources, &found, common.format)?;
+        let query = query.ok_or(Failure::Input)?;
+        query.run(&graph, &values, budget).map_err(|e| failed(&e))?
+    };
+    table(&graph, &rows);
+    Ok(())
+}
+
+fn failed(error: &graph_query::Error) -> Failure {
+    tell(format_args!("error: {error}"));
+    Failure::Input
+}
+
+/// Runs a query of the schema.
+fn named(
+    graph: &Snapshot,
+    schema: Schema,
+    name: &str,
+    texts: &[(&str, &str)],
+    budget: Budget,
+) -> Result<Rows, Failure> {
+    let queries = Queries::of(&Arc::new(schema)).map_err(|e| failed(&e))?;
+    let wrong = |error: graph_query::Error| Failure::Usage(error.to_string());
+    let mut values = Vec::new();
+    for (parameter, text) in texts {
+        let value = queries.argument(graph, name, parameter, text);
+        values.push((*parameter, value.map_err(wrong)?));
+    }
+    queries
+        .run(graph, name, values, budget)
+        .map_err(|error| match error {
+            graph_query::Error::UnknownQuery(..) | graph_query::Error::Parameter(_) => wrong(error),
+            error => failed(&error),
+        })
+}
+
+fn table(graph: &Snapshot, rows: &Rows) {
     let columns = rows
         .columns
         .iter()
         .map(|name| rc_diagnostics::foreign::clean(name));
     let mut lines: Vec<Vec<String>> = vec![columns.collect()];
     for row in &rows.cells {
-        lines.push(row.iter().map(|cell| cell.shown(&graph)).collect());
+        lines.push(row.iter().map(|cell| cell.shown(graph)).collect());
     }
     let count = rows.columns.len();
     // One long cell does not move the others, and a width is a `u16` for the formatter.
@@ -110,7 +142,6 @@ pub(crate) fn query(
         let cells: Vec<String> = cells.collect();
         print_line(format_args!("{}", cells.join("  ").trim_end()));
     }
-    Ok(())
 }
 
 pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Failure> {
@@ -124,12 +155,7 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
             };
             let loaded = loaded(file, &mut sources, &common)?;
             // The ids of edges are those that a graph gives them.
-            let graph = loaded.document.kept(&loaded.schema, 1);
-            let graph = graph.map_err(|error| {
-                tell(format_args!("{}: {error}", file.display()));
-                Failure::Input
-            })?;
-            let mut document = Document::of(&graph.snapshot());
+            let mut document = Document::of(&*asked(file, &loaded)?);
             document.schema = Some("dsr.gdsl".to_owned());
             (document, Diagnostics::new())
         }

@@ -85,14 +85,14 @@ fn main() -> ExitCode {
         Some(Command::Query {
             file,
             query,
-            parameter,
+            parameters,
             steps,
             rows,
             common,
         }) => graphs::query(
             &file,
-            &query,
-            &parameter,
+            query.as_deref(),
+            &parameters,
             graph_query::Budget::new(steps, rows),
             &common,
         ),
