@@ -14,6 +14,7 @@ mod slot_names;
 
 pub use model::Component;
 pub use parse::parse;
+pub use qos::settings;
 pub use resolve::load;
 
 /// The formatting options of `.cdsl` files.

@@ -40,6 +40,24 @@ fn allowed(policy: PolicyName) -> String {
     }
 }
 
+/// The setting of values in shared memory, for a role whose handlers choose it.
+fn in_place(role: Role) -> Option<&'static str> {
+    match role {
+        Role::Implements | Role::SubscribesTo => Some(IN_PLACE),
+        // Publishers and clients choose `in_place` at each call.
+        Role::Requires | Role::Publishes => None,
+    }
+}
+
+/// The settings that a slot of this role may have: the word, the allowed values for people, and the
+/// values; without values, `true` or `false`.
+pub fn settings(role: Role) -> Vec<(&'static str, String, Option<Values>)> {
+    let policies = PolicyName::ALL.into_iter().filter(|name| name.is_of(role));
+    let policies = policies.map(|policy| (setting(policy), allowed(policy), Some(policy.values())));
+    let in_place = in_place(role).map(|word| (word, "`true` or `false`".to_owned(), None));
+    policies.chain(in_place).collect()
+}
+
 /// A literal as a value of a policy. The language has no word for no limit: it is the default.
 fn scalar(value: &Literal) -> Scalar<'_> {
     match &value.kind {
@@ -64,11 +82,7 @@ impl Resolver<'_> {
         settings: &[Setting],
     ) -> (Policies, bool) {
         let policies = PolicyName::ALL.into_iter().filter(|name| name.is_of(role));
-        // Publishers and clients choose `in_place` at each call.
-        let in_place = match role {
-            Role::Implements | Role::SubscribesTo => Some(IN_PLACE),
-            Role::Requires | Role::Publishes => None,
-        };
+        let in_place = in_place(role);
         let (mut qos, mut is_in_place) = (Policies::default(), false);
         let mut seen = HashMap::new();
         for Setting { name, value, spin } in settings {

@@ -114,6 +114,11 @@ const SHIPPED: [(&str, &str); 24] = [
 /// The folder in the paths of interfaces that come with this program.
 const SHIPPED_FOLDER: &str = "<shipped>";
 
+/// The interfaces that come with this program: names of files, and their texts.
+pub fn all_shipped() -> impl Iterator<Item = (&'static str, &'static str)> {
+    SHIPPED.into_iter()
+}
+
 /// Reads description files from the disk.
 #[derive(Clone, Debug, Default)]
 pub struct FileLoader {

@@ -55,18 +55,28 @@ fn ends_of_lines(blank: &str) -> usize {
     blank.matches(['\n', '\r']).count() - both
 }
 
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum TokenKind {
+pub enum TokenKind {
+    /// A name, a keyword or a number.
     Word,
+    /// A string with its quotes, of which the second one may be missing.
     String,
+    /// One or two signs.
     Punctuation,
+    /// A comment.
     Comment,
 }
 
+/// A token of a text, which may be a broken one.
 #[derive(Clone, Copy, Debug)]
-struct Token<'a> {
-    kind: TokenKind,
-    text: &'a str,
+pub struct Token<'a> {
+    /// Its kind.
+    pub kind: TokenKind,
+    /// Its text.
+    pub text: &'a str,
+    /// Offset of its first byte.
+    pub start: usize,
     /// Number of ends of lines before this token.
     newlines: usize,
     /// No white space is before this token.
@@ -78,7 +88,8 @@ struct Token<'a> {
 /// Punctuation of two characters. All other punctuation has one.
 const TWO_CHARACTER_PUNCTUATION: [&str; 7] = ["::", "->", "=>", "==", "!=", "<=", ">="];
 
-fn tokens(text: &str) -> Vec<Token<'_>> {
+/// The tokens of a text, with its comments.
+pub fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens: Vec<Token<'_>> = Vec::new();
     let (mut newlines, mut joint) = (0, true);
     for (segment, start, stop) in segments(text) {
@@ -103,6 +114,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
             tokens.push(Token {
                 kind,
                 text: token.trim_end(),
+                start: stop - rest.len(),
                 newlines,
                 joint,
                 unit: duration::is_unit(token) && tokens.last().is_some_and(number),

@@ -13,7 +13,7 @@ mod syntax_error;
 mod trivia;
 mod unit;
 
-pub use format::{Style, format, with_ends_of};
+pub use format::{Style, Token, TokenKind, format, tokens, with_ends_of};
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader, home_in_path};
 pub use parse_context::{Language, ParseContext, Terminal};

@@ -5,6 +5,8 @@
 //! each file that read it; a further message goes first. What a request needs is checked before it
 //! is answered, so no edit has a place of an earlier text.
 
+mod completion;
+mod context;
 mod findings;
 mod names;
 mod navigation;
@@ -22,7 +24,7 @@ use rc_codegen::FileLoader;
 use rc_codegen::source_files::is_left_out;
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
@@ -37,7 +39,8 @@ const MESSAGES: usize = 4;
 const MESSAGES_BETWEEN: usize = 32;
 
 /// The requests that are answered.
-const REQUESTS: [&str; 7] = [
+const REQUESTS: [&str; 8] = [
+    "textDocument/completion",
     "textDocument/formatting",
     "textDocument/codeAction",
     "textDocument/hover",
@@ -120,12 +123,18 @@ struct Server {
     findings: Findings,
     /// The names of all checked files.
     names: BTreeMap<PathBuf, Names>,
+    /// Those that a file had when it could be read, where it cannot be read now.
+    last: BTreeMap<PathBuf, Names>,
     /// Those of other files, for the time of one request.
     elsewhere: BTreeMap<PathBuf, Names>,
     /// Files to check.
     waiting: Queue,
+    /// Those of them whose own text has changed.
+    dirty: BTreeSet<PathBuf>,
     /// The folders that the editor opened: how the system names them, and how the editor does.
     roots: Vec<(PathBuf, PathBuf)>,
+    /// Whether all files of the folders were checked once.
+    settled: bool,
     /// How a link in these folders names a file, where it has another path.
     links: BTreeMap<PathBuf, PathBuf>,
     /// Folders in which files to check are looked for, and how many files were found.
@@ -141,6 +150,7 @@ impl Server {
         let mut taken = 0;
         loop {
             let busy = !self.waiting.is_empty() || !self.folders.is_empty();
+            self.settled |= !busy;
             let message = if !busy {
                 messages.recv().ok()
             } else if taken >= MESSAGES_BETWEEN {
@@ -199,6 +209,7 @@ impl Server {
             (Stage::Initialized, "shutdown") => {
                 self.stage = Stage::ShutDown;
                 self.waiting.clear();
+                self.dirty.clear();
                 self.folders.clear();
                 Ok(Value::Null)
             }
@@ -229,6 +240,7 @@ impl Server {
             .collect();
         self.folders = roots.values().cloned().collect();
         self.roots = roots.into_iter().collect();
+        self.settled = false;
         // Of a folder that comes, moves or goes, a watcher of files hears nothing.
         let folders_only = json!({ "filters": [
             { "scheme": "file", "pattern": { "glob": "**/*", "matches": "folder" } },
@@ -240,6 +252,7 @@ impl Server {
                 "documentFormattingProvider": true,
                 "codeActionProvider": { "codeActionKinds": ["quickfix", "source.fixAll"] },
                 "hoverProvider": true,
+                "completionProvider": { "triggerCharacters": [".", "\"", ":", "@", "/"] },
                 "definitionProvider": true,
                 "implementationProvider": true,
                 "referencesProvider": true,
@@ -330,6 +343,7 @@ impl Server {
         }
         if folder.is_dir() {
             self.folders.push_back(folder.to_path_buf());
+            self.settled = false;
         }
         self.check_all();
     }
@@ -352,6 +366,7 @@ impl Server {
             }
         } else if is_new {
             // Others may have missed it.
+            self.settled = false;
             self.check_all();
         }
     }
@@ -407,6 +422,7 @@ impl Server {
         if is_checked || check::is_wanted(path) {
             readers.retain(|reader| reader != path);
             readers.insert(0, path.to_path_buf());
+            self.dirty.insert(path.to_path_buf());
         }
         for reader in readers.iter().rev() {
             self.waiting.push_front(reader);
@@ -475,6 +491,7 @@ impl Server {
     }
 
     fn check(&mut self, path: &Path) -> io::Result<()> {
+        self.dirty.remove(path);
         let (names, sources, keys, found) = self.look_at(path);
         let files = keys.iter();
         let files = files.map(|(id, path)| (*id, (path.clone(), self.address(path))));
@@ -484,8 +501,16 @@ impl Server {
             .checked(path, &sources, &files, &found, self.encoding);
         if keys.is_empty() {
             self.names.remove(path);
+            self.last.remove(path);
         } else {
-            self.names.insert(path.to_path_buf(), names);
+            let readable = !names.places.is_empty();
+            let before = self.names.insert(path.to_path_buf(), names);
+            let before = before.filter(|names| !readable && !names.places.is_empty());
+            if readable {
+                self.last.remove(path);
+            } else if let Some(before) = before {
+                self.last.insert(path.to_path_buf(), before);
+            }
         }
         // It was forgotten when it changed.
         changed.insert(path.to_path_buf());
@@ -551,13 +576,19 @@ impl Server {
             return Ok(Ok(Value::Null));
         };
         self.elsewhere.clear();
-        if self.waiting.remove(&path) {
-            self.check(&path)?;
+        self.dirty.insert(path.clone());
+        for path in std::mem::take(&mut self.dirty) {
+            if self.waiting.remove(&path) {
+                self.check(&path)?;
+            }
         }
-        if OF_ALL_FILES.contains(&method) {
+        // What is suggested needs the names of other files, but not those of the last moment.
+        let suggests = method == "textDocument/completion" && !self.settled;
+        if suggests || OF_ALL_FILES.contains(&method) {
             while !self.waiting.is_empty() || !self.folders.is_empty() {
                 self.work()?;
             }
+            self.settled = true;
         }
         let position = &parameters["position"];
         Ok(Ok(match method {
@@ -565,6 +596,7 @@ impl Server {
             "textDocument/codeAction" => {
                 self.actions(uri, &path, &parameters["range"], &parameters["context"])
             }
+            "textDocument/completion" => self.completion(&path, position),
             "textDocument/definition" => self.definition(&path, position),
             "textDocument/implementation" => self.implementation(&path, position),
             "textDocument/references" => {

@@ -4,12 +4,12 @@ mod networks;
 mod parameters;
 
 use crate::check::Model;
-use rc_cdsl::model::Slot;
+use rc_cdsl::model::{Role, Slot};
 use rc_codegen::Project;
 use rc_diagnostics::{Name, SourceId, SourceMap, Span};
 use rc_idsl::model::{Library, Member, ModuleId, Reference, TypeDeclKind, TypeId};
 use rc_smdsl::StateMachine;
-use rc_syntax::Loader;
+use rc_syntax::{Loader, Trivia};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -62,6 +62,16 @@ pub(super) struct Place {
     pub(super) declares: bool,
 }
 
+/// A slot of a component.
+#[derive(Debug)]
+pub(super) struct SlotName {
+    pub(super) name: String,
+    pub(super) role: Role,
+    /// `Module::Name`
+    pub(super) interface: String,
+    pub(super) is_array: bool,
+}
+
 /// The names of one file.
 #[derive(Debug, Default)]
 pub(super) struct Names {
@@ -73,6 +83,14 @@ pub(super) struct Names {
     declared: HashMap<(Kind, String), usize>,
     /// The files of a component's parameters.
     pub(super) parameters: Vec<PathBuf>,
+    /// The slots of a component.
+    pub(super) slots: Vec<SlotName>,
+    /// The component of a configuration.
+    pub(super) component: Option<PathBuf>,
+    /// The components of a network by their paths, each with its file.
+    pub(super) instances: Vec<(String, PathBuf)>,
+    /// The slots that the groups of a network export, by the path of the group.
+    pub(super) exports: HashMap<String, Vec<String>>,
 }
 
 impl Names {
@@ -126,6 +144,59 @@ impl Names {
     pub(super) fn declaration(&self, kind: Kind, name: &str) -> Option<&Place> {
         let at = self.declared.get(&(kind, name.to_owned()))?;
         self.places.get(*at)
+    }
+
+    /// The modules that the file names.
+    pub(super) fn imported(&self) -> Vec<Symbol> {
+        let used = self.places.iter().filter(|place| !place.declares);
+        let symbols = used.flat_map(|place| &place.symbols);
+        let mut modules: Vec<Symbol> = symbols
+            .filter(|symbol| symbol.kind == Kind::Module)
+            .cloned()
+            .collect();
+        modules.sort();
+        modules.dedup();
+        modules
+    }
+
+    /// What the file declares of a kind: name, the declaration as it is written without its block, and
+    /// its documentation.
+    pub(super) fn declarations(&self, kind: Kind) -> Vec<(String, String, String)> {
+        let trivia = Trivia::new(&self.text);
+        let places = self.places.iter().filter(|place| place.declares);
+        let symbols = places.filter_map(|place| {
+            let symbol = place.symbols.iter().find(|symbol| symbol.kind == kind)?;
+            Some((place, symbol))
+        });
+        symbols
+            .map(|(place, symbol)| {
+                let (written, doc) = self.written(&trivia, place, kind);
+                (symbol.name.clone(), written, doc)
+            })
+            .collect()
+    }
+
+    /// A declaration as it is written, without its block, and its documentation.
+    fn written(&self, trivia: &Trivia<'_>, place: &Place, kind: Kind) -> (String, String) {
+        let text = &self.text;
+        let separators: &[char] = &[';', '{', '}'];
+        let before = text[..place.start].rfind(separators).map_or(0, |at| at + 1);
+        let comments = trivia.comments();
+        let comment = comments.partition_point(|(_, end)| *end <= place.start);
+        let comment = comment.checked_sub(1).map_or(0, |at| comments[at].1);
+        let start = before.max(comment);
+        let start = place.start - text[start..place.start].trim_start().len();
+        // The choices of a parameter stand in braces, and are no block.
+        let word = text[start..].split_whitespace().next().unwrap_or_default();
+        let is_block = matches!(word.to_ascii_lowercase().as_str(), "group" | "list");
+        let ends: &[char] = match kind {
+            Kind::Parameter if !is_block => &[';'],
+            _ => separators,
+        };
+        let rest = text[place.end..].find(ends);
+        let end = rest.map_or(text.len(), |at| place.end + at);
+        let words: Vec<&str> = text[start..end].split_whitespace().collect();
+        (words.join(" "), trivia.documentation(start).join("\n"))
     }
 
     /// The places at a byte, the shortest first.
@@ -332,6 +403,12 @@ impl Collector<'_> {
         self.refers(slot.interface_span, symbol);
         let span = slot.name_span.unwrap_or(slot.interface_span);
         self.declares(Kind::Slot, &Name::new("", span), slot.name.as_str());
+        self.names.slots.push(SlotName {
+            name: slot.name.clone(),
+            role: slot.role,
+            interface: library.interface_path(slot.interface),
+            is_array: slot.is_array,
+        });
     }
 
     fn machine(&mut self, machine: &StateMachine) {

@@ -1,6 +1,8 @@
 //! `rcgen lsp`: sessions of an editor, over the pipes of a real process.
 
+mod completion;
 mod navigation;
+mod workspace;
 
 use rc_test_support::debian;
 use rc_test_support::python::skipped;

@@ -1,5 +1,5 @@
 -- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it;
--- then it goes from a component to its interface, and lists where that is named.
+-- then it goes from a component to its interface, lists where that is named, and completes a word.
 local function fail(why)
   io.stderr:write(why .. "\n")
   vim.cmd("cquit")
@@ -46,6 +46,18 @@ local function run()
   await("definition", function() return vim.fn.expand("%:t") == "Grip.idsl" end)
   vim.lsp.buf.references()
   await("references", function() return #vim.fn.getqflist() == 2 end)
+
+  vim.cmd("cclose")
+  vim.cmd("edit! hand.cdsl")
+  vim.fn.search("implements Grip")
+  vim.api.nvim_set_current_line("        requires Gr ")
+  vim.api.nvim_win_set_cursor(0, { vim.fn.line("."), #"        requires Gr" })
+  local cdsl = vim.lsp.get_client_by_id(vim.lsp.get_active_clients()[1].id)
+  local found = cdsl.request_sync("textDocument/completion", vim.lsp.util.make_position_params(), 60000, 0)
+  local items = vim.lsp.util.text_document_completion_list_to_complete_items(found.result, "Gr")
+  if #items ~= 1 or items[1].word ~= "Grip" then
+    fail("completed: " .. vim.inspect(items))
+  end
 end
 
 local done, why = pcall(run)

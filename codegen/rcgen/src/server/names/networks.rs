@@ -27,6 +27,10 @@ impl Collector<'_> {
                 let symbols = slots(inside, &export.text);
                 self.add(export.span, symbols, false);
             }
+            let exports = group.exports.iter().map(|name| name.text.clone());
+            self.names
+                .exports
+                .insert(group.path.clone(), exports.collect());
         }
         for process in &network.processes {
             self.declares(Kind::Process, &process.name, process.path.as_str());
@@ -82,6 +86,9 @@ impl Collector<'_> {
         let Some(cdsl) = cdsl(instance) else {
             return;
         };
+        self.names
+            .instances
+            .push((instance.path.clone(), cdsl.clone()));
         for parameter in &instance.parameters {
             let symbol = Symbol {
                 file: cdsl.clone(),

@@ -109,6 +109,7 @@ impl Collector<'_> {
         source: SourceId,
         cdsl: &std::path::Path,
     ) {
+        self.names.component = Some(cdsl.to_path_buf());
         for (path, span) in rc_configuration::keys(sources, source) {
             let (kind, name) = match path.split_first() {
                 Some((first, [slot, ..])) if first == "bindings" => {

@@ -1,0 +1,219 @@
+//! What may stand at a cursor, also in a text with errors: the tokens before the cursor say which kind
+//! of thing, and the names of all files say which ones there are.
+
+mod configurations;
+mod keywords;
+mod languages;
+mod networks;
+
+use super::context::Context;
+use super::names::{Kind, Names};
+use super::{Server, key};
+use keywords::{INSIDE, Keyword, STATEMENTS};
+use rc_codegen::{FileLoader, load, paths};
+use rc_syntax::Loader;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// How many suggestions are sent.
+const MOST: usize = 1_000;
+
+/// How the protocol numbers the kinds of suggestions.
+const FUNCTION: u8 = 3;
+const VARIABLE: u8 = 6;
+const INTERFACE: u8 = 8;
+const PROPERTY: u8 = 10;
+const UNIT: u8 = 11;
+const VALUE: u8 = 12;
+const KEYWORD: u8 = 14;
+const FILE: u8 = 17;
+const STRUCT: u8 = 22;
+
+/// A suggestion.
+#[derive(Debug, Default)]
+struct Item {
+    label: String,
+    kind: u8,
+    /// What it is, in one line.
+    detail: String,
+    /// Its documentation.
+    doc: String,
+    /// An edit besides: where, and the new text.
+    import: Option<(usize, String)>,
+}
+
+impl Item {
+    fn new(kind: u8, label: impl Into<String>, doc: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            kind,
+            doc: doc.into(),
+            ..Self::default()
+        }
+    }
+}
+
+/// The text that is completed.
+struct Target<'a> {
+    path: &'a Path,
+    text: &'a str,
+    /// Its names, or those that it had when it could be read.
+    names: &'a Names,
+}
+
+impl Server {
+    /// The suggestions at a position of an open file.
+    pub(super) fn completion(&self, path: &Path, position: &Value) -> Value {
+        let document = self.open.values().find(|document| document.path == path);
+        let Some(text) = document.map(|document| document.text.as_str()) else {
+            return Value::Null;
+        };
+        let Some(cursor) = self.encoding.byte(text, position) else {
+            return Value::Null;
+        };
+        let none = Names::default();
+        let target = Target {
+            path,
+            text,
+            names: self.readable(path).unwrap_or(&none),
+        };
+        let ending = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
+        let (start, mut items) = if ending == "toml" {
+            self.in_configuration(&target, cursor)
+        } else {
+            let Some(context) = Context::at(text, cursor) else {
+                return Value::Null;
+            };
+            let items = match ending {
+                "idsl" => self.in_interfaces(&target, &context),
+                "cdsl" => self.in_component(&target, &context),
+                "ddsl" => self.in_network(&target, &context),
+                "pdsl" => self.in_parameters(&target, &context),
+                "smdsl" => in_machine(&target, &context),
+                _ => Vec::new(),
+            };
+            (context.start, items)
+        };
+        let mut seen = BTreeSet::new();
+        items.retain(|item| !item.label.is_empty() && seen.insert(item.label.clone()));
+        items.truncate(MOST);
+        let range = self.encoding.part(text, start, cursor);
+        let items = items.into_iter().enumerate();
+        let items: Vec<Value> = items
+            .map(|(at, item)| self.shown(text, &range, at, item))
+            .collect();
+        json!(items)
+    }
+
+    fn shown(&self, text: &str, range: &Value, at: usize, item: Item) -> Value {
+        let mut value = json!({
+            "label": item.label,
+            "kind": item.kind,
+            "sortText": format!("{at:04}"),
+            "textEdit": { "range": range, "newText": item.label },
+        });
+        if !item.detail.is_empty() {
+            value["detail"] = json!(item.detail);
+        }
+        if !item.doc.is_empty() {
+            value["documentation"] = json!({ "kind": "markdown", "value": item.doc });
+        }
+        if let Some((at, new)) = item.import {
+            let range = self.encoding.part(text, at, at);
+            value["additionalTextEdits"] = json!([{ "range": range, "newText": new }]);
+        }
+        value
+    }
+
+    /// The names of a file, or those that it had when it could be read.
+    fn readable(&self, path: &Path) -> Option<&Names> {
+        let names = self.names.get(path);
+        let names = names.filter(|names| !names.places.is_empty());
+        names.or_else(|| self.last.get(path))
+    }
+
+    /// The names of files with an ending, without those that come with the program.
+    fn files(&self, ending: &str) -> impl Iterator<Item = (&PathBuf, &Names)> {
+        let of = move |path: &Path| path.extension().is_some_and(|e| e == ending);
+        let files = self.names.keys().filter(move |path| of(path));
+        files.filter_map(|path| Some((path, self.readable(path)?)))
+    }
+
+    /// Files below the folder of the text: what continues the path `written`, and folders.
+    fn paths(&self, target: &Target<'_>, written: &str, endings: &[&str]) -> Vec<Item> {
+        let Some(own) = target.path.parent() else {
+            return Vec::new();
+        };
+        let folder = written.rfind('/').map_or("", |at| &written[..=at]);
+        let entries = std::fs::read_dir(own.join(folder))
+            .into_iter()
+            .flatten()
+            .flatten();
+        let found = entries.take(MOST).filter_map(|entry| {
+            let name = entry.file_name().into_string().ok()?;
+            let path = entry.path();
+            let wanted = path.extension().and_then(|e| e.to_str());
+            let is_file = wanted.is_some_and(|e| endings.contains(&e)) && path.is_file();
+            let is_folder = path.is_dir() && !name.starts_with('.');
+            let label = match (is_file, is_folder) {
+                (true, _) => format!("{folder}{name}"),
+                (_, true) => format!("{folder}{name}/"),
+                _ => return None,
+            };
+            Some(Item::new(FILE, label, ""))
+        });
+        // A component lies in a folder of its own, which nobody likes to type.
+        let known = endings.iter().flat_map(|ending| self.files(ending));
+        let known = known.filter(|(path, _)| *path != target.path);
+        let known = known.map(|(path, _)| {
+            let label = paths::relative(own, path).display().to_string();
+            Item::new(FILE, label, "")
+        });
+        let mut items: Vec<Item> = found.chain(known).collect();
+        items.sort_by(|a, b| a.label.cmp(&b.label));
+        items
+    }
+}
+
+fn in_machine(target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {
+    let states = || items_of(target.names, Kind::State, VALUE);
+    match (context.around().as_slice(), context.last()) {
+        ([], ":") => states(),
+        ([], _) if context.word() == ":" => of(keywords::of(&INSIDE, "smdsl", ":")),
+        ([_], "") => of(keywords::of(&STATEMENTS, "smdsl", "machine")),
+        ([_, inner], _) if inner.starts_with("transition") => states(),
+        _ => Vec::new(),
+    }
+}
+
+/// Keywords as suggestions.
+fn of(keywords: &[Keyword]) -> Vec<Item> {
+    let keywords = keywords.iter();
+    keywords
+        .map(|(word, doc)| Item::new(KEYWORD, *word, *doc))
+        .collect()
+}
+
+/// What a file declares of a kind.
+fn items_of(names: &Names, kind: Kind, of: u8) -> Vec<Item> {
+    let declared = names.declarations(kind).into_iter();
+    declared
+        .map(|(name, detail, doc)| Item {
+            label: name,
+            kind: of,
+            detail,
+            doc,
+            import: None,
+        })
+        .collect()
+}
+
+/// Words with their meaning.
+fn words<'a>(words: impl IntoIterator<Item = &'a str>, doc: &str) -> Vec<Item> {
+    let words = words.into_iter();
+    words.map(|word| Item::new(VALUE, word, doc)).collect()
+}

@@ -1,0 +1,503 @@
+//! The keywords of the languages, by the block in which they stand, with what they mean.
+
+/// A keyword with its meaning.
+pub(super) type Keyword = (&'static str, &'static str);
+
+/// The keywords that may begin a statement, by language and by the first word of the block.
+pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 29] = [
+    (
+        "idsl",
+        "",
+        &[
+            (
+                "import",
+                "Imports the types of another module: `import \"Units.idsl\";`",
+            ),
+            (
+                "module",
+                "The module of this file, with its types and interfaces.",
+            ),
+        ],
+    ),
+    (
+        "idsl",
+        "module",
+        &[
+            ("enum", "Named values, an int32 on the wire."),
+            ("struct", "A type with members in order."),
+            (
+                "exception",
+                "What an operation may throw, with members in order.",
+            ),
+            (
+                "sequence",
+                "A named sequence: `sequence<T> Name;`, bounded with `sequence<T, 64> Name;`",
+            ),
+            ("dictionary", "A named dictionary: `dictionary<K, V> Name;`"),
+            ("const", "A constant: a number, a bool or a string."),
+            (
+                "interface",
+                "Operations that a component implements, requires, publishes or subscribes to.",
+            ),
+        ],
+    ),
+    (
+        "idsl",
+        "interface",
+        &[
+            ("command", "An operation without a result."),
+            ("query", "An operation with a result."),
+            ("publish", "A topic, which is published and subscribed to."),
+            (
+                "idempotent",
+                "The operation may be repeated without another effect.",
+            ),
+            ("void", "The operation returns nothing."),
+        ],
+    ),
+    (
+        "cdsl",
+        "",
+        &[
+            (
+                "import",
+                "Imports the interfaces of a file: `import \"Laser.idsl\";`",
+            ),
+            ("Component", "The component of this file."),
+        ],
+    ),
+    (
+        "cdsl",
+        "component",
+        &[
+            ("Communications", "The interfaces of the component."),
+            ("language", "The language of the worker."),
+            (
+                "statemachine",
+                "The file of the state machine: `.smdsl` or `.scxml`.",
+            ),
+            ("parameters", "The file of the parameters: `.pdsl`."),
+            ("period", "The default period of `compute`, such as `50ms`."),
+            ("dependencies", "The crates that the worker uses."),
+            (
+                "python",
+                "The oldest version of Python: `python \"3.12\" venv;`",
+            ),
+            (
+                "simulates",
+                "`simulates time;`: the component publishes the time of its network.",
+            ),
+            (
+                "lifecycle",
+                "`lifecycle managed;`: it has the life cycle of a managed node of ROS 2.",
+            ),
+            (
+                "options",
+                "Options of the component, such as `InnerModelViewer`.",
+            ),
+            ("gui", "The window of a component of RoboComp."),
+        ],
+    ),
+    (
+        "cdsl",
+        "communications",
+        &[
+            ("implements", "Serves the calls of interfaces."),
+            ("requires", "Calls interfaces of other components."),
+            ("publishes", "Publishes the topics of interfaces."),
+            ("subscribesTo", "Receives the topics of interfaces."),
+        ],
+    ),
+    (
+        "cdsl",
+        "statemachine",
+        &[(
+            "external",
+            "Events that may be fired from outside of the component.",
+        )],
+    ),
+    (
+        "ddsl",
+        "",
+        &[
+            (
+                "import",
+                "Takes in the components of another network: `import \"arm.ddsl\";`",
+            ),
+            ("Deployment", "The network of this file."),
+        ],
+    ),
+    ("ddsl", "deployment", NETWORK),
+    ("ddsl", "group", NETWORK),
+    (
+        "ddsl",
+        "export",
+        &[("export", "The slots of a group that are visible outside.")],
+    ),
+    (
+        "ddsl",
+        "component",
+        &[
+            (
+                "cdsl",
+                "The `.cdsl` of the component, relative to this file.",
+            ),
+            (
+                "executable",
+                "The executable, if it is not the one that cargo builds.",
+            ),
+            (
+                "config",
+                "The configuration, if it is not `etc/config.toml` of the component.",
+            ),
+            (
+                "endpoint",
+                "The TCP address of its management, such as `\"10.0.0.2:7000\"`.",
+            ),
+            ("host", "The host that it runs on."),
+            ("process", "The process whose thread it is."),
+            (
+                "after",
+                "The components and groups that must be ready first.",
+            ),
+            (
+                "restart",
+                "When it restarts: `never`, `on_failure` or `always`.",
+            ),
+            ("ready", "The time in which it must be ready."),
+            ("stop", "The time in which it must stop."),
+            (
+                "env",
+                "Environment variables: `env { RUST_LOG \"debug\"; };`",
+            ),
+            ("args", "Further arguments of its command line."),
+            ("cpu", "The processors that it may run on."),
+            ("priority", "Its real-time priority, from 1 to 99."),
+            (
+                "parameters",
+                "Values that take precedence over its configuration.",
+            ),
+            ("slots", "The members of its slot arrays."),
+            ("middleware", "The middleware of its slots, with settings."),
+            ("domain", "The domain of DDS."),
+            ("time", "`time system;`: it has the clock of the system."),
+            (
+                "record",
+                "`record { exact; };`: everything that decides its life is recorded.",
+            ),
+        ],
+    ),
+    (
+        "ddsl",
+        "process",
+        &[
+            ("host", "The host of all of its components."),
+            ("restart", "When the process restarts as a whole."),
+            ("cpu", "The processors of components that say none."),
+            (
+                "priority",
+                "The real-time priority of components that say none.",
+            ),
+            ("Component", "A component that is a thread of this process."),
+        ],
+    ),
+    (
+        "ddsl",
+        "host",
+        &[
+            ("address", "Host name or IP address."),
+            ("user", "The user that runs components there."),
+            ("workspace", "The folder for programs and files there."),
+        ],
+    ),
+    (
+        "ddsl",
+        "slots",
+        &[("all", "The members are those of the scene.")],
+    ),
+    (
+        "ddsl",
+        "bind",
+        &[("convert", "The consumer converts units that differ.")],
+    ),
+    (
+        "ddsl",
+        "record",
+        &[
+            ("ring", "How long the last messages are kept in memory."),
+            (
+                "exact",
+                "Everything that decides the component's life is recorded.",
+            ),
+        ],
+    ),
+    (
+        "pdsl",
+        "",
+        &[
+            (
+                "import",
+                "Takes in the parameters of another file: `import \"common.pdsl\";`",
+            ),
+            ("ComponentParams", "The parameters of this file."),
+        ],
+    ),
+    ("pdsl", "componentparams", PARAMETERS),
+    ("pdsl", "group", PARAMETERS),
+    ("pdsl", "list", PARAMETERS),
+    ("smdsl", "", &[]),
+    ("smdsl", "machine", STATES),
+    (
+        "toml",
+        "",
+        &[
+            ("component", "How the component runs."),
+            ("bindings", "The address of the peers of each slot."),
+            ("middleware", "The settings of middlewares, one table each."),
+            ("parameters", "The parameters of the component."),
+        ],
+    ),
+    (
+        "toml",
+        "component",
+        &[
+            ("period", "How often it computes, such as `\"50ms\"`."),
+            (
+                "log",
+                "The least severe messages that are logged: `error`, `warn`, `info`, `debug` or `trace`.",
+            ),
+        ],
+    ),
+    (
+        "cdsl",
+        "options",
+        &[
+            (
+                "InnerModelViewer",
+                "The component shows its tree in a window.",
+            ),
+            (
+                "InnerModelSlots",
+                "The members of its slot arrays are the devices of its scene.",
+            ),
+            ("dsr", "An option of RoboComp, without effect."),
+            ("agmagent", "An option of RoboComp, without effect."),
+        ],
+    ),
+    (
+        "cdsl",
+        "gui",
+        &[
+            (
+                "Qt",
+                "A toolkit of RoboComp, for which nothing is generated.",
+            ),
+            ("egui", "A toolkit for which nothing is generated."),
+        ],
+    ),
+    (
+        "cdsl",
+        "lifecycle",
+        &[(
+            "managed",
+            "It has the life cycle of a managed node of ROS 2.",
+        )],
+    ),
+    (
+        "cdsl",
+        "simulates",
+        &[("time", "It publishes the time of its network.")],
+    ),
+];
+
+const NETWORK: &[Keyword] = &[
+    ("Component", "A component of the network, or of the group."),
+    (
+        "Process",
+        "A process that runs several components as its threads.",
+    ),
+    ("Host", "A machine, by its address."),
+    (
+        "Group",
+        "Components of which only exported slots are visible outside.",
+    ),
+    (
+        "bind",
+        "Connects a slot with the one that it takes its peer from: `bind a.Laser -> b.Laser;`",
+    ),
+    ("external", "Slots whose peers are not part of the network."),
+    ("middleware", "The middleware of the slots, with settings."),
+    ("domain", "The domain of DDS."),
+    (
+        "time",
+        "`time simulated by NAME;`: a component publishes the time of the network.",
+    ),
+    (
+        "record",
+        "`record { ring 60s; };`: the last messages are kept in memory.",
+    ),
+];
+
+const PARAMETERS: &[Keyword] = &[
+    (
+        "group",
+        "Parameters that belong together, a table of the configuration.",
+    ),
+    ("list", "A list of tables: `list motors 1:8 { … };`"),
+    (
+        "require",
+        "A rule across parameters: `require low <= high \"message\";`",
+    ),
+];
+
+const STATES: &[Keyword] = &[
+    ("initial_state", "The state in which the block begins."),
+    ("states", "Further states."),
+    ("end_state", "The state that ends the block."),
+    ("transitions", "What follows what: `a => b;`"),
+];
+
+/// The keywords that may stand inside a statement, by language and by the first word of the statement;
+/// `*` for any.
+pub(super) const INSIDE: [(&str, &str, &[Keyword]); 12] = [
+    (
+        "idsl",
+        "exception",
+        &[(
+            "extends",
+            "The exception has the members of another one first.",
+        )],
+    ),
+    (
+        "idsl",
+        "interface",
+        &[
+            ("throws", "The exceptions of the operation."),
+            ("out", "The parameter is a result."),
+        ],
+    ),
+    (
+        "cdsl",
+        "communications",
+        &[
+            ("as", "The name of the slot."),
+            ("optional", "The component works without a peer."),
+        ],
+    ),
+    (
+        "cdsl",
+        "statemachine",
+        &[("visual", "The machine is shown in a window.")],
+    ),
+    (
+        "cdsl",
+        "python",
+        &[("venv", "`rcdeploy up --build` makes a virtual environment.")],
+    ),
+    (
+        "cdsl",
+        "wake",
+        &[("spin", "Polls for this time before it sleeps.")],
+    ),
+    ("ddsl", "external", &[("at", "The address of the peer.")]),
+    (
+        "ddsl",
+        "time",
+        &[
+            ("simulated", "A component publishes the time."),
+            ("by", "The component that publishes it."),
+            ("system", "The clock of the system."),
+        ],
+    ),
+    (
+        "ddsl",
+        "restart",
+        &[
+            ("hung", "Also if the loop has not turned for this time."),
+            ("max", "The most restarts: `max 3 within 1min`."),
+            ("within", "The time in which restarts are counted."),
+            ("backoff", "The pause before a restart."),
+        ],
+    ),
+    (
+        "pdsl",
+        "*",
+        &[
+            ("T", "May be changed while the component runs."),
+            ("F", "Fixed at start."),
+            ("unit", "The unit of the number: `unit \"mm\"`."),
+            ("restart", "A change takes effect at the next start."),
+            ("secret", "The value is never shown."),
+            (
+                "reads",
+                "The component reads this file when it starts: `reads \"innermodel\"`.",
+            ),
+            (
+                "element",
+                "An element of a file that another parameter names: `element \"joint\" of scene`.",
+            ),
+            ("of", "The parameter that names the file."),
+        ],
+    ),
+    (
+        "pdsl",
+        "require",
+        &[
+            ("and", "Both conditions hold."),
+            ("or", "One of the conditions holds."),
+            ("not", "The condition does not hold."),
+        ],
+    ),
+    (
+        "smdsl",
+        ":",
+        &[("parallel", "All states of the block are active together.")],
+    ),
+];
+
+/// The keywords of a place in one of the tables.
+pub(super) fn of(
+    table: &[(&'static str, &'static str, &'static [Keyword])],
+    language: &str,
+    place: &str,
+) -> &'static [Keyword] {
+    let row = table
+        .iter()
+        .find(|(known, of, _)| *known == language && *of == place);
+    row.map_or(&[], |(_, _, keywords)| keywords)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Each keyword of the grammars is offered somewhere, and nothing that no grammar knows.
+    #[test]
+    fn the_keywords_of_the_grammars_are_known() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        for language in ["idsl", "cdsl", "ddsl", "pdsl", "smdsl"] {
+            let path = folder.join(language).join("src/grammar.pest");
+            let grammar = std::fs::read_to_string(path).expect("a grammar");
+            let lines = grammar.lines().filter(|line| line.starts_with("kw_"));
+            let words = lines.flat_map(|line| {
+                let words = line.split('"').skip(1).step_by(2);
+                words.filter(|word| word.starts_with(|c: char| c.is_ascii_alphabetic()))
+            });
+            let words: BTreeSet<String> = words.map(str::to_ascii_lowercase).collect();
+            let offered = STATEMENTS.iter().chain(&INSIDE);
+            let offered = offered.filter(|(of, ..)| *of == language);
+            let offered: BTreeSet<String> = offered
+                .flat_map(|(_, _, all)| all.iter())
+                .map(|(word, _)| word.to_ascii_lowercase())
+                .collect();
+            // Words of older files, and those that the tables of the server have elsewhere.
+            let elsewhere = ["request", "transition", "available", "string"];
+            let missing: Vec<&String> = words
+                .iter()
+                .filter(|word| !offered.contains(*word) && !elsewhere.contains(&word.as_str()))
+                .collect();
+            assert!(missing.is_empty(), "{language}: {missing:?}");
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Suggestions in networks.
+
+use super::languages::{middlewares, settings_of};
+use super::{
+    FUNCTION, INSIDE, Item, Kind, PROPERTY, Path, PathBuf, STATEMENTS, Server, Target, VARIABLE,
+    items_of, key, keywords, of, words,
+};
+use crate::server::context::Context;
+use rc_cdsl::model::Role;
+use rc_vocabulary::{Middleware, RestartPolicy};
+
+impl Server {
+    pub(super) fn in_network(&self, target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {
+        let around = context.around();
+        let (word, last) = (context.word(), context.last());
+        if let Some(string) = context.string {
+            return match word.as_str() {
+                "import" => self.importable(target, string, "ddsl"),
+                "cdsl" => self.paths(target, string, &["cdsl"]),
+                "config" => self.paths(target, string, &["toml"]),
+                _ => Vec::new(),
+            };
+        }
+        let Some(block) = around.last() else {
+            return if last.is_empty() {
+                of(keywords::of(&STATEMENTS, "ddsl", ""))
+            } else {
+                Vec::new()
+            };
+        };
+        let groups: Vec<&str> = context
+            .blocks
+            .iter()
+            .skip(1)
+            .filter(|block| block.word() == "group")
+            .filter_map(|block| block.head.get(1).copied())
+            .collect();
+        let prefix: String = groups.iter().map(|group| format!("{group}.")).collect();
+        match (block.as_str(), word.as_str()) {
+            ("parameters", "") => self.parameters_of(&component_at(target, context, &prefix)),
+            ("slots", "") => {
+                let arrays = self.slots_of(&component_at(target, context, &prefix), true);
+                arrays
+                    .into_iter()
+                    .chain(of(keywords::of(&STATEMENTS, "ddsl", "slots")))
+                    .collect()
+            }
+            ("middleware", "") => {
+                let head = context.blocks.last().and_then(|block| block.head.get(1));
+                let middleware = head.and_then(|word| Middleware::from_file(word));
+                middleware.map_or_else(Vec::new, settings_of)
+            }
+            ("group", "") => {
+                let mut items = of(keywords::of(&STATEMENTS, "ddsl", "group"));
+                items.extend(of(keywords::of(&STATEMENTS, "ddsl", "export")));
+                items
+            }
+            (block, "") => of(keywords::of(&STATEMENTS, "ddsl", block)),
+            (_, "middleware") => middlewares(),
+            (_, "host") if context.statement.len() == 1 => {
+                let hosts = items_of(target.names, Kind::Host, VARIABLE).into_iter();
+                let hosts = hosts.map(|item| Item {
+                    label: item.label.split('#').next().unwrap_or_default().to_owned(),
+                    ..item
+                });
+                hosts.chain(words(["localhost"], "This machine.")).collect()
+            }
+            (_, "process") if context.statement.len() == 1 => {
+                items_of(target.names, Kind::Process, VARIABLE)
+            }
+            (_, "restart") if context.statement.len() == 1 => words(
+                RestartPolicy::ALL.map(RestartPolicy::word),
+                "When the component restarts.",
+            ),
+            (_, "restart" | "time") if last != "by" => of(keywords::of(&INSIDE, "ddsl", &word)),
+            (_, "after" | "time") => members(target, &prefix),
+            (_, "export") => {
+                let inside = target
+                    .names
+                    .instances
+                    .iter()
+                    .filter(|(path, _)| path.starts_with(&prefix));
+                inside
+                    .flat_map(|(_, cdsl)| self.slots_of(cdsl, false))
+                    .collect()
+            }
+            (_, "bind" | "external") => bound(self, target, context, &prefix),
+            _ => Vec::new(),
+        }
+    }
+    /// The slots of a component, each with its role and its interface; only arrays on demand.
+    pub(super) fn slots_of(&self, cdsl: &Path, arrays: bool) -> Vec<Item> {
+        let slots = self.readable(cdsl).map_or(&[][..], |names| &names.slots);
+        let slots = slots.iter().filter(|slot| slot.is_array || !arrays);
+        slots
+            .map(|slot| {
+                let detail = format!("{} {}", slot.role.word(), slot.interface);
+                Item {
+                    detail,
+                    ..Item::new(FUNCTION, slot.name.as_str(), "")
+                }
+            })
+            .collect()
+    }
+
+    /// The parameters of a component by their paths.
+    pub(super) fn parameters_of(&self, cdsl: &Path) -> Vec<Item> {
+        let files = self
+            .readable(cdsl)
+            .map_or(&[][..], |names| &names.parameters);
+        let files = files.iter().filter_map(|file| self.readable(file));
+        files
+            .flat_map(|names| items_of(names, Kind::Parameter, PROPERTY))
+            .collect()
+    }
+}
+
+/// The components and groups that are visible in a block.
+fn members(target: &Target<'_>, prefix: &str) -> Vec<Item> {
+    let ends = prefix.match_indices('.').map(|(at, _)| at + 1);
+    let scopes: Vec<&str> = std::iter::once(0)
+        .chain(ends)
+        .map(|end| &prefix[..end])
+        .collect();
+    let places = target.names.instances.iter();
+    let mut items = Vec::new();
+    for (path, cdsl) in places {
+        for scope in &scopes {
+            let Some(rest) = path.strip_prefix(scope) else {
+                continue;
+            };
+            let (label, detail) = match rest.split_once('.') {
+                Some((group, _)) => (group, "a group".to_owned()),
+                None => (
+                    rest,
+                    cdsl.file_name()
+                        .unwrap_or_default()
+                        .to_string_lossy()
+                        .into_owned(),
+                ),
+            };
+            items.push(Item {
+                detail,
+                ..Item::new(VARIABLE, label, "")
+            });
+        }
+    }
+    items
+}
+
+/// The end of a path in `bind` or `external`.
+fn bound(server: &Server, target: &Target<'_>, context: &Context<'_>, prefix: &str) -> Vec<Item> {
+    let tokens = &context.statement;
+    let begins = tokens
+        .iter()
+        .rposition(|token| matches!(*token, "->" | "," | "bind" | "external"));
+    let path: String = tokens[begins.map_or(0, |at| at + 1)..].concat();
+    let is_provider = tokens.contains(&"->");
+    if path.is_empty() {
+        return members(target, prefix);
+    }
+    if !path.ends_with('.') {
+        let words = keywords::of(&INSIDE, "ddsl", &context.word());
+        return of(words);
+    }
+    // The names of the innermost block first, as the resolver looks for them.
+    let ends = prefix.match_indices('.').map(|(at, _)| at + 1);
+    let mut scopes: Vec<&str> = std::iter::once(0)
+        .chain(ends)
+        .map(|end| &prefix[..end])
+        .collect();
+    scopes.reverse();
+    for scope in scopes {
+        let place = format!("{scope}{path}");
+        let place = place.trim_end_matches('.');
+        if let Some((_, cdsl)) = target
+            .names
+            .instances
+            .iter()
+            .find(|(known, _)| known == place)
+        {
+            let slots = server.slots_of(cdsl, false).into_iter();
+            let fits = |item: &Item| {
+                let role = item.detail.split(' ').next().and_then(Role::from_file);
+                role.is_none_or(|role| role.is_provided() == is_provider)
+            };
+            return slots.filter(fits).collect();
+        }
+        // A member of an array.
+        if let Some((instance, array)) = place.rsplit_once('.')
+            && target
+                .names
+                .instances
+                .iter()
+                .any(|(known, _)| known == instance)
+        {
+            let within = format!("{instance}.{array}.");
+            let all = items_of(target.names, Kind::ArrayMember, VARIABLE).into_iter();
+            return all
+                .filter_map(|item| {
+                    let label = item.label.strip_prefix(&within)?.to_owned();
+                    Some(Item { label, ..item })
+                })
+                .collect();
+        }
+        let inside = format!("{place}.");
+        let within: Vec<_> = target
+            .names
+            .instances
+            .iter()
+            .filter(|(known, _)| known.starts_with(&inside))
+            .collect();
+        if !within.is_empty() {
+            // Of a group, only exported slots.
+            let exported = target.names.exports.get(place);
+            let slots = within
+                .iter()
+                .flat_map(|(_, cdsl)| server.slots_of(cdsl, false));
+            return slots
+                .filter(|item| exported.is_some_and(|all| all.contains(&item.label)))
+                .collect();
+        }
+    }
+    Vec::new()
+}
+/// The component of the block around the cursor: by its place in the network, or by the `cdsl`
+/// before it in a block that could not be read.
+fn component_at(target: &Target<'_>, context: &Context<'_>, prefix: &str) -> PathBuf {
+    let block = context
+        .blocks
+        .iter()
+        .rev()
+        .find(|block| block.word() == "component");
+    let Some(block) = block else {
+        return PathBuf::new();
+    };
+    let path = format!("{prefix}{}", block.head.get(1).copied().unwrap_or_default());
+    if let Some((_, cdsl)) = target
+        .names
+        .instances
+        .iter()
+        .find(|(known, _)| *known == path)
+    {
+        return cdsl.clone();
+    }
+    let written = block
+        .inside
+        .windows(2)
+        .find(|pair| pair[0].eq_ignore_ascii_case("cdsl"));
+    let written = written.map_or("", |pair| pair[1].trim_matches('"'));
+    let folder = target.path.parent().unwrap_or(Path::new(""));
+    key(&folder.join(written))
+}

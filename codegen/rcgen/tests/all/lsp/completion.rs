@@ -1,0 +1,191 @@
+//! Suggestions in a workspace with one file of each kind, most of them in broken texts.
+
+use super::workspace::Session;
+use expect_test::expect_file;
+use serde_json::{Value, json};
+
+/// The cursor in a text.
+const CURSOR: char = '▮';
+
+/// How many suggestions of an answer are shown.
+const SHOWN: usize = 14;
+
+impl Session {
+    /// Types `new` with the cursor in place of `old`, asks what may stand there, and takes the text back.
+    fn completes(&mut self, file: &str, old: &str, new: &str) {
+        let text = self.text(file);
+        assert!(text.contains(old), "{old}");
+        let typed = text.replacen(old, new, 1);
+        let at = typed.find(CURSOR).expect("a cursor");
+        let start = typed[..at].rfind('\n').map_or(0, |feed| feed + 1);
+        self.editor.change(file, &typed.replace(CURSOR, ""));
+        let parameters = json!({
+            "textDocument": { "uri": self.editor.uri(file) },
+            "position": { "line": typed[..at].matches('\n').count(), "character": at - start },
+        });
+        let answer = self.editor.ask("textDocument/completion", &parameters);
+        let shown = new.split_whitespace().collect::<Vec<_>>().join(" ");
+        self.log.push_str(&format!("{file} {shown}\n"));
+        let all = answer.as_array().cloned().unwrap_or_default();
+        for item in all.iter().take(SHOWN) {
+            self.log.push_str(&format!("    {}\n", line(item)));
+        }
+        if all.len() > SHOWN {
+            self.log
+                .push_str(&format!("    and {} more\n", all.len() - SHOWN));
+        }
+        self.log.push('\n');
+        self.editor.change(file, &text);
+    }
+}
+
+/// A suggestion in one line.
+fn line(item: &Value) -> String {
+    let text = |value: &Value| value.as_str().unwrap_or_default().replace('\n', " ");
+    let mut out = text(&item["label"]);
+    for (before, value) in [
+        (" | ", &item["detail"]),
+        (" | ", &item["documentation"]["value"]),
+        (" + ", &item["additionalTextEdits"][0]["newText"]),
+    ] {
+        if !text(value).is_empty() {
+            out.push_str(&format!("{before}{}", text(value)));
+        }
+    }
+    assert_eq!(item["textEdit"]["newText"], item["label"]);
+    out.trim_end().to_owned()
+}
+
+#[test]
+fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
+    let mut session = Session::new();
+    for (file, old, new) in [
+        ("interfaces/Units.idsl", "module Units", "▮ module Units"),
+        ("interfaces/Units.idsl", "    enum", "    ▮\n    enum"),
+        (
+            "interfaces/Units.idsl",
+            "float newton;",
+            "float newton; Si▮",
+        ),
+        (
+            "interfaces/Grip.idsl",
+            "press(Units::Force",
+            "press(Units::▮",
+        ),
+        (
+            "interfaces/Grip.idsl",
+            "press(Units::Force force)",
+            "press(▮",
+        ),
+        ("interfaces/Grip.idsl", "throws Units::TooStrong;", "thr▮"),
+        ("interfaces/Grip.idsl", "press(", "press(@unit(\"▮\") "),
+        (
+            "interfaces/Grip.idsl",
+            "import \"Units.idsl\"",
+            "import \"▮\"",
+        ),
+        ("hand.cdsl", "    language", "    ▮ language"),
+        ("hand.cdsl", "implements Grip { available ready; };", "▮ };"),
+        (
+            "hand.cdsl",
+            "implements Grip { available ready; };",
+            "requires ▮",
+        ),
+        ("hand.cdsl", "available ready;", "available ▮"),
+        ("hand.cdsl", "available ready; };", "▮ };"),
+        (
+            "hand.cdsl",
+            "implements Grip { available ready; };",
+            "publishes Grip { reliability ▮ };",
+        ),
+        (
+            "hand.cdsl",
+            "implements Grip { available ready; };",
+            "requires Grip ▮",
+        ),
+        (
+            "hand.cdsl",
+            "implements Grip { available ready; };",
+            "requires Grip(▮",
+        ),
+        ("hand.cdsl", "language rust", "language ▮"),
+        ("hand.cdsl", "\"hand.pdsl\"", "\"▮\""),
+        ("brain/brain.cdsl", "import \"Grip.idsl\";\n\n", "▮"),
+        ("hand.smdsl", "ready => busy", "ready => ▮"),
+        ("hand.smdsl", "    states", "    ▮\n    states"),
+        ("hand.pdsl", "limit float 2.0;", "limit ▮"),
+        ("hand.pdsl", "limit float 2.0;", "limit float 2.0 ▮"),
+        ("hand.pdsl", "limit float 2.0;", "limit float 2.0 unit \"▮"),
+        ("hand.pdsl", "require speed", "require ▮"),
+        ("etc/config.toml", "[parameters]", "[▮"),
+        ("etc/config.toml", "fingers = 4", "fin▮"),
+        ("etc/config.toml", "fingers = 4", "mode = ▮"),
+        ("etc/config.toml", "fingers = 4", "loud = ▮"),
+        ("etc/config.toml", "speed = 0.5", "▮"),
+        ("etc/config.toml", "Grip = \"a/b\"", "▮"),
+        (
+            "etc/config.toml",
+            "[bindings]",
+            "[component]\n▮\n[bindings]",
+        ),
+        (
+            "etc/config.toml",
+            "[bindings]",
+            "[middleware.dds]\n▮\n[bindings]",
+        ),
+        ("net.ddsl", "    Host", "    ▮ Host"),
+        ("net.ddsl", "host robot;", "▮"),
+        ("net.ddsl", "host robot;", "host ▮"),
+        ("net.ddsl", "after arm, other;", "after ▮"),
+        ("net.ddsl", "\"brain/brain.cdsl\"", "\"▮\""),
+        ("net.ddsl", "hands \"left\";", "▮"),
+        ("net.ddsl", "motor.speed 0.2;", "▮"),
+        ("net.ddsl", "host robot;", "restart ▮"),
+        ("net.ddsl", "host robot;", "middleware dds { ▮"),
+        ("net.ddsl", "bind brain.hands.left -> arm.Grip;", "bind ▮"),
+        (
+            "net.ddsl",
+            "bind brain.hands.left -> arm.Grip;",
+            "bind brain.▮",
+        ),
+        (
+            "net.ddsl",
+            "bind brain.hands.left -> arm.Grip;",
+            "bind brain.hands.▮",
+        ),
+        ("net.ddsl", "-> arm.Grip;", "-> arm.▮"),
+        ("inner.ddsl", "export Grip;", "export ▮"),
+        // Not in a comment, and not in a string that means nothing.
+        ("net.ddsl", "    Host", "    // bind ▮\n    Host"),
+    ] {
+        session.completes(file, old, new);
+    }
+    session.editor.end();
+    expect_file!["completion/suggestions.txt"].assert_eq(&session.log);
+}
+
+#[test]
+fn an_interface_brings_its_import_along() {
+    let mut session = Session::new();
+    let file = "brain/brain.cdsl";
+    let text =
+        "// The brain.\nComponent brain\n{\n    Communications\n    {\n        requires Gr▮\n";
+    session.editor.change(file, &text.replace(CURSOR, ""));
+    let answer = session.editor.ask(
+        "textDocument/completion",
+        &json!({
+            "textDocument": { "uri": session.editor.uri(file) },
+            "position": { "line": 5, "character": 19 },
+        }),
+    );
+    let all = answer.as_array().expect("suggestions");
+    let grip = all.iter().find(|item| item["label"] == "Grip");
+    let grip = grip.unwrap_or_else(|| panic!("{answer}"));
+    let edit = &grip["additionalTextEdits"][0];
+    assert_eq!(edit["newText"], "import \"Grip.idsl\";\n\n");
+    assert_eq!(edit["range"]["start"], json!({ "line": 1, "character": 0 }));
+    let word = &grip["textEdit"]["range"];
+    assert_eq!(word["start"], json!({ "line": 5, "character": 17 }));
+    assert_eq!(word["end"], json!({ "line": 5, "character": 19 }));
+    session.editor.end();
+}
