@@ -4,14 +4,17 @@
 mod client;
 mod codec;
 mod gate;
+mod interface;
 mod publisher;
 mod request;
+mod sample;
 
 pub use client::{TypedClient, expect_result, reply_values};
 pub use codec::{Arguments, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;
 pub use request::Request;
+pub use sample::Sample;
 
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 use std::marker::PhantomData;

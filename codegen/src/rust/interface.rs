@@ -26,11 +26,13 @@ pub(crate) struct Interface<'a> {
     publisher: String,
     calls: bool,
     topics: bool,
+    /// Whether the code names the module `typed` of the middleware.
+    names_typed: bool,
     operations: Vec<Operation<'a>>,
     exceptions: Vec<(String, i32)>,
     /// One for each set of exceptions that operations throw.
     errors: Vec<ErrorEnum>,
-    /// The traits of handlers.
+    /// The lists of operations.
     shapes: Vec<Shape>,
 }
 
@@ -60,15 +62,8 @@ struct Operation<'a> {
     pattern: String,
     arguments: String,
     sent: String,
-    /// Whether reading and writing them takes a function of its own.
-    own_read: bool,
-    own_write: bool,
-    /// The functions that read them, write a reply, and read it.
-    read: String,
-    reply: String,
-    take: String,
-    own_reply: bool,
-    own_result: bool,
+    #[serde(flatten)]
+    codecs: Codecs,
     /// Members of the reply, in the order of the wire.
     replies: Vec<Member<'a>>,
     /// Variables of the reply in the order of the returned tuple, whose first is the value of the
@@ -89,12 +84,27 @@ struct Operation<'a> {
     /// How a fake names a call, and sets its answer.
     variant: String,
     on: String,
-    /// The inputs, their tuple and the result as types of the fakes' module.
-    kept: Vec<String>,
-    kept_arguments: String,
-    kept_result: String,
-    /// The result of an unset answer.
-    default: String,
+}
+
+impl Operation<'_> {
+    /// Whether its codecs name the module `typed`. Those of a sample in place do not.
+    fn names_typed(&self) -> bool {
+        self.two_way || !self.codecs.own_read || self.codecs.own_write
+    }
+}
+
+/// How the parameters and the reply of an operation are written and read.
+#[derive(Debug, Serialize)]
+pub(super) struct Codecs {
+    /// The functions that read the parameters, write a reply, and read it.
+    pub(super) read: String,
+    pub(super) reply: String,
+    take: String,
+    /// Whether each of them, and writing the parameters, takes a function of its own.
+    own_read: bool,
+    own_write: bool,
+    own_reply: bool,
+    own_result: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -122,6 +132,8 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
         .map(|o| operation(interface, o, &mut functions, &mut variants))
         .collect();
     let errors = errors(interface, &mut operations);
+    let codecs: Vec<&Codecs> = operations.iter().map(|o| &o.codecs).collect();
+    let shapes = shapes::all(interface, &codecs);
     Interface {
         name: &interface.name,
         module: names::module(&interface.name),
@@ -130,7 +142,8 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
         publisher: format!("{name}Publisher"),
         calls: interface.calls,
         topics: interface.topics,
-        shapes: shapes::all(interface),
+        shapes,
+        names_typed: operations.iter().any(Operation::names_typed),
         operations,
         exceptions,
         errors,
@@ -265,16 +278,6 @@ fn operation<'a>(
             format!("typed::{name}")
         }
     };
-    let everywhere = types::in_crate();
-    let kept = of.inputs.iter().map(|m| types::member(m, &everywhere));
-    let kept: Vec<String> = kept.collect();
-    let outputs = of.outputs.iter().map(|m| types::member(m, &everywhere));
-    let one_result = of.result.iter().map(|ty| types::owned(ty, &everywhere));
-    let kept_result = match one_result.chain(outputs).collect::<Vec<_>>().as_slice() {
-        [] => "()".to_owned(),
-        [one] => one.clone(),
-        _ => answer.clone(),
-    };
     let names: Vec<String> = inputs.iter().map(|m| m.name.clone()).collect();
     let types: Vec<String> = inputs.iter().map(|m| m.ty.clone()).collect();
     let sent = inputs.iter().map(|m| match m.write {
@@ -293,16 +296,14 @@ fn operation<'a>(
         pattern: tuple(&names),
         arguments: tuple(&types),
         sent: tuple(&sent.collect::<Vec<_>>()),
-        read: function(own_read, "read"),
-        reply: function(own_reply, "reply"),
-        take: function(own_result, "result"),
-        own_read,
-        own_write,
-        own_reply,
-        own_result,
-        default: match replies.len() {
-            1 => "Default::default()".to_owned(),
-            count => format!("({})", vec!["Default::default()"; count].join(", ")),
+        codecs: Codecs {
+            read: function(own_read, "read"),
+            reply: function(own_reply, "reply"),
+            take: function(own_result, "result"),
+            own_read,
+            own_write,
+            own_reply,
+            own_result,
         },
         inputs,
         replies,
@@ -321,9 +322,6 @@ fn operation<'a>(
         result_in_place: placed(of.result_in_place.as_ref(), &path),
         variant: names::free(names::camel(&of.name), variants),
         on: format!("on_{}", bare(&method)),
-        kept_arguments: tuple(&kept),
-        kept,
-        kept_result,
         method,
         plain,
     }

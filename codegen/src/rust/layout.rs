@@ -88,9 +88,19 @@ enum Kind {
 
 impl Kind {
     fn of(line: &str) -> Self {
-        const ITEMS: [&str; 11] = [
-            "///", "#[", "pub ", "pub(", "impl", "fn ", "const ", "static ", "trait ", "struct ",
+        const ITEMS: [&str; 12] = [
+            "///",
+            "#[",
+            "pub ",
+            "pub(",
+            "impl",
+            "fn ",
+            "const ",
+            "static ",
+            "trait ",
+            "struct ",
             "type ",
+            "macro_rules! ",
         ];
         let begins = |words: &[&str]| words.iter().any(|word| line.starts_with(word));
         if begins(&["// ", "//!"]) {

@@ -1,7 +1,8 @@
-//! The traits of an interface's handlers: one for a single slot and one for a slot array, and the
-//! same with values in place where the interface has some.
+//! The lists of an interface's operations, over which `rc_middleware` declares the traits of handlers
+//! and those that serve them: one list for owned values, and one for values in place where the
+//! interface has some.
 
-use super::interface::placed;
+use super::interface::{Codecs, placed};
 use super::operation_names::{answer_name, error_name};
 use super::{names, types};
 use crate::view::library::{Interface, Operation};
@@ -25,34 +26,45 @@ const PRELUDE: [&str; 12] = [
     "Some",
 ];
 
-/// A trait of handlers, and those that serve it.
+/// A list of operations.
 #[derive(Debug, Serialize)]
 pub(crate) struct Shape {
-    name: String,
-    /// The traits that answer requests, and that take samples; empty where there is none.
+    in_place: bool,
+    /// The traits of handlers, of those that answer requests, and of those that take samples.
+    single: Traits,
+    members: Traits,
+    /// Whether requests are answered, and whether samples are taken.
+    serves: bool,
+    receives: bool,
+    operations: Vec<Handler>,
+}
+
+/// The traits for a slot, or for a slot array.
+#[derive(Debug, Serialize)]
+struct Traits {
+    handlers: String,
     serve: String,
     receive: String,
-    /// The variable of the member in the functions that serve an array; empty for a single slot.
-    member: String,
-    in_place: bool,
-    /// Whether it is the first one, which has the documentation.
-    is_first: bool,
-    operations: Vec<Handler>,
+}
+
+impl Traits {
+    fn of(interface: &Interface, in_place: bool, array: bool) -> Self {
+        let handlers = trait_name(interface, in_place, array);
+        Self {
+            serve: format!("Serve{handlers}"),
+            receive: format!("Receive{handlers}"),
+            handlers,
+        }
+    }
 }
 
 /// A handler.
 #[derive(Debug, Serialize)]
 struct Handler {
-    /// Its signature.
+    /// Its signature, as `rc_middleware::operations` documents it.
     head: String,
-    /// The arguments of a call, behind the context.
-    arguments: String,
-    method: String,
-    /// The structure of the only parameter in shared memory; else empty.
-    sample_in_place: String,
-    /// The structure of the reply in shared memory; else empty.
-    result_in_place: String,
-    result_name: String,
+    /// The function that serves it, with its codecs.
+    how: String,
 }
 
 /// The values that the handlers of a slot get: whether some are in place.
@@ -105,100 +117,57 @@ pub(super) fn own_names(interface: &Interface) -> BTreeSet<String> {
     taken
 }
 
-/// The traits of an interface that has operations.
-pub(super) fn all(interface: &Interface) -> Vec<Shape> {
-    if interface.operations.is_empty() {
-        return Vec::new();
-    }
-    let serves = interface.calls && is_in_place(interface, Role::Implements);
-    let receives = interface.topics && is_in_place(interface, Role::SubscribesTo);
-    let mut all = Vec::new();
-    for in_place in [false, true] {
-        let (serves, receives) = if in_place {
-            (serves, receives)
-        } else {
-            (interface.calls, interface.topics)
-        };
-        if !serves && !receives {
-            continue;
+/// The lists of an interface. `codecs` are those of its operations.
+pub(super) fn all(interface: &Interface, codecs: &[&Codecs]) -> Vec<Shape> {
+    let shape = |in_place: bool, serves: bool, receives: bool| {
+        let operations = interface.operations.iter().zip(codecs);
+        Shape {
+            in_place,
+            single: Traits::of(interface, in_place, false),
+            members: Traits::of(interface, in_place, true),
+            serves,
+            receives,
+            operations: operations
+                .map(|(of, codecs)| handler(of, codecs, in_place, receives))
+                .collect(),
         }
-        for array in [false, true] {
-            all.push(shape(interface, (in_place, array), (serves, receives)));
-        }
+    };
+    let is_empty = interface.operations.is_empty();
+    let (serves, receives) = (interface.calls, interface.topics);
+    let mut all = vec![shape(false, serves && !is_empty, receives && !is_empty)];
+    let serves = serves && is_in_place(interface, Role::Implements);
+    let receives = receives && is_in_place(interface, Role::SubscribesTo);
+    if serves || receives {
+        all.push(shape(true, serves, receives));
     }
     all
 }
 
-fn shape(
-    interface: &Interface,
-    (in_place, array): (bool, bool),
-    (serves, receives): (bool, bool),
-) -> Shape {
-    let name = trait_name(interface, in_place, array);
-    let mut member = String::new();
-    if array {
-        "member".clone_into(&mut member);
-        let inputs = interface.operations.iter().flat_map(|o| &o.inputs);
-        let inputs: BTreeSet<String> = inputs.map(|input| names::local(&input.name)).collect();
-        while inputs.contains(&member) {
-            member.push('_');
-        }
-    }
-    let trait_of = |there: bool, begin: &str| {
-        let name = there.then(|| format!("{begin}{name}"));
-        name.unwrap_or_default()
-    };
-    let operations = interface.operations.iter();
-    Shape {
-        serve: trait_of(serves, "Serve"),
-        receive: trait_of(receives, "Receive"),
-        in_place,
-        is_first: !in_place && !array,
-        operations: operations
-            .map(|of| handler(interface, of, (in_place, receives), &member))
-            .collect(),
-        member,
-        name,
-    }
-}
-
-fn handler(
-    interface: &Interface,
-    of: &Operation,
-    (in_place, receives): (bool, bool),
-    member: &str,
-) -> Handler {
-    let path = types::in_interface(&interface.module);
+fn handler(of: &Operation, codecs: &Codecs, in_place: bool, receives: bool) -> Handler {
+    let path = types::in_crate();
     // A command is a request: only samples of topics are read in place.
     let sample = of.sample_in_place.as_ref();
-    let sample = sample.filter(|_| in_place && receives);
-    let result = of.result_in_place.as_ref().filter(|_| in_place);
-    let (sample_in_place, result_in_place) = (placed(sample, &path), placed(result, &path));
-    let mut parameters = vec!["&mut self".to_owned(), "ctx: &mut C".to_owned()];
-    let mut arguments = Vec::new();
-    if !member.is_empty() {
-        parameters.push(format!("{member}: &rc_middleware::Member"));
-        arguments.push(member.to_owned());
+    let sample = placed(sample.filter(|_| in_place && receives), &path);
+    let reply = placed(of.result_in_place.as_ref().filter(|_| in_place), &path);
+    let inputs = of.inputs.iter().map(|input| names::local(&input.name));
+    let inputs: Vec<String> = inputs.collect();
+    let parameters = of.inputs.iter().zip(&inputs).map(|(input, name)| {
+        if sample.is_empty() {
+            format!("{name}: {}", types::member(input, &path))
+        } else {
+            format!("{name}: &{sample}")
+        }
+    });
+    let parameters: Vec<String> = parameters.collect();
+    let mut head = format!("fn {}", names::method(&of.name));
+    if !parameters.is_empty() {
+        head += &format!("({})", parameters.join(", "));
     }
-    let mut inputs = Vec::new();
-    for input in &of.inputs {
-        let name = names::local(&input.name);
-        let ty = match sample {
-            Some(_) => format!("&{sample_in_place}"),
-            None => types::member(input, &path),
-        };
-        parameters.push(format!("{name}: {ty}"));
-        let by_reference = if sample.is_some() { "&" } else { "" };
-        arguments.push(format!("{by_reference}{name}"));
-        inputs.push(name);
-    }
-    let result_name = result.map(|_| reply_name(of, &inputs)).unwrap_or_default();
-    if result.is_some() {
-        parameters.push(format!("{result_name}: &mut {result_in_place}"));
-        arguments.push(result_name.clone());
+    if !reply.is_empty() {
+        head += &format!(" into({}: &mut {reply})", reply_name(of, &inputs));
     }
     let mut results: Vec<String> = Vec::new();
-    if result.is_none() {
+    if reply.is_empty() {
         results.extend(of.result.iter().map(|ty| types::owned(ty, &path)));
         results.extend(of.outputs.iter().map(|m| types::member(m, &path)));
     }
@@ -208,23 +177,23 @@ fn handler(
         _ => answer_name(&of.name),
     };
     let throws = !of.throws.is_empty();
-    let returns = match (of.two_way, throws) {
-        (true, true) => format!(" -> Result<{result}, {}>", error_name(&of.name)),
-        (true, false) if result != "()" => format!(" -> {result}"),
-        _ => String::new(),
-    };
-    let method = names::method(&of.name);
-    Handler {
-        head: format!("fn {method}({}){returns}", parameters.join(", ")),
-        arguments: arguments
-            .iter()
-            .map(|argument| format!(", {argument}"))
-            .collect(),
-        method,
-        sample_in_place,
-        result_in_place,
-        result_name,
+    if throws {
+        head += &format!(" -> Result<{result}, {}>", error_name(&of.name));
+    } else if result != "()" {
+        head += &format!(" -> {result}");
     }
+    let try_ = if throws { "try_" } else { "" };
+    let (read, write) = (&codecs.read, &codecs.reply);
+    let how = if !sample.is_empty() {
+        format!("in_place(rc_middleware::Reader::in_place::<{sample}>)")
+    } else if !reply.is_empty() {
+        format!("{try_}answer_in_place({read})")
+    } else if of.two_way {
+        format!("{try_}answer({read}, {write})")
+    } else {
+        format!("command({read})")
+    };
+    Handler { head, how }
 }
 
 /// The variable of a reply in place. A parameter may have this name, too.

@@ -116,12 +116,6 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// The place of the operation of this request in `operations`.
-    pub fn place(&self, operations: &[Operation]) -> Option<usize> {
-        let mut all = operations.iter();
-        all.position(|operation| operation.id == self.operation)
-    }
-
     /// Lets `handle` handle a command, whose parameters `read` reads.
     pub fn command<A>(
         &mut self,

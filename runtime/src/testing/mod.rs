@@ -5,6 +5,7 @@
 //! module: a call goes to a [`FakeServer`], a sample to a [`FakeSubscriber`]. All of it stays on
 //! the thread of the test. [`embed`] runs a whole component, whose missing servers are replaced.
 
+mod answers;
 mod array;
 mod backend;
 mod bench;
@@ -14,6 +15,8 @@ mod subscriber;
 
 pub use crate::adapter::embed_with_defaults;
 pub use crate::process::embed_with_defaults as embed;
+#[doc(hidden)]
+pub use answers::{Answering, Defaults, HasResult, signature};
 pub use array::FakeArray;
 pub use bench::Bench;
 pub use defaults::DefaultReply;

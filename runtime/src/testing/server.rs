@@ -1,9 +1,9 @@
 //! Fake servers: they answer the calls of a worker under test, and keep them.
 
-use super::TestBed;
+use super::{Answering, TestBed};
 use rc_middleware::request_body::{RequestBody, buffer};
-use rc_middleware::typed::{HandlerError, Operation, Request, Throws};
-use rc_middleware::{CallError, Client, DecodeError, Header, Reader, WakeEvent, Writer};
+use rc_middleware::typed::{HandlerError, Operation, Request};
+use rc_middleware::{CallError, Client, Header, WakeEvent};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -73,8 +73,8 @@ pub struct FakeServer<T> {
 
 /// A call that a fake keeps: generated code has one for each interface that can be implemented.
 pub trait FakeCall: Clone + 'static {
-    /// The operations with a result, which a test has to answer.
-    const ANSWERED: &'static [Operation];
+    /// Whether an operation has a result, which a test has to answer.
+    fn has_result(operation: &Operation) -> bool;
 
     /// Reads a call.
     fn read(request: &mut Request<'_>) -> Result<Self, HandlerError>;
@@ -88,18 +88,18 @@ impl<T: FakeCall> FakeServer<T> {
     #[doc(hidden)]
     pub fn new(bed: &TestBed, slot: usize, member: Option<&str>) -> Self {
         let server = Self::reading(bed, slot, member, T::read);
-        let operations = server.state.borrow().operations;
-        for operation in operations {
-            if !T::ANSWERED.contains(operation) {
-                server.or_default(operation, T::default_reply);
-            }
-        }
+        server.answer_by_default(|operation| !T::has_result(operation));
         server
     }
 
     /// Answers every query that has no answer yet with default values.
     pub fn answer_defaults(&self) {
-        for operation in T::ANSWERED {
+        self.answer_by_default(T::has_result);
+    }
+
+    fn answer_by_default(&self, which: fn(&Operation) -> bool) {
+        let operations = self.state.borrow().operations.iter();
+        for operation in operations.filter(|operation| which(operation)) {
             self.or_default(operation, T::default_reply);
         }
     }
@@ -141,45 +141,10 @@ impl<T: Clone + 'static> FakeServer<T> {
         state.answers.insert(operation.id, Box::new(answer));
     }
 
-    /// Answers a command from now on by a call of `answer`.
+    /// Sets how an operation is answered from now on.
     #[doc(hidden)]
-    pub fn on_command<A: 'static>(
-        &self,
-        operation: &'static Operation,
-        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
-        mut answer: impl FnMut(A) + 'static,
-    ) {
-        self.on(operation, move |request| {
-            request.command(operation, read, &mut answer)
-        });
-    }
-
-    /// Answers a query that throws nothing from now on with what `answer` returns.
-    #[doc(hidden)]
-    pub fn on_query<A: 'static, R: 'static>(
-        &self,
-        operation: &'static Operation,
-        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
-        write: fn(&R, &mut Writer<'_>),
-        mut answer: impl FnMut(A) -> R + 'static,
-    ) {
-        self.on(operation, move |request| {
-            request.answer(operation, read, write, &mut answer)
-        });
-    }
-
-    /// [`FakeServer::on_query`] for a query that throws.
-    #[doc(hidden)]
-    pub fn on_throwing_query<A: 'static, R: 'static, E: Throws + 'static>(
-        &self,
-        operation: &'static Operation,
-        read: fn(&mut Reader<'_>) -> Result<A, DecodeError>,
-        write: fn(&R, &mut Writer<'_>),
-        mut answer: impl FnMut(A) -> Result<R, E> + 'static,
-    ) {
-        self.on(operation, move |request| {
-            request.try_answer(operation, read, write, &mut answer)
-        });
+    pub fn answering(&self, operation: &'static Operation) -> Answering<'_, T> {
+        Answering(self, operation)
     }
 
     /// Answers an operation that has no answer yet.
@@ -308,53 +273,123 @@ impl Client for Port {
     }
 }
 
-/// Declares the fake server of an interface, whose calls are of the type `$call`. Generated code adds
-/// the functions that set its answers.
+/// Declares the fake server `Fake` of an interface and its calls `Call`, over the list of operations
+/// that [`rc_middleware::operations!`] documents.
 ///
 /// ```
-/// use rc_middleware::typed::{self, HandlerError, Operation, Request};
-/// use rc_runtime::testing::{FakeCall, unknown};
+/// use rc_middleware::typed;
+/// use rc_runtime::testing::FakeCall;
 ///
-/// const IS_ENABLED: Operation = Operation::query("isEnabled", 7, 0, &[]);
-///
-/// #[derive(Clone, Debug, PartialEq)]
-/// pub enum Call {
-///     IsEnabled,
-/// }
-///
-/// impl FakeCall for Call {
-///     const ANSWERED: &'static [Operation] = &[IS_ENABLED];
-///
-///     fn read(request: &mut Request<'_>) -> Result<Self, HandlerError> {
-///         match request.place(Self::ANSWERED) {
-///             Some(_) => request.arguments(&IS_ENABLED, typed::read).map(|()| Self::IsEnabled),
-///             None => Err(unknown(request)),
+/// macro_rules! interface {
+///     ($($what:tt)+) => {
+///         $($what)+! {
+///             /// The handlers of `Base`.
+///             Base ServeBase ReceiveBase, BaseMembers ServeBaseMembers ReceiveBaseMembers;
+///             fn set_speed(speed: f32) {
+///                 SET_SPEED.command(typed::read)
+///                 SetSpeed on_set_speed one_way("setSpeed", 7, 0x2a)
+///             }
+///             fn speed -> f32 {
+///                 SPEED.answer(typed::read, typed::reply)
+///                 Speed on_speed query("speed", 8, 0x2b, &[])
+///             }
 ///         }
-///     }
-///
-///     fn default_reply(request: &mut Request<'_>) -> Result<(), HandlerError> {
-///         request.answer(&IS_ENABLED, typed::read, typed::reply, |(): ()| false)
-///     }
+///     };
 /// }
+/// interface!(rc_middleware::operations);
+/// interface!(rc_runtime::fake_server);
 ///
-/// rc_runtime::fake_server!(Fake: Call);
-///
-/// impl Fake {
-///     /// Answers `isEnabled` with what `answer` returns.
-///     pub fn on_is_enabled(&self, mut answer: impl FnMut() -> bool + 'static) {
-///         self.0.on_query(&IS_ENABLED, typed::read, typed::reply, move |()| answer());
-///     }
+/// assert!(Call::has_result(&SPEED) && !Call::has_result(&SET_SPEED));
+/// assert_ne!(Call::Speed, Call::SetSpeed { speed: 0.5 });
+/// fn answer(base: &Fake) {
+///     base.on_speed(|| 0.5);
 /// }
 /// ```
 #[macro_export]
 macro_rules! fake_server {
-    ($name:ident: $call:ident) => {
+    (
+        $(#[$about:meta])*
+        $single:ident $serve:ident $receive:ident, $members:ident $serve_member:ident $receive_member:ident;
+        $(
+            $(#[$doc:meta])*
+            fn $method:ident $(($($arg:ident: $ty:ty),+ $(,)?))? $(-> $ret:ty)? {
+                $operation:ident.$how:ident($read:expr $(, $codec:expr)* $(,)?)
+                $call:ident $on:ident $kind:ident($name:literal $(, $fact:expr)* $(,)?)
+            }
+        )*
+    ) => {
+        /// A call.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Call {
+            $(
+                #[doc = ::std::concat!("`", $name, "`")]
+                $call $({ $($arg: $ty),+ })?,
+            )*
+        }
+
+        impl $crate::testing::FakeCall for Call {
+            fn has_result(operation: &$crate::middleware::typed::Operation) -> bool {
+                use $crate::testing::{HasResult, signature};
+                $(
+                    if operation.id == $operation.id {
+                        return HasResult::$how(signature::<fn(($($($ty,)+)?)) $(-> $ret)?>());
+                    }
+                )*
+                let _ = operation;
+                false
+            }
+
+            fn read(
+                request: &mut $crate::middleware::typed::Request<'_>,
+            ) -> ::std::result::Result<Self, $crate::middleware::typed::HandlerError> {
+                $(
+                    if request.operation == $operation.id {
+                        return request
+                            .arguments(&$operation, $read)
+                            .map(|($($($arg,)+)?)| Self::$call $({ $($arg),+ })?);
+                    }
+                )*
+                ::std::result::Result::Err($crate::testing::unknown(request))
+            }
+
+            fn default_reply(
+                request: &mut $crate::middleware::typed::Request<'_>,
+            ) -> ::std::result::Result<(), $crate::middleware::typed::HandlerError> {
+                use $crate::testing::{Defaults, signature};
+                $(
+                    if request.operation == $operation.id {
+                        return Defaults(request, &$operation).$how(
+                            $read,
+                            $($codec,)*
+                            signature::<fn(($($($ty,)+)?)) $(-> $ret)?>(),
+                        );
+                    }
+                )*
+                ::std::result::Result::Err($crate::testing::unknown(request))
+            }
+        }
+
         /// A server of the interface for tests: it replies as configured, records the calls, and
         /// fails on demand. An operation without result needs no answer.
         #[derive(Clone)]
-        pub struct $name($crate::testing::FakeServer<$call>);
+        pub struct Fake($crate::testing::FakeServer<Call>);
 
-        impl $crate::testing::Fake for $name {
+        impl Fake {
+            $(
+                #[doc = ::std::concat!(
+                    "Answers `", $name, "` with what `answer` returns; a command by a call of it."
+                )]
+                pub fn $on(&self, mut answer: impl FnMut($($($ty),+)?) $(-> $ret)? + 'static) {
+                    self.0.answering(&$operation).$how(
+                        $read,
+                        $($codec,)*
+                        move |($($($arg,)+)?)| answer($($($arg),+)?),
+                    );
+                }
+            )*
+        }
+
+        impl $crate::testing::Fake for Fake {
             fn new(bed: &$crate::testing::TestBed, slot: usize, member: Option<&str>) -> Self {
                 Self($crate::testing::FakeServer::new(bed, slot, member))
             }
@@ -364,8 +399,8 @@ macro_rules! fake_server {
             }
         }
 
-        impl ::std::ops::Deref for $name {
-            type Target = $crate::testing::FakeServer<$call>;
+        impl ::std::ops::Deref for Fake {
+            type Target = $crate::testing::FakeServer<Call>;
 
             fn deref(&self) -> &Self::Target {
                 &self.0

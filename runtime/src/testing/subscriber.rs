@@ -135,3 +135,67 @@ impl Publisher for Port {
         self.0.borrow().subscribers
     }
 }
+
+/// Declares the samples `Sample` of an interface that fakes keep, over the list of operations that
+/// [`rc_middleware::operations!`] documents.
+///
+/// ```
+/// use rc_middleware::{Reader, typed};
+/// use rc_runtime::testing::FakeSample;
+///
+/// macro_rules! interface {
+///     ($($what:tt)+) => {
+///         $($what)+! {
+///             /// The handlers of `Ticks`.
+///             Ticks ServeTicks ReceiveTicks, TicksMembers ServeTicksMembers ReceiveTicksMembers;
+///             fn tick(number: i64) {
+///                 TICK.command(typed::read)
+///                 Tick on_tick one_way("tick", 7, 0x2a)
+///             }
+///         }
+///     };
+/// }
+/// interface!(rc_middleware::operations);
+/// interface!(rc_runtime::fake_subscriber);
+///
+/// let sample = 42_i64.to_le_bytes();
+/// assert_eq!(Sample::read(0, &mut Reader::new(&sample)), Ok(Sample::Tick { number: 42 }));
+/// ```
+#[macro_export]
+macro_rules! fake_subscriber {
+    (
+        $(#[$about:meta])*
+        $single:ident $serve:ident $receive:ident, $members:ident $serve_member:ident $receive_member:ident;
+        $(
+            $(#[$doc:meta])*
+            fn $method:ident $(($($arg:ident: $ty:ty),+ $(,)?))? {
+                $operation:ident.$how:ident($read:expr $(,)?)
+                $sample:ident $on:ident $kind:ident($name:literal $(, $fact:expr)* $(,)?)
+            }
+        )*
+    ) => {
+        /// A sample.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Sample {
+            $(
+                #[doc = ::std::concat!("`", $name, "`")]
+                $sample $({ $($arg: $ty),+ })?,
+            )*
+        }
+
+        impl $crate::testing::FakeSample for Sample {
+            fn read(
+                topic: usize,
+                reader: &mut $crate::middleware::Reader<'_>,
+            ) -> ::std::result::Result<Self, $crate::middleware::DecodeError> {
+                let mut before = 0..topic;
+                $(
+                    if before.next().is_none() {
+                        return $read(reader).map(|($($($arg,)+)?)| Self::$sample $({ $($arg),+ })?);
+                    }
+                )*
+                ::std::result::Result::Err($crate::middleware::DecodeError::Unknown("topic"))
+            }
+        }
+    };
+}

@@ -99,61 +99,24 @@ impl rc_middleware::in_place::InPlace for PictureInPlace {
 pub mod echo {
     use rc_middleware::typed;
 
-    /// `echo`
-    pub const ECHO: typed::Operation = typed::Operation::query("echo", -669077045, 0x0dcda19f7bc6c682, &[]);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Echo`.
+                ///
+                /// Gives back what it gets.
+                Echo ServeEcho ReceiveEcho, EchoMembers ServeEchoMembers ReceiveEchoMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ECHO];
-
-    /// The handlers of `Echo`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Gives back what it gets.
-    pub trait Echo<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, data: Vec<u8>) -> Vec<u8>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Echo`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeEcho<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Echo<C, S>> ServeEcho<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(&ECHO, typed::read, typed::reply, |(data,)| Echo::echo(self, ctx, data)),
-                _ => request.unknown(),
+                fn echo(data: Vec<u8>) -> Vec<u8> {
+                    ECHO.answer(typed::read, typed::reply)
+                    Echo on_echo query("echo", -669077045, 0x0dcda19f7bc6c682, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Echo` for the members of a slot array.
-    pub trait EchoMembers<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: Vec<u8>) -> Vec<u8>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`EchoMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeEchoMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: EchoMembers<C, S>> ServeEchoMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &ECHO, typed::read, typed::reply, |(data,)| EchoMembers::echo(self, ctx, member, data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(EchoClient);
 
@@ -167,42 +130,7 @@ pub mod echo {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `echo`
-            Echo { data: Vec<u8> },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[ECHO];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ECHO, typed::read).map(|(data,)| Self::Echo { data }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &ECHO, typed::read, typed::reply, |_: (Vec<u8>,)| -> Vec<u8> { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `echo` with what `answer` returns.
-            pub fn on_echo(&self, mut answer: impl FnMut(Vec<u8>) -> Vec<u8> + 'static) {
-                self.0.on_query(&ECHO, typed::read, typed::reply, move |(data,)| answer(data));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -212,112 +140,26 @@ pub mod echo {
 pub mod sample {
     use rc_middleware::typed;
 
-    /// `sample`
-    pub const SAMPLE: typed::Operation = typed::Operation::one_way("sample", -1074163874, 0xfd2cbc8cbf4fdcb5);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Sample`.
+                ///
+                /// Values that carry the time of their sending.
+                Sample ServeSample ReceiveSample, SampleMembers ServeSampleMembers ReceiveSampleMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SAMPLE];
-
-    /// The handlers of `Sample`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Values that carry the time of their sending.
-    pub trait Sample<C, S = ()> {
-        /// `sent` in nanoseconds of the monotonic clock; empty data ends a block.
-        fn sample(&mut self, ctx: &mut C, sent: i64, data: Vec<u8>);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Sample`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSample<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Sample<C, S>> ServeSample<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&SAMPLE, typed::read, |(sent, data)| Sample::sample(self, ctx, sent, data)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Sample`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveSample<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Sample<C, S>> ReceiveSample<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (sent, data) = typed::read(reader)?;
-                    Sample::sample(self, ctx, sent, data);
+                /// `sent` in nanoseconds of the monotonic clock; empty data ends a block.
+                fn sample(sent: i64, data: Vec<u8>) {
+                    SAMPLE.command(typed::read)
+                    Sample on_sample one_way("sample", -1074163874, 0xfd2cbc8cbf4fdcb5)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Sample` for the members of a slot array.
-    pub trait SampleMembers<C, S = ()> {
-        fn sample(&mut self, ctx: &mut C, member: &rc_middleware::Member, sent: i64, data: Vec<u8>);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`SampleMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSampleMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: SampleMembers<C, S>> ServeSampleMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &SAMPLE, typed::read, |(sent, data)| SampleMembers::sample(self, ctx, member, sent, data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`SampleMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveSampleMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: SampleMembers<C, S>> ReceiveSampleMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (sent, data) = typed::read(reader)?;
-                    SampleMembers::sample(self, ctx, member, sent, data);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(SampleClient);
 
@@ -341,56 +183,8 @@ pub mod sample {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `sample`
-            Sample { sent: i64, data: Vec<u8> },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SAMPLE, typed::read).map(|(sent, data)| Self::Sample { sent, data }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&SAMPLE, typed::read, |_: (i64, Vec<u8>)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `sample`, a command, by a call of `answer`.
-            pub fn on_sample(&self, mut answer: impl FnMut(i64, Vec<u8>) + 'static) {
-                self.0.on_command(&SAMPLE, typed::read, move |(sent, data)| answer(sent, data));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `sample`
-            Sample { sent: i64, data: Vec<u8> },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(sent, data)| Self::Sample { sent, data }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -398,14 +192,6 @@ pub mod sample {
 ///
 /// The same, in place.
 pub mod pictures {
-    use rc_middleware::typed;
-
-    /// `picture`
-    pub const PICTURE: typed::Operation = typed::Operation::one_way("picture", 1425823316, 0x3c6e22ebb6bf2104);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[PICTURE];
-
     pub fn read_picture(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Picture,), rc_middleware::DecodeError> {
@@ -413,165 +199,42 @@ pub mod pictures {
         Ok((picture,))
     }
 
-    /// The handlers of `Pictures`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The same, in place.
-    pub trait Pictures<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, picture: super::Picture);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Pictures`.
+                ///
+                /// The same, in place.
+                Pictures ServePictures ReceivePictures, PicturesMembers ServePicturesMembers ReceivePicturesMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServePictures<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Pictures<C, S>> ServePictures<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&PICTURE, read_picture, |(picture,)| Pictures::picture(self, ctx, picture)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePictures<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Pictures<C, S>> ReceivePictures<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_picture(reader)?;
-                    Pictures::picture(self, ctx, picture);
+                fn picture(picture: crate::rc_bench::Picture) {
+                    PICTURE.command(read_picture)
+                    Picture on_picture one_way("picture", 1425823316, 0x3c6e22ebb6bf2104)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
-    /// The handlers of `Pictures` for the members of a slot array.
-    pub trait PicturesMembers<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Pictures`, with values in place.
+                ///
+                /// The same, in place.
+                PicturesInPlace ServePicturesInPlace ReceivePicturesInPlace, PicturesInPlaceMembers ServePicturesInPlaceMembers ReceivePicturesInPlaceMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServePicturesMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesMembers<C, S>> ServePicturesMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &PICTURE, read_picture, |(picture,)| PicturesMembers::picture(self, ctx, member, picture),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesMembers<C, S>> ReceivePicturesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_picture(reader)?;
-                    PicturesMembers::picture(self, ctx, member, picture);
+                fn picture(picture: &crate::rc_bench::PictureInPlace) {
+                    PICTURE.in_place(rc_middleware::Reader::in_place::<crate::rc_bench::PictureInPlace>)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Pictures`, with values in place.
-    pub trait PicturesInPlace<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`PicturesInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesInPlace<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesInPlace<C, S>> ReceivePicturesInPlace<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    PicturesInPlace::picture(self, ctx, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `Pictures` for the members of a slot array, with values in place.
-    pub trait PicturesInPlaceMembers<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`PicturesInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesInPlaceMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesInPlaceMembers<C, S>> ReceivePicturesInPlaceMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    PicturesInPlaceMembers::picture(self, ctx, member, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::receive);
 
     rc_middleware::client!(PicturesClient);
 
@@ -605,55 +268,7 @@ pub mod pictures {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `picture`
-            Picture { picture: crate::rc_bench::Picture },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&PICTURE, read_picture).map(|(picture,)| Self::Picture { picture }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&PICTURE, read_picture, |_: (crate::rc_bench::Picture,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `picture`, a command, by a call of `answer`.
-            pub fn on_picture(&self, mut answer: impl FnMut(crate::rc_bench::Picture) + 'static) {
-                self.0.on_command(&PICTURE, read_picture, move |(picture,)| answer(picture));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `picture`
-            Picture { picture: crate::rc_bench::Picture },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_picture(reader).map(|(picture,)| Self::Picture { picture }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

@@ -439,180 +439,6 @@ rc_middleware::cdr_struct!(Changes: writer, number, whole, nodes, removed);
 pub mod inner_model {
     use rc_middleware::typed;
 
-    /// `transform`
-    pub const TRANSFORM: typed::Operation = typed::Operation::query(
-        "transform", 1036330456, 0x18ab24d03866a088,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Point>(0),
-        ],
-    );
-
-    /// `transformDirection`
-    pub const TRANSFORM_DIRECTION: typed::Operation = typed::Operation::query(
-        "transformDirection", 387960937, 0x192a2a17f908d80f,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Direction>(0),
-        ],
-    );
-
-    /// `getPose`
-    pub const GET_POSE: typed::Operation = typed::Operation::query(
-        "getPose", -1327111753, 0x2031ccde3fa4ee64,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Pose>(0),
-        ],
-    );
-
-    /// `getPoseAt`
-    pub const GET_POSE_AT: typed::Operation = typed::Operation::query(
-        "getPoseAt", -222649744, 0xfc469e8dddc0a1b8,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Pose>(0),
-        ],
-    );
-
-    /// `getMatrix`
-    pub const GET_MATRIX: typed::Operation = typed::Operation::query(
-        "getMatrix", 1105247184, 0x099b308ec4100aae,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Matrix>(0),
-        ],
-    );
-
-    /// `getNode`
-    pub const GET_NODE: typed::Operation = typed::Operation::query(
-        "getNode", -1706176573, 0xbff9ec3e7501dafd,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Node>(0),
-        ],
-    );
-
-    /// `getSubtree`
-    pub const GET_SUBTREE: typed::Operation = typed::Operation::query(
-        "getSubtree", 64421126, 0xd7b4e21aa306bb73,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Nodes>(0),
-        ],
-    );
-
-    /// `getJoints`
-    pub const GET_JOINTS: typed::Operation = typed::Operation::query("getJoints", -1143497393, 0x796b51e37fa50504, &[]);
-
-    /// `print`
-    pub const PRINT: typed::Operation = typed::Operation::query("print", 756962295, 0xdf8d8f2217383484, &[]);
-
-    /// `getCloud`
-    pub const GET_CLOUD: typed::Operation = typed::Operation::query(
-        "getCloud", -1730845250, 0x95de715d7357fdf8,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Cloud>(0),
-        ],
-    );
-
-    /// `setPose`
-    pub const SET_POSE: typed::Operation = typed::Operation::query(
-        "setPose", -1105028995, 0xe7b91333ec61aef1,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `setPoseIn`
-    pub const SET_POSE_IN: typed::Operation = typed::Operation::query(
-        "setPoseIn", 1657181697, 0x5e7c92d158f58cf6,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `setJoint`
-    pub const SET_JOINT: typed::Operation = typed::Operation::query(
-        "setJoint", 1936202325, 0x2c77ee6ca5a1565b,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR), typed::ReplyVariant::of::<f64>(0)],
-    );
-
-    /// `setJoints`
-    pub const SET_JOINTS: typed::Operation = typed::Operation::query(
-        "setJoints", 1693869028, 0x2cd0a8cfab804bec,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::JointPositions>(0),
-        ],
-    );
-
-    /// `add`
-    pub const ADD: typed::Operation = typed::Operation::query(
-        "add", -59184076, 0x4db344a9a320dad1, &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `set`
-    pub const SET: typed::Operation = typed::Operation::query(
-        "set", -1158762803, 0xe5c312c1fde86d28, &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `remove`
-    pub const REMOVE: typed::Operation = typed::Operation::query(
-        "remove", -680957681, 0x166db3a69072f022,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `move`
-    pub const MOVE: typed::Operation = typed::Operation::query(
-        "move", 61420599, 0xa9c1fdde0a495c49, &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `setAttribute`
-    pub const SET_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "setAttribute", 357156025, 0x8819946665178e60,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `removeAttribute`
-    pub const REMOVE_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "removeAttribute", 1893760822, 0x8357ab58090db367,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
-    );
-
-    /// `collide`
-    pub const COLLIDE: typed::Operation = typed::Operation::query(
-        "collide", 974480753, 0x010bec705465b278,
-        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR), typed::ReplyVariant::of::<bool>(0)],
-    );
-
-    /// `getCollisions`
-    pub const GET_COLLISIONS: typed::Operation = typed::Operation::query(
-        "getCollisions", -1855921857, 0xa2a732829dbe02b5, &[],
-    );
-
-    /// `getDistance`
-    pub const GET_DISTANCE: typed::Operation = typed::Operation::query(
-        "getDistance", 2033079950, 0xcadbc6e2628accbb,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<super::Near>(0),
-        ],
-    );
-
-    /// `castRay`
-    pub const CAST_RAY: typed::Operation = typed::Operation::query(
-        "castRay", -71458164, 0x8447d53ec0722980,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
-            typed::ReplyVariant::of::<Vec<super::Hit>>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        TRANSFORM, TRANSFORM_DIRECTION, GET_POSE, GET_POSE_AT, GET_MATRIX, GET_NODE, GET_SUBTREE, GET_JOINTS, PRINT,
-        GET_CLOUD, SET_POSE, SET_POSE_IN, SET_JOINT, SET_JOINTS, ADD, SET, REMOVE, MOVE, SET_ATTRIBUTE,
-        REMOVE_ATTRIBUTE, COLLIDE, GET_COLLISIONS, GET_DISTANCE, CAST_RAY,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const INNER_MODEL_ERROR: i32 = 291013833;
 
@@ -692,377 +518,284 @@ pub mod inner_model {
         Ok(result)
     }
 
-    /// The handlers of `InnerModel`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Asks and changes the tree. All queries of one call see the same version.
-    pub trait InnerModel<C, S = ()> {
-        /// The coordinates in one node of a point of another one.
-        fn transform(
-            &mut self, ctx: &mut C, to: String, point: super::Point, source: String,
-        ) -> Result<super::Point, TransformError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `InnerModel`.
+                ///
+                /// Asks and changes the tree. All queries of one call see the same version.
+                InnerModel ServeInnerModel ReceiveInnerModel, InnerModelMembers ServeInnerModelMembers ReceiveInnerModelMembers;
 
-        /// The same for a direction.
-        fn transform_direction(
-            &mut self, ctx: &mut C, to: String, direction: super::Direction, source: String,
-        ) -> Result<super::Direction, TransformDirectionError>;
+                /// The coordinates in one node of a point of another one.
+                fn transform(
+                    to: String, point: crate::rc_inner_model::Point, source: String,
+                ) -> Result<crate::rc_inner_model::Point, TransformError> {
+                    TRANSFORM.try_answer(typed::read, typed::reply)
+                    Transform on_transform query(
+                        "transform", 1036330456, 0x18ab24d03866a088,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Point>(0),
+                        ],
+                    )
+                }
 
-        /// The pose of a node in another one.
-        fn get_pose(&mut self, ctx: &mut C, to: String, id: String) -> Result<super::Pose, GetPoseError>;
+                /// The same for a direction.
+                fn transform_direction(
+                    to: String, direction: crate::rc_inner_model::Direction, source: String,
+                ) -> Result<crate::rc_inner_model::Direction, TransformDirectionError> {
+                    TRANSFORM_DIRECTION.try_answer(typed::read, typed::reply)
+                    TransformDirection on_transform_direction query(
+                        "transformDirection", 387960937, 0x192a2a17f908d80f,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Direction>(0),
+                        ],
+                    )
+                }
 
-        /// The same for an earlier time of the component's clock, interpolated between changes.
-        ///
-        /// - `time`: in ns
-        fn get_pose_at(
-            &mut self, ctx: &mut C, to: String, id: String, time: i64,
-        ) -> Result<super::Pose, GetPoseAtError>;
+                /// The pose of a node in another one.
+                fn get_pose(to: String, id: String) -> Result<crate::rc_inner_model::Pose, GetPoseError> {
+                    GET_POSE.try_answer(typed::read, typed::reply)
+                    GetPose on_get_pose query(
+                        "getPose", -1327111753, 0x2031ccde3fa4ee64,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Pose>(0),
+                        ],
+                    )
+                }
 
-        /// The matrix that takes coordinates in one node to those in another one.
-        fn get_matrix(&mut self, ctx: &mut C, to: String, source: String) -> Result<super::Matrix, GetMatrixError>;
+                /// The same for an earlier time of the component's clock, interpolated between changes.
+                ///
+                /// - `time`: in ns
+                fn get_pose_at(
+                    to: String, id: String, time: i64,
+                ) -> Result<crate::rc_inner_model::Pose, GetPoseAtError> {
+                    GET_POSE_AT.try_answer(typed::read, typed::reply)
+                    GetPoseAt on_get_pose_at query(
+                        "getPoseAt", -222649744, 0xfc469e8dddc0a1b8,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Pose>(0),
+                        ],
+                    )
+                }
 
-        /// One node.
-        fn get_node(&mut self, ctx: &mut C, id: String) -> Result<super::Node, GetNodeError>;
+                /// The matrix that takes coordinates in one node to those in another one.
+                fn get_matrix(to: String, source: String) -> Result<crate::rc_inner_model::Matrix, GetMatrixError> {
+                    GET_MATRIX.try_answer(typed::read, typed::reply)
+                    GetMatrix on_get_matrix query(
+                        "getMatrix", 1105247184, 0x099b308ec4100aae,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Matrix>(0),
+                        ],
+                    )
+                }
 
-        /// A node with all below it.
-        fn get_subtree(&mut self, ctx: &mut C, id: String) -> Result<super::Nodes, GetSubtreeError>;
+                /// One node.
+                fn get_node(id: String) -> Result<crate::rc_inner_model::Node, GetNodeError> {
+                    GET_NODE.try_answer(typed::read, typed::reply)
+                    GetNode on_get_node query(
+                        "getNode", -1706176573, 0xbff9ec3e7501dafd,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Node>(0),
+                        ],
+                    )
+                }
 
-        /// The positions of all joints.
-        fn get_joints(&mut self, ctx: &mut C) -> super::JointPositions;
+                /// A node with all below it.
+                fn get_subtree(id: String) -> Result<crate::rc_inner_model::Nodes, GetSubtreeError> {
+                    GET_SUBTREE.try_answer(typed::read, typed::reply)
+                    GetSubtree on_get_subtree query(
+                        "getSubtree", 64421126, 0xd7b4e21aa306bb73,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Nodes>(0),
+                        ],
+                    )
+                }
 
-        /// The whole tree as an InnerModel file.
-        fn print(&mut self, ctx: &mut C) -> String;
+                /// The positions of all joints.
+                fn get_joints -> crate::rc_inner_model::JointPositions {
+                    GET_JOINTS.answer(typed::read, typed::reply)
+                    GetJoints on_get_joints query("getJoints", -1143497393, 0x796b51e37fa50504, &[])
+                }
 
-        /// The points of a node of the kind `pointcloud`.
-        fn get_cloud(&mut self, ctx: &mut C, id: String) -> Result<super::Cloud, GetCloudError>;
+                /// The whole tree as an InnerModel file.
+                fn print -> String {
+                    PRINT.answer(typed::read, typed::reply)
+                    Print on_print query("print", 756962295, 0xdf8d8f2217383484, &[])
+                }
 
-        /// Sets the pose of a node in its parent.
-        fn set_pose(&mut self, ctx: &mut C, id: String, pose: super::Pose) -> Result<(), SetPoseError>;
+                /// The points of a node of the kind `pointcloud`.
+                fn get_cloud(id: String) -> Result<crate::rc_inner_model::Cloud, GetCloudError> {
+                    GET_CLOUD.try_answer(typed::read, typed::reply)
+                    GetCloud on_get_cloud query(
+                        "getCloud", -1730845250, 0x95de715d7357fdf8,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Cloud>(0),
+                        ],
+                    )
+                }
 
-        /// Sets the pose of a node in another one.
-        fn set_pose_in(
-            &mut self, ctx: &mut C, id: String, base: String, pose: super::Pose,
-        ) -> Result<(), SetPoseInError>;
+                /// Sets the pose of a node in its parent.
+                fn set_pose(id: String, pose: crate::rc_inner_model::Pose) -> Result<(), SetPoseError> {
+                    SET_POSE.try_answer(typed::read, typed::reply)
+                    SetPose on_set_pose query(
+                        "setPose", -1105028995, 0xe7b91333ec61aef1,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// Moves a joint, as far as its limits allow. Returns the position that it reached.
-        fn set_joint(&mut self, ctx: &mut C, id: String, position: f64) -> Result<f64, SetJointError>;
+                /// Sets the pose of a node in another one.
+                fn set_pose_in(
+                    id: String, base: String, pose: crate::rc_inner_model::Pose,
+                ) -> Result<(), SetPoseInError> {
+                    SET_POSE_IN.try_answer(typed::read, typed::reply)
+                    SetPoseIn on_set_pose_in query(
+                        "setPoseIn", 1657181697, 0x5e7c92d158f58cf6,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// Moves several joints in one version, or none of them. Returns the positions that they reached.
-        fn set_joints(
-            &mut self, ctx: &mut C, joints: super::JointPositions,
-        ) -> Result<super::JointPositions, SetJointsError>;
+                /// Moves a joint, as far as its limits allow. Returns the position that it reached.
+                fn set_joint(id: String, position: f64) -> Result<f64, SetJointError> {
+                    SET_JOINT.try_answer(typed::read, typed::reply)
+                    SetJoint on_set_joint query(
+                        "setJoint", 1936202325, 0x2c77ee6ca5a1565b,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<f64>(0),
+                        ],
+                    )
+                }
 
-        /// Adds elements below a node: the text of one or more elements of an InnerModel file, with children.
-        fn add(&mut self, ctx: &mut C, parent: String, elements: String) -> Result<(), AddError>;
+                /// Moves several joints in one version, or none of them. Returns the positions that they reached.
+                fn set_joints(
+                    joints: crate::rc_inner_model::JointPositions
+                ) -> Result<crate::rc_inner_model::JointPositions, SetJointsError> {
+                    SET_JOINTS.try_answer(typed::read, typed::reply)
+                    SetJoints on_set_joints query(
+                        "setJoints", 1693869028, 0x2cd0a8cfab804bec,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::JointPositions>(0),
+                        ],
+                    )
+                }
 
-        /// Replaces kind, pose, size and the like of a node by those of an element with the same id.
-        fn set(&mut self, ctx: &mut C, element: String) -> Result<(), SetError>;
+                /// Adds elements below a node: the text of one or more elements of an InnerModel file, with children.
+                fn add(parent: String, elements: String) -> Result<(), AddError> {
+                    ADD.try_answer(typed::read, typed::reply)
+                    Add on_add query(
+                        "add", -59184076, 0x4db344a9a320dad1,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// Removes a node with all below it.
-        fn remove(&mut self, ctx: &mut C, id: String) -> Result<(), RemoveError>;
+                /// Replaces kind, pose, size and the like of a node by those of an element with the same id.
+                fn set(element: String) -> Result<(), SetError> {
+                    SET.try_answer(typed::read, typed::reply)
+                    Set on_set query(
+                        "set", -1158762803, 0xe5c312c1fde86d28,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// Moves a node below another one. With `keepPlace` it stays where it is in the world.
-        fn move_(&mut self, ctx: &mut C, id: String, parent: String, keep_place: bool) -> Result<(), MoveError>;
+                /// Removes a node with all below it.
+                fn remove(id: String) -> Result<(), RemoveError> {
+                    REMOVE.try_answer(typed::read, typed::reply)
+                    Remove on_remove query(
+                        "remove", -680957681, 0x166db3a69072f022,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// Adds or changes an attribute.
-        fn set_attribute(
-            &mut self, ctx: &mut C, id: String, attribute: super::Attribute,
-        ) -> Result<(), SetAttributeError>;
+                /// Moves a node below another one. With `keepPlace` it stays where it is in the world.
+                fn move_(id: String, parent: String, keep_place: bool) -> Result<(), MoveError> {
+                    MOVE.try_answer(typed::read, typed::reply)
+                    Move on_move query(
+                        "move", 61420599, 0xa9c1fdde0a495c49,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        fn remove_attribute(&mut self, ctx: &mut C, id: String, name: String) -> Result<(), RemoveAttributeError>;
-        /// Whether bodies of two nodes, with all below them, touch.
-        fn collide(&mut self, ctx: &mut C, a: String, b: String) -> Result<bool, CollideError>;
+                /// Adds or changes an attribute.
+                fn set_attribute(
+                    id: String, attribute: crate::rc_inner_model::Attribute,
+                ) -> Result<(), SetAttributeError> {
+                    SET_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    SetAttribute on_set_attribute query(
+                        "setAttribute", 357156025, 0x8819946665178e60,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// All contacts of bodies that collide, but those that are allowed.
-        fn get_collisions(&mut self, ctx: &mut C) -> super::Contacts;
+                fn remove_attribute(id: String, name: String) -> Result<(), RemoveAttributeError> {
+                    REMOVE_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    RemoveAttribute on_remove_attribute query(
+                        "removeAttribute", 1893760822, 0x8357ab58090db367,
+                        &[typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR)],
+                    )
+                }
 
-        /// The least distance between bodies of two nodes. Empty names if one of them has no body.
-        fn get_distance(&mut self, ctx: &mut C, a: String, b: String) -> Result<super::Near, GetDistanceError>;
+                /// Whether bodies of two nodes, with all below them, touch.
+                fn collide(a: String, b: String) -> Result<bool, CollideError> {
+                    COLLIDE.try_answer(typed::read, typed::reply)
+                    Collide on_collide query(
+                        "collide", 974480753, 0x010bec705465b278,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// What a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
-        /// empty text ignores none. The reply is empty if the ray meets nothing.
-        ///
-        /// - `range`: in mm
-        fn cast_ray(
-            &mut self, ctx: &mut C, source: String, start: super::Point, direction: super::Direction, range: f64,
-            ignored: String,
-        ) -> Result<Vec<super::Hit>, CastRayError>;
-    }
+                /// All contacts of bodies that collide, but those that are allowed.
+                fn get_collisions -> crate::rc_inner_model::Contacts {
+                    GET_COLLISIONS.answer(typed::read, typed::reply)
+                    GetCollisions on_get_collisions query("getCollisions", -1855921857, 0xa2a732829dbe02b5, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`InnerModel`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInnerModel<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// The least distance between bodies of two nodes. Empty names if one of them has no body.
+                fn get_distance(a: String, b: String) -> Result<crate::rc_inner_model::Near, GetDistanceError> {
+                    GET_DISTANCE.try_answer(typed::read, typed::reply)
+                    GetDistance on_get_distance query(
+                        "getDistance", 2033079950, 0xcadbc6e2628accbb,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<super::Near>(0),
+                        ],
+                    )
+                }
 
-    impl<C, S, W: InnerModel<C, S>> ServeInnerModel<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &TRANSFORM, typed::read, typed::reply,
-                    |(to, point, source)| InnerModel::transform(self, ctx, to, point, source),
-                ),
-                Some(1) => request.try_answer(
-                    &TRANSFORM_DIRECTION, typed::read, typed::reply,
-                    |(to, direction, source)| InnerModel::transform_direction(self, ctx, to, direction, source),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_POSE, typed::read, typed::reply, |(to, id)| InnerModel::get_pose(self, ctx, to, id),
-                ),
-                Some(3) => request.try_answer(
-                    &GET_POSE_AT, typed::read, typed::reply,
-                    |(to, id, time)| InnerModel::get_pose_at(self, ctx, to, id, time),
-                ),
-                Some(4) => request.try_answer(
-                    &GET_MATRIX, typed::read, typed::reply,
-                    |(to, source)| InnerModel::get_matrix(self, ctx, to, source),
-                ),
-                Some(5) => request.try_answer(
-                    &GET_NODE, typed::read, typed::reply, |(id,)| InnerModel::get_node(self, ctx, id),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_SUBTREE, typed::read, typed::reply, |(id,)| InnerModel::get_subtree(self, ctx, id),
-                ),
-                Some(7) => request.answer(
-                    &GET_JOINTS, typed::read, typed::reply, |()| InnerModel::get_joints(self, ctx),
-                ),
-                Some(8) => request.answer(&PRINT, typed::read, typed::reply, |()| InnerModel::print(self, ctx)),
-                Some(9) => request.try_answer(
-                    &GET_CLOUD, typed::read, typed::reply, |(id,)| InnerModel::get_cloud(self, ctx, id),
-                ),
-                Some(10) => request.try_answer(
-                    &SET_POSE, typed::read, typed::reply, |(id, pose)| InnerModel::set_pose(self, ctx, id, pose),
-                ),
-                Some(11) => request.try_answer(
-                    &SET_POSE_IN, typed::read, typed::reply,
-                    |(id, base, pose)| InnerModel::set_pose_in(self, ctx, id, base, pose),
-                ),
-                Some(12) => request.try_answer(
-                    &SET_JOINT, typed::read, typed::reply,
-                    |(id, position)| InnerModel::set_joint(self, ctx, id, position),
-                ),
-                Some(13) => request.try_answer(
-                    &SET_JOINTS, typed::read, typed::reply, |(joints,)| InnerModel::set_joints(self, ctx, joints),
-                ),
-                Some(14) => request.try_answer(
-                    &ADD, typed::read, typed::reply, |(parent, elements)| InnerModel::add(self, ctx, parent, elements),
-                ),
-                Some(15) => request.try_answer(
-                    &SET, typed::read, typed::reply, |(element,)| InnerModel::set(self, ctx, element),
-                ),
-                Some(16) => request.try_answer(
-                    &REMOVE, typed::read, typed::reply, |(id,)| InnerModel::remove(self, ctx, id),
-                ),
-                Some(17) => request.try_answer(
-                    &MOVE, typed::read, typed::reply,
-                    |(id, parent, keep_place)| InnerModel::move_(self, ctx, id, parent, keep_place),
-                ),
-                Some(18) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(id, attribute)| InnerModel::set_attribute(self, ctx, id, attribute),
-                ),
-                Some(19) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(id, name)| InnerModel::remove_attribute(self, ctx, id, name),
-                ),
-                Some(20) => request.try_answer(
-                    &COLLIDE, typed::read, typed::reply, |(a, b)| InnerModel::collide(self, ctx, a, b),
-                ),
-                Some(21) => request.answer(
-                    &GET_COLLISIONS, typed::read, typed::reply, |()| InnerModel::get_collisions(self, ctx),
-                ),
-                Some(22) => request.try_answer(
-                    &GET_DISTANCE, typed::read, typed::reply, |(a, b)| InnerModel::get_distance(self, ctx, a, b),
-                ),
-                Some(23) => request.try_answer(
-                    &CAST_RAY, typed::read, reply_cast_ray,
-                    |(source, start, direction, range, ignored)| InnerModel::cast_ray(
-                        self, ctx, source, start, direction, range, ignored,
-                    ),
-                ),
-                _ => request.unknown(),
+                /// What a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
+                /// empty text ignores none. The reply is empty if the ray meets nothing.
+                ///
+                /// - `range`: in mm
+                fn cast_ray(
+                    source: String, start: crate::rc_inner_model::Point, direction: crate::rc_inner_model::Direction,
+                    range: f64, ignored: String,
+                ) -> Result<Vec<crate::rc_inner_model::Hit>, CastRayError> {
+                    CAST_RAY.try_answer(typed::read, reply_cast_ray)
+                    CastRay on_cast_ray query(
+                        "castRay", -71458164, 0x8447d53ec0722980,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelError>(INNER_MODEL_ERROR),
+                            typed::ReplyVariant::of::<Vec<super::Hit>>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `InnerModel` for the members of a slot array.
-    pub trait InnerModelMembers<C, S = ()> {
-        fn transform(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, to: String, point: super::Point, source: String,
-        ) -> Result<super::Point, TransformError>;
-        fn transform_direction(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, to: String, direction: super::Direction,
-            source: String,
-        ) -> Result<super::Direction, TransformDirectionError>;
-        fn get_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, to: String, id: String,
-        ) -> Result<super::Pose, GetPoseError>;
-        fn get_pose_at(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, to: String, id: String, time: i64,
-        ) -> Result<super::Pose, GetPoseAtError>;
-        fn get_matrix(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, to: String, source: String,
-        ) -> Result<super::Matrix, GetMatrixError>;
-        fn get_node(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String,
-        ) -> Result<super::Node, GetNodeError>;
-        fn get_subtree(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String,
-        ) -> Result<super::Nodes, GetSubtreeError>;
-        fn get_joints(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::JointPositions;
-        fn print(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> String;
-        fn get_cloud(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String,
-        ) -> Result<super::Cloud, GetCloudError>;
-        fn set_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, pose: super::Pose,
-        ) -> Result<(), SetPoseError>;
-        fn set_pose_in(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, base: String, pose: super::Pose,
-        ) -> Result<(), SetPoseInError>;
-        fn set_joint(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, position: f64,
-        ) -> Result<f64, SetJointError>;
-        fn set_joints(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, joints: super::JointPositions,
-        ) -> Result<super::JointPositions, SetJointsError>;
-        fn add(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, parent: String, elements: String,
-        ) -> Result<(), AddError>;
-        fn set(&mut self, ctx: &mut C, member: &rc_middleware::Member, element: String) -> Result<(), SetError>;
-        fn remove(&mut self, ctx: &mut C, member: &rc_middleware::Member, id: String) -> Result<(), RemoveError>;
-        fn move_(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, parent: String, keep_place: bool,
-        ) -> Result<(), MoveError>;
-        fn set_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, attribute: super::Attribute,
-        ) -> Result<(), SetAttributeError>;
-        fn remove_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, name: String,
-        ) -> Result<(), RemoveAttributeError>;
-        fn collide(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, a: String, b: String,
-        ) -> Result<bool, CollideError>;
-        fn get_collisions(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Contacts;
-        fn get_distance(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, a: String, b: String,
-        ) -> Result<super::Near, GetDistanceError>;
-        fn cast_ray(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, source: String, start: super::Point,
-            direction: super::Direction, range: f64, ignored: String,
-        ) -> Result<Vec<super::Hit>, CastRayError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`InnerModelMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInnerModelMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: InnerModelMembers<C, S>> ServeInnerModelMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &TRANSFORM, typed::read, typed::reply,
-                    |(to, point, source)| InnerModelMembers::transform(self, ctx, member, to, point, source),
-                ),
-                Some(1) => request.try_answer(
-                    &TRANSFORM_DIRECTION, typed::read, typed::reply,
-                    |(to, direction, source)| InnerModelMembers::transform_direction(
-                        self, ctx, member, to, direction, source,
-                    ),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_POSE, typed::read, typed::reply,
-                    |(to, id)| InnerModelMembers::get_pose(self, ctx, member, to, id),
-                ),
-                Some(3) => request.try_answer(
-                    &GET_POSE_AT, typed::read, typed::reply,
-                    |(to, id, time)| InnerModelMembers::get_pose_at(self, ctx, member, to, id, time),
-                ),
-                Some(4) => request.try_answer(
-                    &GET_MATRIX, typed::read, typed::reply,
-                    |(to, source)| InnerModelMembers::get_matrix(self, ctx, member, to, source),
-                ),
-                Some(5) => request.try_answer(
-                    &GET_NODE, typed::read, typed::reply, |(id,)| InnerModelMembers::get_node(self, ctx, member, id),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_SUBTREE, typed::read, typed::reply,
-                    |(id,)| InnerModelMembers::get_subtree(self, ctx, member, id),
-                ),
-                Some(7) => request.answer(
-                    &GET_JOINTS, typed::read, typed::reply, |()| InnerModelMembers::get_joints(self, ctx, member),
-                ),
-                Some(8) => request.answer(
-                    &PRINT, typed::read, typed::reply, |()| InnerModelMembers::print(self, ctx, member),
-                ),
-                Some(9) => request.try_answer(
-                    &GET_CLOUD, typed::read, typed::reply, |(id,)| InnerModelMembers::get_cloud(self, ctx, member, id),
-                ),
-                Some(10) => request.try_answer(
-                    &SET_POSE, typed::read, typed::reply,
-                    |(id, pose)| InnerModelMembers::set_pose(self, ctx, member, id, pose),
-                ),
-                Some(11) => request.try_answer(
-                    &SET_POSE_IN, typed::read, typed::reply,
-                    |(id, base, pose)| InnerModelMembers::set_pose_in(self, ctx, member, id, base, pose),
-                ),
-                Some(12) => request.try_answer(
-                    &SET_JOINT, typed::read, typed::reply,
-                    |(id, position)| InnerModelMembers::set_joint(self, ctx, member, id, position),
-                ),
-                Some(13) => request.try_answer(
-                    &SET_JOINTS, typed::read, typed::reply,
-                    |(joints,)| InnerModelMembers::set_joints(self, ctx, member, joints),
-                ),
-                Some(14) => request.try_answer(
-                    &ADD, typed::read, typed::reply,
-                    |(parent, elements)| InnerModelMembers::add(self, ctx, member, parent, elements),
-                ),
-                Some(15) => request.try_answer(
-                    &SET, typed::read, typed::reply, |(element,)| InnerModelMembers::set(self, ctx, member, element),
-                ),
-                Some(16) => request.try_answer(
-                    &REMOVE, typed::read, typed::reply, |(id,)| InnerModelMembers::remove(self, ctx, member, id),
-                ),
-                Some(17) => request.try_answer(
-                    &MOVE, typed::read, typed::reply,
-                    |(id, parent, keep_place)| InnerModelMembers::move_(self, ctx, member, id, parent, keep_place),
-                ),
-                Some(18) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(id, attribute)| InnerModelMembers::set_attribute(self, ctx, member, id, attribute),
-                ),
-                Some(19) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(id, name)| InnerModelMembers::remove_attribute(self, ctx, member, id, name),
-                ),
-                Some(20) => request.try_answer(
-                    &COLLIDE, typed::read, typed::reply, |(a, b)| InnerModelMembers::collide(self, ctx, member, a, b),
-                ),
-                Some(21) => request.answer(
-                    &GET_COLLISIONS, typed::read, typed::reply,
-                    |()| InnerModelMembers::get_collisions(self, ctx, member),
-                ),
-                Some(22) => request.try_answer(
-                    &GET_DISTANCE, typed::read, typed::reply,
-                    |(a, b)| InnerModelMembers::get_distance(self, ctx, member, a, b),
-                ),
-                Some(23) => request.try_answer(
-                    &CAST_RAY, typed::read, reply_cast_ray,
-                    |(source, start, direction, range, ignored)| InnerModelMembers::cast_ray(
-                        self, ctx, member, source, start, direction, range, ignored,
-                    ),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(InnerModelClient);
 
@@ -1205,411 +938,7 @@ pub mod inner_model {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `transform`
-            Transform { to: String, point: crate::rc_inner_model::Point, source: String },
-            /// `transformDirection`
-            TransformDirection { to: String, direction: crate::rc_inner_model::Direction, source: String },
-            /// `getPose`
-            GetPose { to: String, id: String },
-            /// `getPoseAt`
-            GetPoseAt { to: String, id: String, time: i64 },
-            /// `getMatrix`
-            GetMatrix { to: String, source: String },
-            /// `getNode`
-            GetNode { id: String },
-            /// `getSubtree`
-            GetSubtree { id: String },
-            /// `getJoints`
-            GetJoints,
-            /// `print`
-            Print,
-            /// `getCloud`
-            GetCloud { id: String },
-            /// `setPose`
-            SetPose { id: String, pose: crate::rc_inner_model::Pose },
-            /// `setPoseIn`
-            SetPoseIn { id: String, base: String, pose: crate::rc_inner_model::Pose },
-            /// `setJoint`
-            SetJoint { id: String, position: f64 },
-            /// `setJoints`
-            SetJoints { joints: crate::rc_inner_model::JointPositions },
-            /// `add`
-            Add { parent: String, elements: String },
-            /// `set`
-            Set { element: String },
-            /// `remove`
-            Remove { id: String },
-            /// `move`
-            Move { id: String, parent: String, keep_place: bool },
-            /// `setAttribute`
-            SetAttribute { id: String, attribute: crate::rc_inner_model::Attribute },
-            /// `removeAttribute`
-            RemoveAttribute { id: String, name: String },
-            /// `collide`
-            Collide { a: String, b: String },
-            /// `getCollisions`
-            GetCollisions,
-            /// `getDistance`
-            GetDistance { a: String, b: String },
-            /// `castRay`
-            CastRay { source: String, start: crate::rc_inner_model::Point, direction: crate::rc_inner_model::Direction, range: f64, ignored: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                TRANSFORM, TRANSFORM_DIRECTION, GET_POSE, GET_POSE_AT, GET_MATRIX, GET_NODE, GET_SUBTREE, GET_JOINTS,
-                PRINT, GET_CLOUD, SET_JOINT, SET_JOINTS, COLLIDE, GET_COLLISIONS, GET_DISTANCE, CAST_RAY,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&TRANSFORM, typed::read).map(
-                        |(to, point, source)| Self::Transform { to, point, source }
-                    ),
-                    Some(1) => request.arguments(&TRANSFORM_DIRECTION, typed::read).map(
-                        |(to, direction, source)| Self::TransformDirection { to, direction, source }
-                    ),
-                    Some(2) => request.arguments(&GET_POSE, typed::read).map(|(to, id)| Self::GetPose { to, id }),
-                    Some(3) => request.arguments(&GET_POSE_AT, typed::read).map(
-                        |(to, id, time)| Self::GetPoseAt { to, id, time }
-                    ),
-                    Some(4) => request.arguments(&GET_MATRIX, typed::read).map(
-                        |(to, source)| Self::GetMatrix { to, source }
-                    ),
-                    Some(5) => request.arguments(&GET_NODE, typed::read).map(|(id,)| Self::GetNode { id }),
-                    Some(6) => request.arguments(&GET_SUBTREE, typed::read).map(|(id,)| Self::GetSubtree { id }),
-                    Some(7) => request.arguments(&GET_JOINTS, typed::read).map(|()| Self::GetJoints),
-                    Some(8) => request.arguments(&PRINT, typed::read).map(|()| Self::Print),
-                    Some(9) => request.arguments(&GET_CLOUD, typed::read).map(|(id,)| Self::GetCloud { id }),
-                    Some(10) => request.arguments(&SET_POSE, typed::read).map(|(id, pose)| Self::SetPose { id, pose }),
-                    Some(11) => request.arguments(&SET_POSE_IN, typed::read).map(
-                        |(id, base, pose)| Self::SetPoseIn { id, base, pose }
-                    ),
-                    Some(12) => request.arguments(&SET_JOINT, typed::read).map(
-                        |(id, position)| Self::SetJoint { id, position }
-                    ),
-                    Some(13) => request.arguments(&SET_JOINTS, typed::read).map(|(joints,)| Self::SetJoints { joints }),
-                    Some(14) => request.arguments(&ADD, typed::read).map(
-                        |(parent, elements)| Self::Add { parent, elements }
-                    ),
-                    Some(15) => request.arguments(&SET, typed::read).map(|(element,)| Self::Set { element }),
-                    Some(16) => request.arguments(&REMOVE, typed::read).map(|(id,)| Self::Remove { id }),
-                    Some(17) => request.arguments(&MOVE, typed::read).map(
-                        |(id, parent, keep_place)| Self::Move { id, parent, keep_place }
-                    ),
-                    Some(18) => request.arguments(&SET_ATTRIBUTE, typed::read).map(
-                        |(id, attribute)| Self::SetAttribute { id, attribute }
-                    ),
-                    Some(19) => request.arguments(&REMOVE_ATTRIBUTE, typed::read).map(
-                        |(id, name)| Self::RemoveAttribute { id, name }
-                    ),
-                    Some(20) => request.arguments(&COLLIDE, typed::read).map(|(a, b)| Self::Collide { a, b }),
-                    Some(21) => request.arguments(&GET_COLLISIONS, typed::read).map(|()| Self::GetCollisions),
-                    Some(22) => request.arguments(&GET_DISTANCE, typed::read).map(|(a, b)| Self::GetDistance { a, b }),
-                    Some(23) => request.arguments(&CAST_RAY, typed::read).map(
-                        |(
-                            source, start, direction, range, ignored,
-                        )| Self::CastRay { source, start, direction, range, ignored }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &TRANSFORM, typed::read, typed::reply,
-                        |_: (
-                            String, crate::rc_inner_model::Point, String,
-                        )| -> crate::rc_inner_model::Point { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &TRANSFORM_DIRECTION, typed::read, typed::reply,
-                        |_: (
-                            String, crate::rc_inner_model::Direction, String,
-                        )| -> crate::rc_inner_model::Direction { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_POSE, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_inner_model::Pose { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_POSE_AT, typed::read, typed::reply,
-                        |_: (String, String, i64)| -> crate::rc_inner_model::Pose { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &GET_MATRIX, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_inner_model::Matrix { Default::default() },
-                    ),
-                    Some(5) => request.answer(
-                        &GET_NODE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::rc_inner_model::Node { Default::default() },
-                    ),
-                    Some(6) => request.answer(
-                        &GET_SUBTREE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::rc_inner_model::Nodes { Default::default() },
-                    ),
-                    Some(7) => request.answer(
-                        &GET_JOINTS, typed::read, typed::reply,
-                        |_: ()| -> crate::rc_inner_model::JointPositions { Default::default() },
-                    ),
-                    Some(8) => request.answer(
-                        &PRINT, typed::read, typed::reply, |_: ()| -> String { Default::default() },
-                    ),
-                    Some(9) => request.answer(
-                        &GET_CLOUD, typed::read, typed::reply,
-                        |_: (String,)| -> crate::rc_inner_model::Cloud { Default::default() },
-                    ),
-                    Some(10) => request.answer(
-                        &SET_POSE, typed::read, typed::reply, |_: (String, crate::rc_inner_model::Pose)| (),
-                    ),
-                    Some(11) => request.answer(
-                        &SET_POSE_IN, typed::read, typed::reply, |_: (String, String, crate::rc_inner_model::Pose)| (),
-                    ),
-                    Some(12) => request.answer(
-                        &SET_JOINT, typed::read, typed::reply, |_: (String, f64)| -> f64 { Default::default() },
-                    ),
-                    Some(13) => request.answer(
-                        &SET_JOINTS, typed::read, typed::reply,
-                        |_: (
-                            crate::rc_inner_model::JointPositions,
-                        )| -> crate::rc_inner_model::JointPositions { Default::default() },
-                    ),
-                    Some(14) => request.answer(&ADD, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(15) => request.answer(&SET, typed::read, typed::reply, |_: (String,)| ()),
-                    Some(16) => request.answer(&REMOVE, typed::read, typed::reply, |_: (String,)| ()),
-                    Some(17) => request.answer(&MOVE, typed::read, typed::reply, |_: (String, String, bool)| ()),
-                    Some(18) => request.answer(
-                        &SET_ATTRIBUTE, typed::read, typed::reply, |_: (String, crate::rc_inner_model::Attribute)| (),
-                    ),
-                    Some(19) => request.answer(&REMOVE_ATTRIBUTE, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(20) => request.answer(
-                        &COLLIDE, typed::read, typed::reply, |_: (String, String)| -> bool { Default::default() },
-                    ),
-                    Some(21) => request.answer(
-                        &GET_COLLISIONS, typed::read, typed::reply,
-                        |_: ()| -> crate::rc_inner_model::Contacts { Default::default() },
-                    ),
-                    Some(22) => request.answer(
-                        &GET_DISTANCE, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_inner_model::Near { Default::default() },
-                    ),
-                    Some(23) => request.answer(
-                        &CAST_RAY, typed::read, reply_cast_ray,
-                        |_: (
-                            String, crate::rc_inner_model::Point, crate::rc_inner_model::Direction, f64, String,
-                        )| -> Vec<crate::rc_inner_model::Hit> { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `transform` with what `answer` returns.
-            pub fn on_transform(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::rc_inner_model::Point, String,
-                ) -> Result<crate::rc_inner_model::Point, TransformError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &TRANSFORM, typed::read, typed::reply, move |(to, point, source)| answer(to, point, source),
-                );
-            }
-
-            /// Answers `transformDirection` with what `answer` returns.
-            pub fn on_transform_direction(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::rc_inner_model::Direction, String,
-                ) -> Result<crate::rc_inner_model::Direction, TransformDirectionError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &TRANSFORM_DIRECTION, typed::read, typed::reply,
-                    move |(to, direction, source)| answer(to, direction, source),
-                );
-            }
-
-            /// Answers `getPose` with what `answer` returns.
-            pub fn on_get_pose(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_inner_model::Pose, GetPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_POSE, typed::read, typed::reply, move |(to, id)| answer(to, id));
-            }
-
-            /// Answers `getPoseAt` with what `answer` returns.
-            pub fn on_get_pose_at(
-                &self,
-                mut answer: impl FnMut(String, String, i64) -> Result<crate::rc_inner_model::Pose, GetPoseAtError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_POSE_AT, typed::read, typed::reply, move |(to, id, time)| answer(to, id, time),
-                );
-            }
-
-            /// Answers `getMatrix` with what `answer` returns.
-            pub fn on_get_matrix(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_inner_model::Matrix, GetMatrixError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_MATRIX, typed::read, typed::reply, move |(to, source)| answer(to, source),
-                );
-            }
-
-            /// Answers `getNode` with what `answer` returns.
-            pub fn on_get_node(
-                &self, mut answer: impl FnMut(String) -> Result<crate::rc_inner_model::Node, GetNodeError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_NODE, typed::read, typed::reply, move |(id,)| answer(id));
-            }
-
-            /// Answers `getSubtree` with what `answer` returns.
-            pub fn on_get_subtree(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::rc_inner_model::Nodes, GetSubtreeError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_SUBTREE, typed::read, typed::reply, move |(id,)| answer(id));
-            }
-
-            /// Answers `getJoints` with what `answer` returns.
-            pub fn on_get_joints(&self, mut answer: impl FnMut() -> crate::rc_inner_model::JointPositions + 'static) {
-                self.0.on_query(&GET_JOINTS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `print` with what `answer` returns.
-            pub fn on_print(&self, mut answer: impl FnMut() -> String + 'static) {
-                self.0.on_query(&PRINT, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getCloud` with what `answer` returns.
-            pub fn on_get_cloud(
-                &self, mut answer: impl FnMut(String) -> Result<crate::rc_inner_model::Cloud, GetCloudError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_CLOUD, typed::read, typed::reply, move |(id,)| answer(id));
-            }
-
-            /// Answers `setPose` with what `answer` returns.
-            pub fn on_set_pose(
-                &self,
-                mut answer: impl FnMut(String, crate::rc_inner_model::Pose) -> Result<(), SetPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_POSE, typed::read, typed::reply, move |(id, pose)| answer(id, pose));
-            }
-
-            /// Answers `setPoseIn` with what `answer` returns.
-            pub fn on_set_pose_in(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::rc_inner_model::Pose,
-                ) -> Result<(), SetPoseInError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_POSE_IN, typed::read, typed::reply, move |(id, base, pose)| answer(id, base, pose),
-                );
-            }
-
-            /// Answers `setJoint` with what `answer` returns.
-            pub fn on_set_joint(&self, mut answer: impl FnMut(String, f64) -> Result<f64, SetJointError> + 'static) {
-                self.0.on_throwing_query(
-                    &SET_JOINT, typed::read, typed::reply, move |(id, position)| answer(id, position),
-                );
-            }
-
-            /// Answers `setJoints` with what `answer` returns.
-            pub fn on_set_joints(
-                &self,
-                mut answer: impl FnMut(
-                    crate::rc_inner_model::JointPositions
-                ) -> Result<crate::rc_inner_model::JointPositions, SetJointsError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_JOINTS, typed::read, typed::reply, move |(joints,)| answer(joints));
-            }
-
-            /// Answers `add` with what `answer` returns.
-            pub fn on_add(&self, mut answer: impl FnMut(String, String) -> Result<(), AddError> + 'static) {
-                self.0.on_throwing_query(
-                    &ADD, typed::read, typed::reply, move |(parent, elements)| answer(parent, elements),
-                );
-            }
-
-            /// Answers `set` with what `answer` returns.
-            pub fn on_set(&self, mut answer: impl FnMut(String) -> Result<(), SetError> + 'static) {
-                self.0.on_throwing_query(&SET, typed::read, typed::reply, move |(element,)| answer(element));
-            }
-
-            /// Answers `remove` with what `answer` returns.
-            pub fn on_remove(&self, mut answer: impl FnMut(String) -> Result<(), RemoveError> + 'static) {
-                self.0.on_throwing_query(&REMOVE, typed::read, typed::reply, move |(id,)| answer(id));
-            }
-
-            /// Answers `move` with what `answer` returns.
-            pub fn on_move(&self, mut answer: impl FnMut(String, String, bool) -> Result<(), MoveError> + 'static) {
-                self.0.on_throwing_query(
-                    &MOVE, typed::read, typed::reply, move |(id, parent, keep_place)| answer(id, parent, keep_place),
-                );
-            }
-
-            /// Answers `setAttribute` with what `answer` returns.
-            pub fn on_set_attribute(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::rc_inner_model::Attribute,
-                ) -> Result<(), SetAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_ATTRIBUTE, typed::read, typed::reply, move |(id, attribute)| answer(id, attribute),
-                );
-            }
-
-            /// Answers `removeAttribute` with what `answer` returns.
-            pub fn on_remove_attribute(
-                &self, mut answer: impl FnMut(String, String) -> Result<(), RemoveAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply, move |(id, name)| answer(id, name),
-                );
-            }
-
-            /// Answers `collide` with what `answer` returns.
-            pub fn on_collide(&self, mut answer: impl FnMut(String, String) -> Result<bool, CollideError> + 'static) {
-                self.0.on_throwing_query(&COLLIDE, typed::read, typed::reply, move |(a, b)| answer(a, b));
-            }
-
-            /// Answers `getCollisions` with what `answer` returns.
-            pub fn on_get_collisions(&self, mut answer: impl FnMut() -> crate::rc_inner_model::Contacts + 'static) {
-                self.0.on_query(&GET_COLLISIONS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getDistance` with what `answer` returns.
-            pub fn on_get_distance(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_inner_model::Near, GetDistanceError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_DISTANCE, typed::read, typed::reply, move |(a, b)| answer(a, b));
-            }
-
-            /// Answers `castRay` with what `answer` returns.
-            pub fn on_cast_ray(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::rc_inner_model::Point, crate::rc_inner_model::Direction, f64, String,
-                ) -> Result<Vec<crate::rc_inner_model::Hit>, CastRayError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &CAST_RAY, typed::read, reply_cast_ray,
-                    move |(source, start, direction, range, ignored)| answer(source, start, direction, range, ignored),
-                );
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -1620,74 +949,25 @@ pub mod inner_model {
 pub mod inner_model_pub {
     use rc_middleware::typed;
 
-    /// `changed`
-    pub const CHANGED: typed::Operation = typed::Operation::one_way("changed", -1394641015, 0x1781f185d17fed1a);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `InnerModelPub`.
+                ///
+                /// The changes of a tree. At least every tenth sample has the whole tree, and so has the last one before a pause:
+                /// a subscriber that joins late, or lost a sample, catches up.
+                InnerModelPub ServeInnerModelPub ReceiveInnerModelPub, InnerModelPubMembers ServeInnerModelPubMembers ReceiveInnerModelPubMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[CHANGED];
-
-    /// The handlers of `InnerModelPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The changes of a tree. At least every tenth sample has the whole tree, and so has the last one before a pause:
-    /// a subscriber that joins late, or lost a sample, catches up.
-    pub trait InnerModelPub<C, S = ()> {
-        fn changed(&mut self, ctx: &mut C, changes: super::Changes);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`InnerModelPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveInnerModelPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: InnerModelPub<C, S>> ReceiveInnerModelPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (changes,) = typed::read(reader)?;
-                    InnerModelPub::changed(self, ctx, changes);
+                fn changed(changes: crate::rc_inner_model::Changes) {
+                    CHANGED.command(typed::read)
+                    Changed on_changed one_way("changed", -1394641015, 0x1781f185d17fed1a)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `InnerModelPub` for the members of a slot array.
-    pub trait InnerModelPubMembers<C, S = ()> {
-        fn changed(&mut self, ctx: &mut C, member: &rc_middleware::Member, changes: super::Changes);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`InnerModelPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveInnerModelPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: InnerModelPubMembers<C, S>> ReceiveInnerModelPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (changes,) = typed::read(reader)?;
-                    InnerModelPubMembers::changed(self, ctx, member, changes);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(InnerModelPubPublisher: changed);
 
@@ -1701,21 +981,6 @@ pub mod inner_model_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `changed`
-            Changed { changes: crate::rc_inner_model::Changes },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(changes,)| Self::Changed { changes }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }

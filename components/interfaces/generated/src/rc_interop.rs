@@ -265,111 +265,25 @@ rc_middleware::cdr_struct!(Image: header, height, width, encoding, is_bigendian,
 pub mod images {
     use rc_middleware::typed;
 
-    /// `image`
-    pub const IMAGE: typed::Operation = typed::Operation::one_way("image", 576356472, 0x764905efc4f71d7e);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Images`.
+                ///
+                /// Images that the component publishes while its parameter `images.count` is not reached.
+                Images ServeImages ReceiveImages, ImagesMembers ServeImagesMembers ReceiveImagesMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[IMAGE];
-
-    /// The handlers of `Images`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Images that the component publishes while its parameter `images.count` is not reached.
-    pub trait Images<C, S = ()> {
-        fn image(&mut self, ctx: &mut C, image: super::Image);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImages<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Images<C, S>> ServeImages<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&IMAGE, typed::read, |(image,)| Images::image(self, ctx, image)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImages<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Images<C, S>> ReceiveImages<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = typed::read(reader)?;
-                    Images::image(self, ctx, image);
+                fn image(image: crate::rc_interop::Image) {
+                    IMAGE.command(typed::read)
+                    Image on_image one_way("image", 576356472, 0x764905efc4f71d7e)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Images` for the members of a slot array.
-    pub trait ImagesMembers<C, S = ()> {
-        fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: super::Image);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImagesMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesMembers<C, S>> ServeImagesMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &IMAGE, typed::read, |(image,)| ImagesMembers::image(self, ctx, member, image),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImagesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesMembers<C, S>> ReceiveImagesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = typed::read(reader)?;
-                    ImagesMembers::image(self, ctx, member, image);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(ImagesClient);
 
@@ -391,56 +305,8 @@ pub mod images {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `image`
-            Image { image: crate::rc_interop::Image },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&IMAGE, typed::read).map(|(image,)| Self::Image { image }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&IMAGE, typed::read, |_: (crate::rc_interop::Image,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `image`, a command, by a call of `answer`.
-            pub fn on_image(&self, mut answer: impl FnMut(crate::rc_interop::Image) + 'static) {
-                self.0.on_command(&IMAGE, typed::read, move |(image,)| answer(image));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `image`
-            Image { image: crate::rc_interop::Image },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(image,)| Self::Image { image }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -450,73 +316,28 @@ pub mod images {
 pub mod camera {
     use rc_middleware::typed;
 
-    /// `setCameraInfo`
-    pub const SET_CAMERA_INFO: typed::Operation = typed::Operation::query(
-        "setCameraInfo", 1982589214, 0xd8fb589b72c0499f, &[],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SET_CAMERA_INFO];
-
     /// The reply of `setCameraInfo`.
     pub type SetCameraInfoAnswer = (bool, String);
 
-    /// The handlers of `Camera`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A call with types that every installation of ROS 2 has.
-    pub trait Camera<C, S = ()> {
-        /// Replies with the distortion model. Calls the `CameraDriver` if the frame is `forward`.
-        fn set_camera_info(&mut self, ctx: &mut C, camera_info: super::CameraInfo) -> SetCameraInfoAnswer;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Camera`.
+                ///
+                /// A call with types that every installation of ROS 2 has.
+                Camera ServeCamera ReceiveCamera, CameraMembers ServeCameraMembers ReceiveCameraMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Camera`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCamera<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Camera<C, S>> ServeCamera<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SET_CAMERA_INFO, typed::read, typed::reply,
-                    |(camera_info,)| Camera::set_camera_info(self, ctx, camera_info),
-                ),
-                _ => request.unknown(),
+                /// Replies with the distortion model. Calls the `CameraDriver` if the frame is `forward`.
+                fn set_camera_info(camera_info: crate::rc_interop::CameraInfo) -> SetCameraInfoAnswer {
+                    SET_CAMERA_INFO.answer(typed::read, typed::reply)
+                    SetCameraInfo on_set_camera_info query("setCameraInfo", 1982589214, 0xd8fb589b72c0499f, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Camera` for the members of a slot array.
-    pub trait CameraMembers<C, S = ()> {
-        fn set_camera_info(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera_info: super::CameraInfo,
-        ) -> SetCameraInfoAnswer;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraMembers<C, S>> ServeCameraMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SET_CAMERA_INFO, typed::read, typed::reply,
-                    |(camera_info,)| CameraMembers::set_camera_info(self, ctx, member, camera_info),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(CameraClient);
 
@@ -533,49 +354,7 @@ pub mod camera {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `setCameraInfo`
-            SetCameraInfo { camera_info: crate::rc_interop::CameraInfo },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[SET_CAMERA_INFO];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SET_CAMERA_INFO, typed::read).map(
-                        |(camera_info,)| Self::SetCameraInfo { camera_info }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &SET_CAMERA_INFO, typed::read, typed::reply,
-                        |_: (
-                            crate::rc_interop::CameraInfo,
-                        )| -> SetCameraInfoAnswer { (Default::default(), Default::default()) },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `setCameraInfo` with what `answer` returns.
-            pub fn on_set_camera_info(
-                &self, mut answer: impl FnMut(crate::rc_interop::CameraInfo) -> SetCameraInfoAnswer + 'static,
-            ) {
-                self.0.on_query(&SET_CAMERA_INFO, typed::read, typed::reply, move |(camera_info,)| answer(camera_info));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -585,72 +364,27 @@ pub mod camera {
 pub mod camera_driver {
     use rc_middleware::typed;
 
-    /// `setCameraInfo`
-    pub const SET_CAMERA_INFO: typed::Operation = typed::Operation::query(
-        "setCameraInfo", 1982589214, 0x2969e4c9d56ec5f1, &[],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SET_CAMERA_INFO];
-
     /// The reply of `setCameraInfo`.
     pub type SetCameraInfoAnswer = (bool, String);
 
-    /// The handlers of `CameraDriver`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The same call at another server.
-    pub trait CameraDriver<C, S = ()> {
-        fn set_camera_info(&mut self, ctx: &mut C, camera_info: super::CameraInfo) -> SetCameraInfoAnswer;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CameraDriver`.
+                ///
+                /// The same call at another server.
+                CameraDriver ServeCameraDriver ReceiveCameraDriver, CameraDriverMembers ServeCameraDriverMembers ReceiveCameraDriverMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`CameraDriver`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraDriver<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraDriver<C, S>> ServeCameraDriver<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SET_CAMERA_INFO, typed::read, typed::reply,
-                    |(camera_info,)| CameraDriver::set_camera_info(self, ctx, camera_info),
-                ),
-                _ => request.unknown(),
+                fn set_camera_info(camera_info: crate::rc_interop::CameraInfo) -> SetCameraInfoAnswer {
+                    SET_CAMERA_INFO.answer(typed::read, typed::reply)
+                    SetCameraInfo on_set_camera_info query("setCameraInfo", 1982589214, 0x2969e4c9d56ec5f1, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `CameraDriver` for the members of a slot array.
-    pub trait CameraDriverMembers<C, S = ()> {
-        fn set_camera_info(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera_info: super::CameraInfo,
-        ) -> SetCameraInfoAnswer;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraDriverMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraDriverMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraDriverMembers<C, S>> ServeCameraDriverMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SET_CAMERA_INFO, typed::read, typed::reply,
-                    |(camera_info,)| CameraDriverMembers::set_camera_info(self, ctx, member, camera_info),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(CameraDriverClient);
 
@@ -666,49 +400,7 @@ pub mod camera_driver {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `setCameraInfo`
-            SetCameraInfo { camera_info: crate::rc_interop::CameraInfo },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[SET_CAMERA_INFO];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SET_CAMERA_INFO, typed::read).map(
-                        |(camera_info,)| Self::SetCameraInfo { camera_info }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &SET_CAMERA_INFO, typed::read, typed::reply,
-                        |_: (
-                            crate::rc_interop::CameraInfo,
-                        )| -> SetCameraInfoAnswer { (Default::default(), Default::default()) },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `setCameraInfo` with what `answer` returns.
-            pub fn on_set_camera_info(
-                &self, mut answer: impl FnMut(crate::rc_interop::CameraInfo) -> SetCameraInfoAnswer + 'static,
-            ) {
-                self.0.on_query(&SET_CAMERA_INFO, typed::read, typed::reply, move |(camera_info,)| answer(camera_info));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -718,111 +410,25 @@ pub mod camera_driver {
 pub mod reports {
     use rc_middleware::typed;
 
-    /// `report`
-    pub const REPORT: typed::Operation = typed::Operation::one_way("report", 3116521, 0x0ac39ff93ebcbc96);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Reports`.
+                ///
+                /// Reports that the component receives.
+                Reports ServeReports ReceiveReports, ReportsMembers ServeReportsMembers ReceiveReportsMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[REPORT];
-
-    /// The handlers of `Reports`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Reports that the component receives.
-    pub trait Reports<C, S = ()> {
-        fn report(&mut self, ctx: &mut C, report: super::Report);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Reports`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeReports<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Reports<C, S>> ServeReports<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&REPORT, typed::read, |(report,)| Reports::report(self, ctx, report)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Reports`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveReports<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Reports<C, S>> ReceiveReports<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (report,) = typed::read(reader)?;
-                    Reports::report(self, ctx, report);
+                fn report(report: crate::rc_interop::Report) {
+                    REPORT.command(typed::read)
+                    Report on_report one_way("report", 3116521, 0x0ac39ff93ebcbc96)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Reports` for the members of a slot array.
-    pub trait ReportsMembers<C, S = ()> {
-        fn report(&mut self, ctx: &mut C, member: &rc_middleware::Member, report: super::Report);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ReportsMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeReportsMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ReportsMembers<C, S>> ServeReportsMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &REPORT, typed::read, |(report,)| ReportsMembers::report(self, ctx, member, report),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ReportsMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveReportsMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ReportsMembers<C, S>> ReceiveReportsMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (report,) = typed::read(reader)?;
-                    ReportsMembers::report(self, ctx, member, report);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(ReportsClient);
 
@@ -844,56 +450,8 @@ pub mod reports {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `report`
-            Report { report: crate::rc_interop::Report },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&REPORT, typed::read).map(|(report,)| Self::Report { report }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&REPORT, typed::read, |_: (crate::rc_interop::Report,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `report`, a command, by a call of `answer`.
-            pub fn on_report(&self, mut answer: impl FnMut(crate::rc_interop::Report) + 'static) {
-                self.0.on_command(&REPORT, typed::read, move |(report,)| answer(report));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `report`
-            Report { report: crate::rc_interop::Report },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(report,)| Self::Report { report }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -903,111 +461,25 @@ pub mod reports {
 pub mod echoes {
     use rc_middleware::typed;
 
-    /// `echo`
-    pub const ECHO: typed::Operation = typed::Operation::one_way("echo", -669077045, 0x7fc9382f0857c604);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Echoes`.
+                ///
+                /// Each received report, published again.
+                Echoes ServeEchoes ReceiveEchoes, EchoesMembers ServeEchoesMembers ReceiveEchoesMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ECHO];
-
-    /// The handlers of `Echoes`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each received report, published again.
-    pub trait Echoes<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, report: super::Report);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Echoes`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeEchoes<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Echoes<C, S>> ServeEchoes<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&ECHO, typed::read, |(report,)| Echoes::echo(self, ctx, report)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Echoes`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveEchoes<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Echoes<C, S>> ReceiveEchoes<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (report,) = typed::read(reader)?;
-                    Echoes::echo(self, ctx, report);
+                fn echo(report: crate::rc_interop::Report) {
+                    ECHO.command(typed::read)
+                    Echo on_echo one_way("echo", -669077045, 0x7fc9382f0857c604)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Echoes` for the members of a slot array.
-    pub trait EchoesMembers<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, report: super::Report);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`EchoesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeEchoesMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: EchoesMembers<C, S>> ServeEchoesMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &ECHO, typed::read, |(report,)| EchoesMembers::echo(self, ctx, member, report),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`EchoesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveEchoesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: EchoesMembers<C, S>> ReceiveEchoesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (report,) = typed::read(reader)?;
-                    EchoesMembers::echo(self, ctx, member, report);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(EchoesClient);
 
@@ -1029,56 +501,8 @@ pub mod echoes {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `echo`
-            Echo { report: crate::rc_interop::Report },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ECHO, typed::read).map(|(report,)| Self::Echo { report }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&ECHO, typed::read, |_: (crate::rc_interop::Report,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `echo`, a command, by a call of `answer`.
-            pub fn on_echo(&self, mut answer: impl FnMut(crate::rc_interop::Report) + 'static) {
-                self.0.on_command(&ECHO, typed::read, move |(report,)| answer(report));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `echo`
-            Echo { report: crate::rc_interop::Report },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(report,)| Self::Echo { report }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -1088,111 +512,25 @@ pub mod echoes {
 pub mod talk {
     use rc_middleware::typed;
 
-    /// `chatter`
-    pub const CHATTER: typed::Operation = typed::Operation::one_way("chatter", 902822334, 0xb4352cc30d960136);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Talk`.
+                ///
+                /// Strings of a standard type of ROS 2 that the component receives.
+                Talk ServeTalk ReceiveTalk, TalkMembers ServeTalkMembers ReceiveTalkMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[CHATTER];
-
-    /// The handlers of `Talk`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Strings of a standard type of ROS 2 that the component receives.
-    pub trait Talk<C, S = ()> {
-        fn chatter(&mut self, ctx: &mut C, data: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Talk`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTalk<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Talk<C, S>> ServeTalk<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&CHATTER, typed::read, |(data,)| Talk::chatter(self, ctx, data)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Talk`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTalk<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Talk<C, S>> ReceiveTalk<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (data,) = typed::read(reader)?;
-                    Talk::chatter(self, ctx, data);
+                fn chatter(data: String) {
+                    CHATTER.command(typed::read)
+                    Chatter on_chatter one_way("chatter", 902822334, 0xb4352cc30d960136)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Talk` for the members of a slot array.
-    pub trait TalkMembers<C, S = ()> {
-        fn chatter(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TalkMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTalkMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TalkMembers<C, S>> ServeTalkMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &CHATTER, typed::read, |(data,)| TalkMembers::chatter(self, ctx, member, data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`TalkMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTalkMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TalkMembers<C, S>> ReceiveTalkMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (data,) = typed::read(reader)?;
-                    TalkMembers::chatter(self, ctx, member, data);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(TalkClient);
 
@@ -1214,56 +552,8 @@ pub mod talk {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `chatter`
-            Chatter { data: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&CHATTER, typed::read).map(|(data,)| Self::Chatter { data }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&CHATTER, typed::read, |_: (String,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `chatter`, a command, by a call of `answer`.
-            pub fn on_chatter(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&CHATTER, typed::read, move |(data,)| answer(data));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `chatter`
-            Chatter { data: String },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(data,)| Self::Chatter { data }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -1273,111 +563,25 @@ pub mod talk {
 pub mod gossip {
     use rc_middleware::typed;
 
-    /// `chatter`
-    pub const CHATTER: typed::Operation = typed::Operation::one_way("chatter", 902822334, 0x682ab473f5014f84);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Gossip`.
+                ///
+                /// Each received string, published again.
+                Gossip ServeGossip ReceiveGossip, GossipMembers ServeGossipMembers ReceiveGossipMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[CHATTER];
-
-    /// The handlers of `Gossip`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each received string, published again.
-    pub trait Gossip<C, S = ()> {
-        fn chatter(&mut self, ctx: &mut C, data: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Gossip`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeGossip<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Gossip<C, S>> ServeGossip<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&CHATTER, typed::read, |(data,)| Gossip::chatter(self, ctx, data)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Gossip`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveGossip<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Gossip<C, S>> ReceiveGossip<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (data,) = typed::read(reader)?;
-                    Gossip::chatter(self, ctx, data);
+                fn chatter(data: String) {
+                    CHATTER.command(typed::read)
+                    Chatter on_chatter one_way("chatter", 902822334, 0x682ab473f5014f84)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Gossip` for the members of a slot array.
-    pub trait GossipMembers<C, S = ()> {
-        fn chatter(&mut self, ctx: &mut C, member: &rc_middleware::Member, data: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`GossipMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeGossipMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: GossipMembers<C, S>> ServeGossipMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &CHATTER, typed::read, |(data,)| GossipMembers::chatter(self, ctx, member, data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`GossipMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveGossipMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: GossipMembers<C, S>> ReceiveGossipMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (data,) = typed::read(reader)?;
-                    GossipMembers::chatter(self, ctx, member, data);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(GossipClient);
 
@@ -1399,56 +603,8 @@ pub mod gossip {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `chatter`
-            Chatter { data: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&CHATTER, typed::read).map(|(data,)| Self::Chatter { data }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&CHATTER, typed::read, |_: (String,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `chatter`, a command, by a call of `answer`.
-            pub fn on_chatter(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&CHATTER, typed::read, move |(data,)| answer(data));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `chatter`
-            Chatter { data: String },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(data,)| Self::Chatter { data }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -1458,111 +614,25 @@ pub mod gossip {
 pub mod orders {
     use rc_middleware::typed;
 
-    /// `order`
-    pub const ORDER: typed::Operation = typed::Operation::one_way("order", -92298896, 0x626b37f58adae85e);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Orders`.
+                ///
+                /// Orders that the component receives even if it starts after their publisher.
+                Orders ServeOrders ReceiveOrders, OrdersMembers ServeOrdersMembers ReceiveOrdersMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ORDER];
-
-    /// The handlers of `Orders`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Orders that the component receives even if it starts after their publisher.
-    pub trait Orders<C, S = ()> {
-        fn order(&mut self, ctx: &mut C, text: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Orders`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOrders<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Orders<C, S>> ServeOrders<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&ORDER, typed::read, |(text,)| Orders::order(self, ctx, text)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Orders`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveOrders<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Orders<C, S>> ReceiveOrders<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (text,) = typed::read(reader)?;
-                    Orders::order(self, ctx, text);
+                fn order(text: String) {
+                    ORDER.command(typed::read)
+                    Order on_order one_way("order", -92298896, 0x626b37f58adae85e)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Orders` for the members of a slot array.
-    pub trait OrdersMembers<C, S = ()> {
-        fn order(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`OrdersMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOrdersMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: OrdersMembers<C, S>> ServeOrdersMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &ORDER, typed::read, |(text,)| OrdersMembers::order(self, ctx, member, text),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`OrdersMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveOrdersMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: OrdersMembers<C, S>> ReceiveOrdersMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (text,) = typed::read(reader)?;
-                    OrdersMembers::order(self, ctx, member, text);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(OrdersClient);
 
@@ -1584,56 +654,8 @@ pub mod orders {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `order`
-            Order { text: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ORDER, typed::read).map(|(text,)| Self::Order { text }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&ORDER, typed::read, |_: (String,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `order`, a command, by a call of `answer`.
-            pub fn on_order(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&ORDER, typed::read, move |(text,)| answer(text));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `order`
-            Order { text: String },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(text,)| Self::Order { text }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -1643,109 +665,25 @@ pub mod orders {
 pub mod archive {
     use rc_middleware::typed;
 
-    /// `keep`
-    pub const KEEP: typed::Operation = typed::Operation::one_way("keep", 502713368, 0xb3a68cf3c904fd7b);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Archive`.
+                ///
+                /// Each note, for subscribers that start later.
+                Archive ServeArchive ReceiveArchive, ArchiveMembers ServeArchiveMembers ReceiveArchiveMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[KEEP];
-
-    /// The handlers of `Archive`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each note, for subscribers that start later.
-    pub trait Archive<C, S = ()> {
-        fn keep(&mut self, ctx: &mut C, text: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Archive`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeArchive<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Archive<C, S>> ServeArchive<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&KEEP, typed::read, |(text,)| Archive::keep(self, ctx, text)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Archive`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveArchive<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Archive<C, S>> ReceiveArchive<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (text,) = typed::read(reader)?;
-                    Archive::keep(self, ctx, text);
+                fn keep(text: String) {
+                    KEEP.command(typed::read)
+                    Keep on_keep one_way("keep", 502713368, 0xb3a68cf3c904fd7b)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Archive` for the members of a slot array.
-    pub trait ArchiveMembers<C, S = ()> {
-        fn keep(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ArchiveMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeArchiveMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ArchiveMembers<C, S>> ServeArchiveMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&KEEP, typed::read, |(text,)| ArchiveMembers::keep(self, ctx, member, text)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ArchiveMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveArchiveMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ArchiveMembers<C, S>> ReceiveArchiveMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (text,) = typed::read(reader)?;
-                    ArchiveMembers::keep(self, ctx, member, text);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(ArchiveClient);
 
@@ -1767,56 +705,8 @@ pub mod archive {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `keep`
-            Keep { text: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&KEEP, typed::read).map(|(text,)| Self::Keep { text }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&KEEP, typed::read, |_: (String,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `keep`, a command, by a call of `answer`.
-            pub fn on_keep(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&KEEP, typed::read, move |(text,)| answer(text));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `keep`
-            Keep { text: String },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(text,)| Self::Keep { text }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -1825,30 +715,6 @@ pub mod archive {
 /// Calls that the component answers.
 pub mod interop {
     use rc_middleware::typed;
-
-    /// `shift`
-    pub const SHIFT: typed::Operation = typed::Operation::query(
-        "shift", 1313846826, 0x52ee5ac33be994ad,
-        &[
-            typed::ReplyVariant::of::<super::Nonsense>(NONSENSE), typed::ReplyVariant::of::<i32>(0),
-            typed::ReplyVariant::of::<super::Report>(0),
-        ],
-    );
-
-    /// `note`
-    pub const NOTE: typed::Operation = typed::Operation::one_way("note", -900475222, 0x4890dc323d3519f1);
-
-    /// `noted`
-    pub const NOTED: typed::Operation = typed::Operation::query("noted", 1175885854, 0xf663fa419653b22f, &[]);
-
-    /// `consult`
-    pub const CONSULT: typed::Operation = typed::Operation::query("consult", 3440400, 0x6db6d04a30b62d35, &[]);
-
-    /// `add`
-    pub const ADD: typed::Operation = typed::Operation::query("add", -59184076, 0xcc3fb8ba571db8c6, &[]);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SHIFT, NOTE, NOTED, CONSULT, ADD];
 
     /// The discriminator of a reply that holds this exception.
     pub const NONSENSE: i32 = -1352687754;
@@ -1872,92 +738,53 @@ pub mod interop {
         Ok((result, count))
     }
 
-    /// The handlers of `Interop`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Calls that the component answers.
-    pub trait Interop<C, S = ()> {
-        /// Moves every mark of a report; a report without marks is nonsense.
-        fn shift(&mut self, ctx: &mut C, report: super::Report, by: f64) -> Result<ShiftAnswer, ShiftError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Interop`.
+                ///
+                /// Calls that the component answers.
+                Interop ServeInterop ReceiveInterop, InteropMembers ServeInteropMembers ReceiveInteropMembers;
 
-        fn note(&mut self, ctx: &mut C, text: String);
-        /// All notes and orders, in the order of their arrival.
-        fn noted(&mut self, ctx: &mut C) -> Vec<String>;
+                /// Moves every mark of a report; a report without marks is nonsense.
+                fn shift(report: crate::rc_interop::Report, by: f64) -> Result<ShiftAnswer, ShiftError> {
+                    SHIFT.try_answer(typed::read, reply_shift)
+                    Shift on_shift query(
+                        "shift", 1313846826, 0x52ee5ac33be994ad,
+                        &[
+                            typed::ReplyVariant::of::<super::Nonsense>(NONSENSE), typed::ReplyVariant::of::<i32>(0),
+                            typed::ReplyVariant::of::<super::Report>(0),
+                        ],
+                    )
+                }
 
-        /// Calls the oracle with a limit in milliseconds, and describes the outcome.
-        fn consult(&mut self, ctx: &mut C, question: String, limit: i32) -> String;
+                fn note(text: String) {
+                    NOTE.command(typed::read)
+                    Note on_note one_way("note", -900475222, 0x4890dc323d3519f1)
+                }
 
-        fn add(&mut self, ctx: &mut C, a: i64, b: i64) -> i64;
-    }
+                /// All notes and orders, in the order of their arrival.
+                fn noted -> Vec<String> {
+                    NOTED.answer(typed::read, typed::reply)
+                    Noted on_noted query("noted", 1175885854, 0xf663fa419653b22f, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Interop`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInterop<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// Calls the oracle with a limit in milliseconds, and describes the outcome.
+                fn consult(question: String, limit: i32) -> String {
+                    CONSULT.answer(typed::read, typed::reply)
+                    Consult on_consult query("consult", 3440400, 0x6db6d04a30b62d35, &[])
+                }
 
-    impl<C, S, W: Interop<C, S>> ServeInterop<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &SHIFT, typed::read, reply_shift, |(report, by)| Interop::shift(self, ctx, report, by),
-                ),
-                Some(1) => request.command(&NOTE, typed::read, |(text,)| Interop::note(self, ctx, text)),
-                Some(2) => request.answer(&NOTED, typed::read, typed::reply, |()| Interop::noted(self, ctx)),
-                Some(3) => request.answer(
-                    &CONSULT, typed::read, typed::reply,
-                    |(question, limit)| Interop::consult(self, ctx, question, limit),
-                ),
-                Some(4) => request.answer(&ADD, typed::read, typed::reply, |(a, b)| Interop::add(self, ctx, a, b)),
-                _ => request.unknown(),
+                fn add(a: i64, b: i64) -> i64 {
+                    ADD.answer(typed::read, typed::reply)
+                    Add on_add query("add", -59184076, 0xcc3fb8ba571db8c6, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Interop` for the members of a slot array.
-    pub trait InteropMembers<C, S = ()> {
-        fn shift(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, report: super::Report, by: f64,
-        ) -> Result<ShiftAnswer, ShiftError>;
-        fn note(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
-        fn noted(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Vec<String>;
-        fn consult(&mut self, ctx: &mut C, member: &rc_middleware::Member, question: String, limit: i32) -> String;
-        fn add(&mut self, ctx: &mut C, member: &rc_middleware::Member, a: i64, b: i64) -> i64;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`InteropMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInteropMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: InteropMembers<C, S>> ServeInteropMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &SHIFT, typed::read, reply_shift,
-                    |(report, by)| InteropMembers::shift(self, ctx, member, report, by),
-                ),
-                Some(1) => request.command(&NOTE, typed::read, |(text,)| InteropMembers::note(self, ctx, member, text)),
-                Some(2) => request.answer(
-                    &NOTED, typed::read, typed::reply, |()| InteropMembers::noted(self, ctx, member),
-                ),
-                Some(3) => request.answer(
-                    &CONSULT, typed::read, typed::reply,
-                    |(question, limit)| InteropMembers::consult(self, ctx, member, question, limit),
-                ),
-                Some(4) => request.answer(
-                    &ADD, typed::read, typed::reply, |(a, b)| InteropMembers::add(self, ctx, member, a, b),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(InteropClient);
 
@@ -1993,92 +820,7 @@ pub mod interop {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `shift`
-            Shift { report: crate::rc_interop::Report, by: f64 },
-            /// `note`
-            Note { text: String },
-            /// `noted`
-            Noted,
-            /// `consult`
-            Consult { question: String, limit: i32 },
-            /// `add`
-            Add { a: i64, b: i64 },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[SHIFT, NOTED, CONSULT, ADD];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SHIFT, typed::read).map(|(report, by)| Self::Shift { report, by }),
-                    Some(1) => request.arguments(&NOTE, typed::read).map(|(text,)| Self::Note { text }),
-                    Some(2) => request.arguments(&NOTED, typed::read).map(|()| Self::Noted),
-                    Some(3) => request.arguments(&CONSULT, typed::read).map(
-                        |(question, limit)| Self::Consult { question, limit }
-                    ),
-                    Some(4) => request.arguments(&ADD, typed::read).map(|(a, b)| Self::Add { a, b }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &SHIFT, typed::read, reply_shift,
-                        |_: (
-                            crate::rc_interop::Report, f64,
-                        )| -> ShiftAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(1) => request.command(&NOTE, typed::read, |_: (String,)| {}),
-                    Some(2) => request.answer(
-                        &NOTED, typed::read, typed::reply, |_: ()| -> Vec<String> { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &CONSULT, typed::read, typed::reply, |_: (String, i32)| -> String { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &ADD, typed::read, typed::reply, |_: (i64, i64)| -> i64 { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `shift` with what `answer` returns.
-            pub fn on_shift(
-                &self,
-                mut answer: impl FnMut(crate::rc_interop::Report, f64) -> Result<ShiftAnswer, ShiftError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SHIFT, typed::read, reply_shift, move |(report, by)| answer(report, by));
-            }
-
-            /// Answers `note`, a command, by a call of `answer`.
-            pub fn on_note(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&NOTE, typed::read, move |(text,)| answer(text));
-            }
-
-            /// Answers `noted` with what `answer` returns.
-            pub fn on_noted(&self, mut answer: impl FnMut() -> Vec<String> + 'static) {
-                self.0.on_query(&NOTED, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `consult` with what `answer` returns.
-            pub fn on_consult(&self, mut answer: impl FnMut(String, i32) -> String + 'static) {
-                self.0.on_query(&CONSULT, typed::read, typed::reply, move |(question, limit)| answer(question, limit));
-            }
-
-            /// Answers `add` with what `answer` returns.
-            pub fn on_add(&self, mut answer: impl FnMut(i64, i64) -> i64 + 'static) {
-                self.0.on_query(&ADD, typed::read, typed::reply, move |(a, b)| answer(a, b));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -2087,21 +829,6 @@ pub mod interop {
 /// Calls that the component makes.
 pub mod oracle {
     use rc_middleware::typed;
-
-    /// `ask`
-    pub const ASK: typed::Operation = typed::Operation::query(
-        "ask", 1883231070, 0xada66a05a01d744a,
-        &[
-            typed::ReplyVariant::of::<super::Nonsense>(NONSENSE), typed::ReplyVariant::of::<super::Point>(0),
-            typed::ReplyVariant::of::<i64>(0),
-        ],
-    );
-
-    /// `tell`
-    pub const TELL: typed::Operation = typed::Operation::one_way("tell", 1022105598, 0x72d586dcf0c07bd0);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ASK, TELL];
 
     /// The discriminator of a reply that holds this exception.
     pub const NONSENSE: i32 = -1352687754;
@@ -2125,61 +852,35 @@ pub mod oracle {
         Ok((result, place))
     }
 
-    /// The handlers of `Oracle`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Calls that the component makes.
-    pub trait Oracle<C, S = ()> {
-        fn ask(&mut self, ctx: &mut C, question: String) -> Result<AskAnswer, AskError>;
-        fn tell(&mut self, ctx: &mut C, text: String);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Oracle`.
+                ///
+                /// Calls that the component makes.
+                Oracle ServeOracle ReceiveOracle, OracleMembers ServeOracleMembers ReceiveOracleMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Oracle`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOracle<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn ask(question: String) -> Result<AskAnswer, AskError> {
+                    ASK.try_answer(typed::read, reply_ask)
+                    Ask on_ask query(
+                        "ask", 1883231070, 0xada66a05a01d744a,
+                        &[
+                            typed::ReplyVariant::of::<super::Nonsense>(NONSENSE),
+                            typed::ReplyVariant::of::<super::Point>(0), typed::ReplyVariant::of::<i64>(0),
+                        ],
+                    )
+                }
 
-    impl<C, S, W: Oracle<C, S>> ServeOracle<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &ASK, typed::read, reply_ask, |(question,)| Oracle::ask(self, ctx, question),
-                ),
-                Some(1) => request.command(&TELL, typed::read, |(text,)| Oracle::tell(self, ctx, text)),
-                _ => request.unknown(),
+                fn tell(text: String) {
+                    TELL.command(typed::read)
+                    Tell on_tell one_way("tell", 1022105598, 0x72d586dcf0c07bd0)
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Oracle` for the members of a slot array.
-    pub trait OracleMembers<C, S = ()> {
-        fn ask(&mut self, ctx: &mut C, member: &rc_middleware::Member, question: String) -> Result<AskAnswer, AskError>;
-        fn tell(&mut self, ctx: &mut C, member: &rc_middleware::Member, text: String);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`OracleMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOracleMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: OracleMembers<C, S>> ServeOracleMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &ASK, typed::read, reply_ask, |(question,)| OracleMembers::ask(self, ctx, member, question),
-                ),
-                Some(1) => request.command(&TELL, typed::read, |(text,)| OracleMembers::tell(self, ctx, member, text)),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(OracleClient);
 
@@ -2200,51 +901,6 @@ pub mod oracle {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `ask`
-            Ask { question: String },
-            /// `tell`
-            Tell { text: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[ASK];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ASK, typed::read).map(|(question,)| Self::Ask { question }),
-                    Some(1) => request.arguments(&TELL, typed::read).map(|(text,)| Self::Tell { text }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &ASK, typed::read, reply_ask,
-                        |_: (String,)| -> AskAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(1) => request.command(&TELL, typed::read, |_: (String,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `ask` with what `answer` returns.
-            pub fn on_ask(&self, mut answer: impl FnMut(String) -> Result<AskAnswer, AskError> + 'static) {
-                self.0.on_throwing_query(&ASK, typed::read, reply_ask, move |(question,)| answer(question));
-            }
-
-            /// Answers `tell`, a command, by a call of `answer`.
-            pub fn on_tell(&self, mut answer: impl FnMut(String) + 'static) {
-                self.0.on_command(&TELL, typed::read, move |(text,)| answer(text));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -378,218 +378,6 @@ pub type Png = Vec<u8>;
 pub mod simulation {
     use rc_middleware::typed;
 
-    /// `getClock`
-    pub const GET_CLOCK: typed::Operation = typed::Operation::query(
-        "getClock", 679178614, 0x6806ed33ad72e390,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Clock>(0),
-        ],
-    );
-
-    /// `step`
-    pub const STEP: typed::Operation = typed::Operation::query(
-        "step", -1647680473, 0xbf01279e13826404,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Clock>(0),
-        ],
-    );
-
-    /// `setPaused`
-    pub const SET_PAUSED: typed::Operation = typed::Operation::one_way("setPaused", -1764637175, 0x3bd75ae6b2b9ada2);
-
-    /// `add`
-    pub const ADD: typed::Operation = typed::Operation::query(
-        "add", -59184076, 0x7ac5dddca93763b0, &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `remove`
-    pub const REMOVE: typed::Operation = typed::Operation::query(
-        "remove", -680957681, 0xbe5f940e34e8c561,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `set`
-    pub const SET: typed::Operation = typed::Operation::query(
-        "set", -1158762803, 0xbab36c86e2312f59, &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `teleport`
-    pub const TELEPORT: typed::Operation = typed::Operation::query(
-        "teleport", 341079122, 0xbcfdb35e1c0ee208,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `moveTo`
-    pub const MOVE_TO: typed::Operation = typed::Operation::query(
-        "moveTo", 808192187, 0xfe18b86adac56853, &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `reParent`
-    pub const RE_PARENT: typed::Operation = typed::Operation::query(
-        "reParent", -2038201037, 0xa01405b5e613bd1c,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `setAttribute`
-    pub const SET_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "setAttribute", 357156025, 0xb333c4072aecaaee,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `removeAttribute`
-    pub const REMOVE_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "removeAttribute", 1893760822, 0xde13da8c74a579c5,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `setSignal`
-    pub const SET_SIGNAL: typed::Operation = typed::Operation::query(
-        "setSignal", 2039694236, 0x42a69c0319be4bfd,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `getSignal`
-    pub const GET_SIGNAL: typed::Operation = typed::Operation::query(
-        "getSignal", -1458109960, 0x25448f785c44fd1d,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Signal>(0),
-        ],
-    );
-
-    /// `collide`
-    pub const COLLIDE: typed::Operation = typed::Operation::query(
-        "collide", 974480753, 0x65c09b029230a292,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR), typed::ReplyVariant::of::<bool>(0)],
-    );
-
-    /// `getPose`
-    pub const GET_POSE: typed::Operation = typed::Operation::query(
-        "getPose", -1327111753, 0x5a2b5354919cac0c,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<crate::rc_inner_model::Pose>(0),
-        ],
-    );
-
-    /// `print`
-    pub const PRINT: typed::Operation = typed::Operation::query(
-        "print", 756962295, 0xd455f1308d507657,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR), typed::ReplyVariant::of::<String>(0)],
-    );
-
-    /// `draw`
-    pub const DRAW: typed::Operation = typed::Operation::query(
-        "draw", -1131318143, 0xbf9e33aef784c152,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Png>(0),
-        ],
-    );
-
-    /// `getDigest`
-    pub const GET_DIGEST: typed::Operation = typed::Operation::query(
-        "getDigest", 1414759136, 0x18b593af4fee3a4d,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR), typed::ReplyVariant::of::<i64>(0)],
-    );
-
-    /// `getSkeleton`
-    pub const GET_SKELETON: typed::Operation = typed::Operation::query(
-        "getSkeleton", 1406619736, 0x98459db3cb2121a5,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Skeleton>(0),
-        ],
-    );
-
-    /// `getIdImage`
-    pub const GET_ID_IMAGE: typed::Operation = typed::Operation::query(
-        "getIdImage", -1248329053, 0x6a2e1562e0f1edc0,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::IdImage>(0),
-        ],
-    );
-
-    /// `setPhysics`
-    pub const SET_PHYSICS: typed::Operation = typed::Operation::query(
-        "setPhysics", -1185477340, 0xcb8619d51acd6c6c,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `push`
-    pub const PUSH: typed::Operation = typed::Operation::query(
-        "push", -647912671, 0xaf562263ef568c14, &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `release`
-    pub const RELEASE: typed::Operation = typed::Operation::query(
-        "release", -706068718, 0x44774d6a3e5fb498,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `snapshot`
-    pub const SNAPSHOT: typed::Operation = typed::Operation::query(
-        "snapshot", -556588349, 0x867747938d3abba5,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `restore`
-    pub const RESTORE: typed::Operation = typed::Operation::query(
-        "restore", -1195365701, 0x818f2edca219557c,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `forgetSnapshot`
-    pub const FORGET_SNAPSHOT: typed::Operation = typed::Operation::query(
-        "forgetSnapshot", -478557991, 0x8d2146a92504830a,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `getSnapshots`
-    pub const GET_SNAPSHOTS: typed::Operation = typed::Operation::query(
-        "getSnapshots", -211428985, 0x91869504e3f13d95, &[],
-    );
-
-    /// `predict`
-    pub const PREDICT: typed::Operation = typed::Operation::query(
-        "predict", 2012784985, 0x642bbdda5a620abe,
-        &[
-            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
-            typed::ReplyVariant::of::<super::Prediction>(0),
-        ],
-    );
-
-    /// `clone`
-    pub const CLONE: typed::Operation = typed::Operation::query(
-        "clone", 2013080019, 0x832d6220029c00e3, &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `removeClone`
-    pub const REMOVE_CLONE: typed::Operation = typed::Operation::query(
-        "removeClone", -1708120017, 0xdc3029381d782762,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
-    );
-
-    /// `getClones`
-    pub const GET_CLONES: typed::Operation = typed::Operation::query("getClones", -1078342647, 0x04e41ed64e74030a, &[]);
-
-    /// `drive`
-    pub const DRIVE: typed::Operation = typed::Operation::query(
-        "drive", 1105699146, 0xde6e376c172bed31,
-        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR), typed::ReplyVariant::of::<f64>(0)],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_CLOCK, STEP, SET_PAUSED, ADD, REMOVE, SET, TELEPORT, MOVE_TO, RE_PARENT, SET_ATTRIBUTE, REMOVE_ATTRIBUTE,
-        SET_SIGNAL, GET_SIGNAL, COLLIDE, GET_POSE, PRINT, DRAW, GET_DIGEST, GET_SKELETON, GET_ID_IMAGE, SET_PHYSICS,
-        PUSH, RELEASE, SNAPSHOT, RESTORE, FORGET_SNAPSHOT, GET_SNAPSHOTS, PREDICT, CLONE, REMOVE_CLONE, GET_CLONES,
-        DRIVE,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const SIMULATION_ERROR: i32 = -1798164732;
 
@@ -682,495 +470,354 @@ pub mod simulation {
     /// The errors of `drive`.
     pub type DriveError = SimulationErrorOrCall;
 
-    /// The handlers of `Simulation`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// One simulated world. `world` names a clone; empty for the world that all sensors see.
-    pub trait Simulation<C, S = ()> {
-        fn get_clock(&mut self, ctx: &mut C, world: String) -> Result<super::Clock, GetClockError>;
-        /// Makes steps, for at most 5 s or what the simulator's parameter `work` says; `pending` says how many are left. Those of the world itself come after the reply;
-        /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
-        fn step(&mut self, ctx: &mut C, world: String, count: i64) -> Result<super::Clock, StepError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Simulation`.
+                ///
+                /// One simulated world. `world` names a clone; empty for the world that all sensors see.
+                Simulation ServeSimulation ReceiveSimulation, SimulationMembers ServeSimulationMembers ReceiveSimulationMembers;
 
-        /// While a world is paused, only `step` makes steps. Clones are always paused.
-        fn set_paused(&mut self, ctx: &mut C, paused: bool);
+                fn get_clock(world: String) -> Result<crate::rc_simulation::Clock, GetClockError> {
+                    GET_CLOCK.try_answer(typed::read, typed::reply)
+                    GetClock on_get_clock query(
+                        "getClock", 679178614, 0x6806ed33ad72e390,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Clock>(0),
+                        ],
+                    )
+                }
 
-        /// Adds an element of an InnerModel file below a node.
-        fn add(&mut self, ctx: &mut C, world: String, parent: String, element: String) -> Result<(), AddError>;
+                /// Makes steps, for at most 5 s or what the simulator's parameter `work` says; `pending` says how many are left. Those of the world itself come after the reply;
+                /// while followers of its time wait for ticks, all of them do. Those of a clone need another call.
+                fn step(world: String, count: i64) -> Result<crate::rc_simulation::Clock, StepError> {
+                    STEP.try_answer(typed::read, typed::reply)
+                    Step on_step query(
+                        "step", -1647680473, 0xbf01279e13826404,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Clock>(0),
+                        ],
+                    )
+                }
 
-        /// Removes a node with all below it.
-        fn remove(&mut self, ctx: &mut C, world: String, id: String) -> Result<(), RemoveError>;
+                /// While a world is paused, only `step` makes steps. Clones are always paused.
+                fn set_paused(paused: bool) {
+                    SET_PAUSED.command(typed::read)
+                    SetPaused on_set_paused one_way("setPaused", -1764637175, 0x3bd75ae6b2b9ada2)
+                }
 
-        /// Replaces what a node is by an element of the same id. Its place and what is below it stay.
-        fn set(&mut self, ctx: &mut C, world: String, id: String, element: String) -> Result<(), SetError>;
+                /// Adds an element of an InnerModel file below a node.
+                fn add(world: String, parent: String, element: String) -> Result<(), AddError> {
+                    ADD.try_answer(typed::read, typed::reply)
+                    Add on_add query(
+                        "add", -59184076, 0x7ac5dddca93763b0,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// Puts a node to a pose in another one, at once.
-        fn teleport(
-            &mut self, ctx: &mut C, world: String, id: String, base: String, pose: crate::rc_inner_model::Pose,
-        ) -> Result<(), TeleportError>;
+                /// Removes a node with all below it.
+                fn remove(world: String, id: String) -> Result<(), RemoveError> {
+                    REMOVE.try_answer(typed::read, typed::reply)
+                    Remove on_remove query(
+                        "remove", -680957681, 0xbe5f940e34e8c561,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// Moves a node below another one; it keeps its pose in its parent.
-        fn move_to(&mut self, ctx: &mut C, world: String, id: String, parent: String) -> Result<(), MoveToError>;
+                /// Replaces what a node is by an element of the same id. Its place and what is below it stay.
+                fn set(world: String, id: String, element: String) -> Result<(), SetError> {
+                    SET.try_answer(typed::read, typed::reply)
+                    Set on_set query(
+                        "set", -1158762803, 0xbab36c86e2312f59,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// Moves a node below another one; it stays where it is in the world.
-        fn re_parent(&mut self, ctx: &mut C, world: String, id: String, parent: String) -> Result<(), ReParentError>;
+                /// Puts a node to a pose in another one, at once.
+                fn teleport(
+                    world: String, id: String, base: String, pose: crate::rc_inner_model::Pose,
+                ) -> Result<(), TeleportError> {
+                    TELEPORT.try_answer(typed::read, typed::reply)
+                    Teleport on_teleport query(
+                        "teleport", 341079122, 0xbcfdb35e1c0ee208,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// An attribute of a node that gets a meaning by its readers only.
-        fn set_attribute(
-            &mut self, ctx: &mut C, world: String, id: String, attribute: crate::rc_inner_model::Attribute,
-        ) -> Result<(), SetAttributeError>;
+                /// Moves a node below another one; it keeps its pose in its parent.
+                fn move_to(world: String, id: String, parent: String) -> Result<(), MoveToError> {
+                    MOVE_TO.try_answer(typed::read, typed::reply)
+                    MoveTo on_move_to query(
+                        "moveTo", 808192187, 0xfe18b86adac56853,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        fn remove_attribute(
-            &mut self, ctx: &mut C, world: String, id: String, name: String,
-        ) -> Result<(), RemoveAttributeError>;
-        /// How a sensor measures from now on.
-        fn set_signal(
-            &mut self, ctx: &mut C, world: String, id: String, signal: super::Signal,
-        ) -> Result<(), SetSignalError>;
+                /// Moves a node below another one; it stays where it is in the world.
+                fn re_parent(world: String, id: String, parent: String) -> Result<(), ReParentError> {
+                    RE_PARENT.try_answer(typed::read, typed::reply)
+                    ReParent on_re_parent query(
+                        "reParent", -2038201037, 0xa01405b5e613bd1c,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        fn get_signal(&mut self, ctx: &mut C, world: String, id: String) -> Result<super::Signal, GetSignalError>;
-        /// Whether a body below one node touches one below another node.
-        fn collide(&mut self, ctx: &mut C, world: String, a: String, b: String) -> Result<bool, CollideError>;
+                /// An attribute of a node that gets a meaning by its readers only.
+                fn set_attribute(
+                    world: String, id: String, attribute: crate::rc_inner_model::Attribute,
+                ) -> Result<(), SetAttributeError> {
+                    SET_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    SetAttribute on_set_attribute query(
+                        "setAttribute", 357156025, 0xb333c4072aecaaee,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// The pose of a node in another one.
-        fn get_pose(
-            &mut self, ctx: &mut C, world: String, id: String, base: String,
-        ) -> Result<crate::rc_inner_model::Pose, GetPoseError>;
+                fn remove_attribute(world: String, id: String, name: String) -> Result<(), RemoveAttributeError> {
+                    REMOVE_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    RemoveAttribute on_remove_attribute query(
+                        "removeAttribute", 1893760822, 0xde13da8c74a579c5,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// The tree as a file.
-        fn print(&mut self, ctx: &mut C, world: String) -> Result<String, PrintError>;
+                /// How a sensor measures from now on.
+                fn set_signal(
+                    world: String, id: String, signal: crate::rc_simulation::Signal,
+                ) -> Result<(), SetSignalError> {
+                    SET_SIGNAL.try_answer(typed::read, typed::reply)
+                    SetSignal on_set_signal query(
+                        "setSignal", 2039694236, 0x42a69c0319be4bfd,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// A picture of the world as it is, without the errors of its cameras.
-        fn draw(&mut self, ctx: &mut C, world: String, view: super::Viewpoint) -> Result<super::Png, DrawError>;
+                fn get_signal(world: String, id: String) -> Result<crate::rc_simulation::Signal, GetSignalError> {
+                    GET_SIGNAL.try_answer(typed::read, typed::reply)
+                    GetSignal on_get_signal query(
+                        "getSignal", -1458109960, 0x25448f785c44fd1d,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Signal>(0),
+                        ],
+                    )
+                }
 
-        /// A number that differs where anything differs that later steps depend on.
-        fn get_digest(&mut self, ctx: &mut C, world: String) -> Result<i64, GetDigestError>;
+                /// Whether a body below one node touches one below another node.
+                fn collide(world: String, a: String, b: String) -> Result<bool, CollideError> {
+                    COLLIDE.try_answer(typed::read, typed::reply)
+                    Collide on_collide query(
+                        "collide", 974480753, 0x65c09b029230a292,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// The true places of the joints of a person.
-        fn get_skeleton(&mut self, ctx: &mut C, world: String, id: String) -> Result<super::Skeleton, GetSkeletonError>;
+                /// The pose of a node in another one.
+                fn get_pose(
+                    world: String, id: String, base: String,
+                ) -> Result<crate::rc_inner_model::Pose, GetPoseError> {
+                    GET_POSE.try_answer(typed::read, typed::reply)
+                    GetPose on_get_pose query(
+                        "getPose", -1327111753, 0x5a2b5354919cac0c,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<crate::rc_inner_model::Pose>(0),
+                        ],
+                    )
+                }
 
-        /// The nodes in the last picture of a camera, with or without depth: the true segments for those who look for objects.
-        fn get_id_image(
-            &mut self, ctx: &mut C, world: String, camera: String,
-        ) -> Result<super::IdImage, GetIdImageError>;
+                /// The tree as a file.
+                fn print(world: String) -> Result<String, PrintError> {
+                    PRINT.try_answer(typed::read, typed::reply)
+                    Print on_print query(
+                        "print", 756962295, 0xd455f1308d507657,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<String>(0),
+                        ],
+                    )
+                }
 
-        /// Switches forces on or off: gravity, contacts, friction. They move transforms with engine="bullet".
-        fn set_physics(&mut self, ctx: &mut C, world: String, active: bool) -> Result<(), SetPhysicsError>;
+                /// A picture of the world as it is, without the errors of its cameras.
+                fn draw(
+                    world: String, view: crate::rc_simulation::Viewpoint,
+                ) -> Result<crate::rc_simulation::Png, DrawError> {
+                    DRAW.try_answer(typed::read, typed::reply)
+                    Draw on_draw query(
+                        "draw", -1131318143, 0xbf9e33aef784c152,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Png>(0),
+                        ],
+                    )
+                }
 
-        /// Pushes a body that forces move, at its centre of mass. The impulse is in the root, in N·s.
-        fn push(
-            &mut self, ctx: &mut C, world: String, id: String, impulse: crate::rc_inner_model::Direction,
-        ) -> Result<(), PushError>;
+                /// A number that differs where anything differs that later steps depend on.
+                fn get_digest(world: String) -> Result<i64, GetDigestError> {
+                    GET_DIGEST.try_answer(typed::read, typed::reply)
+                    GetDigest on_get_digest query(
+                        "getDigest", 1414759136, 0x18b593af4fee3a4d,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<i64>(0),
+                        ],
+                    )
+                }
 
-        /// Switches the motor of a joint off: forces alone move the joint, until JointMotor has another goal for it.
-        fn release(&mut self, ctx: &mut C, world: String, joint: String) -> Result<(), ReleaseError>;
+                /// The true places of the joints of a person.
+                fn get_skeleton(world: String, id: String) -> Result<crate::rc_simulation::Skeleton, GetSkeletonError> {
+                    GET_SKELETON.try_answer(typed::read, typed::reply)
+                    GetSkeleton on_get_skeleton query(
+                        "getSkeleton", 1406619736, 0x98459db3cb2121a5,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Skeleton>(0),
+                        ],
+                    )
+                }
 
-        /// Keeps the world as it is, under a name.
-        fn snapshot(&mut self, ctx: &mut C, world: String, name: String) -> Result<(), SnapshotError>;
+                /// The nodes in the last picture of a camera, with or without depth: the true segments for those who look for objects.
+                fn get_id_image(
+                    world: String, camera: String,
+                ) -> Result<crate::rc_simulation::IdImage, GetIdImageError> {
+                    GET_ID_IMAGE.try_answer(typed::read, typed::reply)
+                    GetIdImage on_get_id_image query(
+                        "getIdImage", -1248329053, 0x6a2e1562e0f1edc0,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::IdImage>(0),
+                        ],
+                    )
+                }
 
-        /// Sets the scene back. Time goes on.
-        fn restore(&mut self, ctx: &mut C, world: String, name: String) -> Result<(), RestoreError>;
+                /// Switches forces on or off: gravity, contacts, friction. They move transforms with engine="bullet".
+                fn set_physics(world: String, active: bool) -> Result<(), SetPhysicsError> {
+                    SET_PHYSICS.try_answer(typed::read, typed::reply)
+                    SetPhysics on_set_physics query(
+                        "setPhysics", -1185477340, 0xcb8619d51acd6c6c,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        fn forget_snapshot(&mut self, ctx: &mut C, name: String) -> Result<(), ForgetSnapshotError>;
-        fn get_snapshots(&mut self, ctx: &mut C) -> super::Names;
-        /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
-        /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
-        /// has changed in its world.
-        ///
-        /// - `side`: in mm/s
-        /// - `advance`: in mm/s
-        /// - `turn`: in rad/s
-        /// - `time`: in s
-        fn predict(
-            &mut self, ctx: &mut C, world: String, base: String, side: f64, advance: f64, turn: f64, time: f64,
-        ) -> Result<super::Prediction, PredictError>;
+                /// Pushes a body that forces move, at its centre of mass. The impulse is in the root, in N·s.
+                fn push(world: String, id: String, impulse: crate::rc_inner_model::Direction) -> Result<(), PushError> {
+                    PUSH.try_answer(typed::read, typed::reply)
+                    Push on_push query(
+                        "push", -647912671, 0xaf562263ef568c14,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        /// Makes a world of its own, which shares with the first one what neither changes.
-        fn clone(&mut self, ctx: &mut C, world: String, name: String) -> Result<(), CloneError>;
+                /// Switches the motor of a joint off: forces alone move the joint, until JointMotor has another goal for it.
+                fn release(world: String, joint: String) -> Result<(), ReleaseError> {
+                    RELEASE.try_answer(typed::read, typed::reply)
+                    Release on_release query(
+                        "release", -706068718, 0x44774d6a3e5fb498,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-        fn remove_clone(&mut self, ctx: &mut C, name: String) -> Result<(), RemoveCloneError>;
-        fn get_clones(&mut self, ctx: &mut C) -> super::Names;
-        /// Commands the speed of a base in a world. Returns the least of the parts of side, advance and turn that its
-        /// limits allow, from 0 to 1; a part that the base cannot do counts if it can do no other one.
-        ///
-        /// - `side`: in mm/s
-        /// - `advance`: in mm/s
-        /// - `turn`: in rad/s
-        fn drive(
-            &mut self, ctx: &mut C, world: String, base: String, side: f64, advance: f64, turn: f64,
-        ) -> Result<f64, DriveError>;
-    }
+                /// Keeps the world as it is, under a name.
+                fn snapshot(world: String, name: String) -> Result<(), SnapshotError> {
+                    SNAPSHOT.try_answer(typed::read, typed::reply)
+                    Snapshot on_snapshot query(
+                        "snapshot", -556588349, 0x867747938d3abba5,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Simulation`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSimulation<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// Sets the scene back. Time goes on.
+                fn restore(world: String, name: String) -> Result<(), RestoreError> {
+                    RESTORE.try_answer(typed::read, typed::reply)
+                    Restore on_restore query(
+                        "restore", -1195365701, 0x818f2edca219557c,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
 
-    impl<C, S, W: Simulation<C, S>> ServeSimulation<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_CLOCK, typed::read, typed::reply, |(world,)| Simulation::get_clock(self, ctx, world),
-                ),
-                Some(1) => request.try_answer(
-                    &STEP, typed::read, typed::reply, |(world, count)| Simulation::step(self, ctx, world, count),
-                ),
-                Some(2) => request.command(
-                    &SET_PAUSED, typed::read, |(paused,)| Simulation::set_paused(self, ctx, paused),
-                ),
-                Some(3) => request.try_answer(
-                    &ADD, typed::read, typed::reply,
-                    |(world, parent, element)| Simulation::add(self, ctx, world, parent, element),
-                ),
-                Some(4) => request.try_answer(
-                    &REMOVE, typed::read, typed::reply, |(world, id)| Simulation::remove(self, ctx, world, id),
-                ),
-                Some(5) => request.try_answer(
-                    &SET, typed::read, typed::reply,
-                    |(world, id, element)| Simulation::set(self, ctx, world, id, element),
-                ),
-                Some(6) => request.try_answer(
-                    &TELEPORT, typed::read, typed::reply,
-                    |(world, id, base, pose)| Simulation::teleport(self, ctx, world, id, base, pose),
-                ),
-                Some(7) => request.try_answer(
-                    &MOVE_TO, typed::read, typed::reply,
-                    |(world, id, parent)| Simulation::move_to(self, ctx, world, id, parent),
-                ),
-                Some(8) => request.try_answer(
-                    &RE_PARENT, typed::read, typed::reply,
-                    |(world, id, parent)| Simulation::re_parent(self, ctx, world, id, parent),
-                ),
-                Some(9) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(world, id, attribute)| Simulation::set_attribute(self, ctx, world, id, attribute),
-                ),
-                Some(10) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(world, id, name)| Simulation::remove_attribute(self, ctx, world, id, name),
-                ),
-                Some(11) => request.try_answer(
-                    &SET_SIGNAL, typed::read, typed::reply,
-                    |(world, id, signal)| Simulation::set_signal(self, ctx, world, id, signal),
-                ),
-                Some(12) => request.try_answer(
-                    &GET_SIGNAL, typed::read, typed::reply, |(world, id)| Simulation::get_signal(self, ctx, world, id),
-                ),
-                Some(13) => request.try_answer(
-                    &COLLIDE, typed::read, typed::reply, |(world, a, b)| Simulation::collide(self, ctx, world, a, b),
-                ),
-                Some(14) => request.try_answer(
-                    &GET_POSE, typed::read, typed::reply,
-                    |(world, id, base)| Simulation::get_pose(self, ctx, world, id, base),
-                ),
-                Some(15) => request.try_answer(
-                    &PRINT, typed::read, typed::reply, |(world,)| Simulation::print(self, ctx, world),
-                ),
-                Some(16) => request.try_answer(
-                    &DRAW, typed::read, typed::reply, |(world, view)| Simulation::draw(self, ctx, world, view),
-                ),
-                Some(17) => request.try_answer(
-                    &GET_DIGEST, typed::read, typed::reply, |(world,)| Simulation::get_digest(self, ctx, world),
-                ),
-                Some(18) => request.try_answer(
-                    &GET_SKELETON, typed::read, typed::reply,
-                    |(world, id)| Simulation::get_skeleton(self, ctx, world, id),
-                ),
-                Some(19) => request.try_answer(
-                    &GET_ID_IMAGE, typed::read, typed::reply,
-                    |(world, camera)| Simulation::get_id_image(self, ctx, world, camera),
-                ),
-                Some(20) => request.try_answer(
-                    &SET_PHYSICS, typed::read, typed::reply,
-                    |(world, active)| Simulation::set_physics(self, ctx, world, active),
-                ),
-                Some(21) => request.try_answer(
-                    &PUSH, typed::read, typed::reply,
-                    |(world, id, impulse)| Simulation::push(self, ctx, world, id, impulse),
-                ),
-                Some(22) => request.try_answer(
-                    &RELEASE, typed::read, typed::reply, |(world, joint)| Simulation::release(self, ctx, world, joint),
-                ),
-                Some(23) => request.try_answer(
-                    &SNAPSHOT, typed::read, typed::reply, |(world, name)| Simulation::snapshot(self, ctx, world, name),
-                ),
-                Some(24) => request.try_answer(
-                    &RESTORE, typed::read, typed::reply, |(world, name)| Simulation::restore(self, ctx, world, name),
-                ),
-                Some(25) => request.try_answer(
-                    &FORGET_SNAPSHOT, typed::read, typed::reply, |(name,)| Simulation::forget_snapshot(self, ctx, name),
-                ),
-                Some(26) => request.answer(
-                    &GET_SNAPSHOTS, typed::read, typed::reply, |()| Simulation::get_snapshots(self, ctx),
-                ),
-                Some(27) => request.try_answer(
-                    &PREDICT, typed::read, typed::reply,
-                    |(world, base, side, advance, turn, time)| Simulation::predict(
-                        self, ctx, world, base, side, advance, turn, time,
-                    ),
-                ),
-                Some(28) => request.try_answer(
-                    &CLONE, typed::read, typed::reply, |(world, name)| Simulation::clone(self, ctx, world, name),
-                ),
-                Some(29) => request.try_answer(
-                    &REMOVE_CLONE, typed::read, typed::reply, |(name,)| Simulation::remove_clone(self, ctx, name),
-                ),
-                Some(30) => request.answer(
-                    &GET_CLONES, typed::read, typed::reply, |()| Simulation::get_clones(self, ctx),
-                ),
-                Some(31) => request.try_answer(
-                    &DRIVE, typed::read, typed::reply,
-                    |(world, base, side, advance, turn)| Simulation::drive(self, ctx, world, base, side, advance, turn),
-                ),
-                _ => request.unknown(),
+                fn forget_snapshot(name: String) -> Result<(), ForgetSnapshotError> {
+                    FORGET_SNAPSHOT.try_answer(typed::read, typed::reply)
+                    ForgetSnapshot on_forget_snapshot query(
+                        "forgetSnapshot", -478557991, 0x8d2146a92504830a,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
+
+                fn get_snapshots -> crate::rc_simulation::Names {
+                    GET_SNAPSHOTS.answer(typed::read, typed::reply)
+                    GetSnapshots on_get_snapshots query("getSnapshots", -211428985, 0x91869504e3f13d95, &[])
+                }
+
+                /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
+                /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
+                /// has changed in its world.
+                ///
+                /// - `side`: in mm/s
+                /// - `advance`: in mm/s
+                /// - `turn`: in rad/s
+                /// - `time`: in s
+                fn predict(
+                    world: String, base: String, side: f64, advance: f64, turn: f64, time: f64,
+                ) -> Result<crate::rc_simulation::Prediction, PredictError> {
+                    PREDICT.try_answer(typed::read, typed::reply)
+                    Predict on_predict query(
+                        "predict", 2012784985, 0x642bbdda5a620abe,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<super::Prediction>(0),
+                        ],
+                    )
+                }
+
+                /// Makes a world of its own, which shares with the first one what neither changes.
+                fn clone(world: String, name: String) -> Result<(), CloneError> {
+                    CLONE.try_answer(typed::read, typed::reply)
+                    Clone on_clone query(
+                        "clone", 2013080019, 0x832d6220029c00e3,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
+
+                fn remove_clone(name: String) -> Result<(), RemoveCloneError> {
+                    REMOVE_CLONE.try_answer(typed::read, typed::reply)
+                    RemoveClone on_remove_clone query(
+                        "removeClone", -1708120017, 0xdc3029381d782762,
+                        &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
+                    )
+                }
+
+                fn get_clones -> crate::rc_simulation::Names {
+                    GET_CLONES.answer(typed::read, typed::reply)
+                    GetClones on_get_clones query("getClones", -1078342647, 0x04e41ed64e74030a, &[])
+                }
+
+                /// Commands the speed of a base in a world. Returns the least of the parts of side, advance and turn that its
+                /// limits allow, from 0 to 1; a part that the base cannot do counts if it can do no other one.
+                ///
+                /// - `side`: in mm/s
+                /// - `advance`: in mm/s
+                /// - `turn`: in rad/s
+                fn drive(world: String, base: String, side: f64, advance: f64, turn: f64) -> Result<f64, DriveError> {
+                    DRIVE.try_answer(typed::read, typed::reply)
+                    Drive on_drive query(
+                        "drive", 1105699146, 0xde6e376c172bed31,
+                        &[
+                            typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR),
+                            typed::ReplyVariant::of::<f64>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Simulation` for the members of a slot array.
-    pub trait SimulationMembers<C, S = ()> {
-        fn get_clock(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String,
-        ) -> Result<super::Clock, GetClockError>;
-        fn step(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, count: i64,
-        ) -> Result<super::Clock, StepError>;
-        fn set_paused(&mut self, ctx: &mut C, member: &rc_middleware::Member, paused: bool);
-        fn add(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, parent: String, element: String,
-        ) -> Result<(), AddError>;
-        fn remove(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String,
-        ) -> Result<(), RemoveError>;
-        fn set(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, element: String,
-        ) -> Result<(), SetError>;
-        fn teleport(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, base: String,
-            pose: crate::rc_inner_model::Pose,
-        ) -> Result<(), TeleportError>;
-        fn move_to(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, parent: String,
-        ) -> Result<(), MoveToError>;
-        fn re_parent(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, parent: String,
-        ) -> Result<(), ReParentError>;
-        fn set_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String,
-            attribute: crate::rc_inner_model::Attribute,
-        ) -> Result<(), SetAttributeError>;
-        fn remove_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, name: String,
-        ) -> Result<(), RemoveAttributeError>;
-        fn set_signal(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, signal: super::Signal,
-        ) -> Result<(), SetSignalError>;
-        fn get_signal(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String,
-        ) -> Result<super::Signal, GetSignalError>;
-        fn collide(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, a: String, b: String,
-        ) -> Result<bool, CollideError>;
-        fn get_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String, base: String,
-        ) -> Result<crate::rc_inner_model::Pose, GetPoseError>;
-        fn print(&mut self, ctx: &mut C, member: &rc_middleware::Member, world: String) -> Result<String, PrintError>;
-        fn draw(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, view: super::Viewpoint,
-        ) -> Result<super::Png, DrawError>;
-        fn get_digest(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String,
-        ) -> Result<i64, GetDigestError>;
-        fn get_skeleton(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String,
-        ) -> Result<super::Skeleton, GetSkeletonError>;
-        fn get_id_image(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, camera: String,
-        ) -> Result<super::IdImage, GetIdImageError>;
-        fn set_physics(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, active: bool,
-        ) -> Result<(), SetPhysicsError>;
-        fn push(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, id: String,
-            impulse: crate::rc_inner_model::Direction,
-        ) -> Result<(), PushError>;
-        fn release(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, joint: String,
-        ) -> Result<(), ReleaseError>;
-        fn snapshot(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, name: String,
-        ) -> Result<(), SnapshotError>;
-        fn restore(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, name: String,
-        ) -> Result<(), RestoreError>;
-        fn forget_snapshot(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String,
-        ) -> Result<(), ForgetSnapshotError>;
-        fn get_snapshots(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Names;
-        fn predict(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, base: String, side: f64,
-            advance: f64, turn: f64, time: f64,
-        ) -> Result<super::Prediction, PredictError>;
-        fn clone(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, name: String,
-        ) -> Result<(), CloneError>;
-        fn remove_clone(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String,
-        ) -> Result<(), RemoveCloneError>;
-        fn get_clones(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Names;
-        fn drive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, world: String, base: String, side: f64,
-            advance: f64, turn: f64,
-        ) -> Result<f64, DriveError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`SimulationMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSimulationMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: SimulationMembers<C, S>> ServeSimulationMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_CLOCK, typed::read, typed::reply,
-                    |(world,)| SimulationMembers::get_clock(self, ctx, member, world),
-                ),
-                Some(1) => request.try_answer(
-                    &STEP, typed::read, typed::reply,
-                    |(world, count)| SimulationMembers::step(self, ctx, member, world, count),
-                ),
-                Some(2) => request.command(
-                    &SET_PAUSED, typed::read, |(paused,)| SimulationMembers::set_paused(self, ctx, member, paused),
-                ),
-                Some(3) => request.try_answer(
-                    &ADD, typed::read, typed::reply,
-                    |(world, parent, element)| SimulationMembers::add(self, ctx, member, world, parent, element),
-                ),
-                Some(4) => request.try_answer(
-                    &REMOVE, typed::read, typed::reply,
-                    |(world, id)| SimulationMembers::remove(self, ctx, member, world, id),
-                ),
-                Some(5) => request.try_answer(
-                    &SET, typed::read, typed::reply,
-                    |(world, id, element)| SimulationMembers::set(self, ctx, member, world, id, element),
-                ),
-                Some(6) => request.try_answer(
-                    &TELEPORT, typed::read, typed::reply,
-                    |(world, id, base, pose)| SimulationMembers::teleport(self, ctx, member, world, id, base, pose),
-                ),
-                Some(7) => request.try_answer(
-                    &MOVE_TO, typed::read, typed::reply,
-                    |(world, id, parent)| SimulationMembers::move_to(self, ctx, member, world, id, parent),
-                ),
-                Some(8) => request.try_answer(
-                    &RE_PARENT, typed::read, typed::reply,
-                    |(world, id, parent)| SimulationMembers::re_parent(self, ctx, member, world, id, parent),
-                ),
-                Some(9) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(world, id, attribute)| SimulationMembers::set_attribute(self, ctx, member, world, id, attribute),
-                ),
-                Some(10) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(world, id, name)| SimulationMembers::remove_attribute(self, ctx, member, world, id, name),
-                ),
-                Some(11) => request.try_answer(
-                    &SET_SIGNAL, typed::read, typed::reply,
-                    |(world, id, signal)| SimulationMembers::set_signal(self, ctx, member, world, id, signal),
-                ),
-                Some(12) => request.try_answer(
-                    &GET_SIGNAL, typed::read, typed::reply,
-                    |(world, id)| SimulationMembers::get_signal(self, ctx, member, world, id),
-                ),
-                Some(13) => request.try_answer(
-                    &COLLIDE, typed::read, typed::reply,
-                    |(world, a, b)| SimulationMembers::collide(self, ctx, member, world, a, b),
-                ),
-                Some(14) => request.try_answer(
-                    &GET_POSE, typed::read, typed::reply,
-                    |(world, id, base)| SimulationMembers::get_pose(self, ctx, member, world, id, base),
-                ),
-                Some(15) => request.try_answer(
-                    &PRINT, typed::read, typed::reply, |(world,)| SimulationMembers::print(self, ctx, member, world),
-                ),
-                Some(16) => request.try_answer(
-                    &DRAW, typed::read, typed::reply,
-                    |(world, view)| SimulationMembers::draw(self, ctx, member, world, view),
-                ),
-                Some(17) => request.try_answer(
-                    &GET_DIGEST, typed::read, typed::reply,
-                    |(world,)| SimulationMembers::get_digest(self, ctx, member, world),
-                ),
-                Some(18) => request.try_answer(
-                    &GET_SKELETON, typed::read, typed::reply,
-                    |(world, id)| SimulationMembers::get_skeleton(self, ctx, member, world, id),
-                ),
-                Some(19) => request.try_answer(
-                    &GET_ID_IMAGE, typed::read, typed::reply,
-                    |(world, camera)| SimulationMembers::get_id_image(self, ctx, member, world, camera),
-                ),
-                Some(20) => request.try_answer(
-                    &SET_PHYSICS, typed::read, typed::reply,
-                    |(world, active)| SimulationMembers::set_physics(self, ctx, member, world, active),
-                ),
-                Some(21) => request.try_answer(
-                    &PUSH, typed::read, typed::reply,
-                    |(world, id, impulse)| SimulationMembers::push(self, ctx, member, world, id, impulse),
-                ),
-                Some(22) => request.try_answer(
-                    &RELEASE, typed::read, typed::reply,
-                    |(world, joint)| SimulationMembers::release(self, ctx, member, world, joint),
-                ),
-                Some(23) => request.try_answer(
-                    &SNAPSHOT, typed::read, typed::reply,
-                    |(world, name)| SimulationMembers::snapshot(self, ctx, member, world, name),
-                ),
-                Some(24) => request.try_answer(
-                    &RESTORE, typed::read, typed::reply,
-                    |(world, name)| SimulationMembers::restore(self, ctx, member, world, name),
-                ),
-                Some(25) => request.try_answer(
-                    &FORGET_SNAPSHOT, typed::read, typed::reply,
-                    |(name,)| SimulationMembers::forget_snapshot(self, ctx, member, name),
-                ),
-                Some(26) => request.answer(
-                    &GET_SNAPSHOTS, typed::read, typed::reply, |()| SimulationMembers::get_snapshots(self, ctx, member),
-                ),
-                Some(27) => request.try_answer(
-                    &PREDICT, typed::read, typed::reply,
-                    |(world, base, side, advance, turn, time)| SimulationMembers::predict(
-                        self, ctx, member, world, base, side, advance, turn, time,
-                    ),
-                ),
-                Some(28) => request.try_answer(
-                    &CLONE, typed::read, typed::reply,
-                    |(world, name)| SimulationMembers::clone(self, ctx, member, world, name),
-                ),
-                Some(29) => request.try_answer(
-                    &REMOVE_CLONE, typed::read, typed::reply,
-                    |(name,)| SimulationMembers::remove_clone(self, ctx, member, name),
-                ),
-                Some(30) => request.answer(
-                    &GET_CLONES, typed::read, typed::reply, |()| SimulationMembers::get_clones(self, ctx, member),
-                ),
-                Some(31) => request.try_answer(
-                    &DRIVE, typed::read, typed::reply,
-                    |(world, base, side, advance, turn)| SimulationMembers::drive(
-                        self, ctx, member, world, base, side, advance, turn,
-                    ),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(SimulationClient);
 
@@ -1358,518 +1005,6 @@ pub mod simulation {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getClock`
-            GetClock { world: String },
-            /// `step`
-            Step { world: String, count: i64 },
-            /// `setPaused`
-            SetPaused { paused: bool },
-            /// `add`
-            Add { world: String, parent: String, element: String },
-            /// `remove`
-            Remove { world: String, id: String },
-            /// `set`
-            Set { world: String, id: String, element: String },
-            /// `teleport`
-            Teleport { world: String, id: String, base: String, pose: crate::rc_inner_model::Pose },
-            /// `moveTo`
-            MoveTo { world: String, id: String, parent: String },
-            /// `reParent`
-            ReParent { world: String, id: String, parent: String },
-            /// `setAttribute`
-            SetAttribute { world: String, id: String, attribute: crate::rc_inner_model::Attribute },
-            /// `removeAttribute`
-            RemoveAttribute { world: String, id: String, name: String },
-            /// `setSignal`
-            SetSignal { world: String, id: String, signal: crate::rc_simulation::Signal },
-            /// `getSignal`
-            GetSignal { world: String, id: String },
-            /// `collide`
-            Collide { world: String, a: String, b: String },
-            /// `getPose`
-            GetPose { world: String, id: String, base: String },
-            /// `print`
-            Print { world: String },
-            /// `draw`
-            Draw { world: String, view: crate::rc_simulation::Viewpoint },
-            /// `getDigest`
-            GetDigest { world: String },
-            /// `getSkeleton`
-            GetSkeleton { world: String, id: String },
-            /// `getIdImage`
-            GetIdImage { world: String, camera: String },
-            /// `setPhysics`
-            SetPhysics { world: String, active: bool },
-            /// `push`
-            Push { world: String, id: String, impulse: crate::rc_inner_model::Direction },
-            /// `release`
-            Release { world: String, joint: String },
-            /// `snapshot`
-            Snapshot { world: String, name: String },
-            /// `restore`
-            Restore { world: String, name: String },
-            /// `forgetSnapshot`
-            ForgetSnapshot { name: String },
-            /// `getSnapshots`
-            GetSnapshots,
-            /// `predict`
-            Predict { world: String, base: String, side: f64, advance: f64, turn: f64, time: f64 },
-            /// `clone`
-            Clone { world: String, name: String },
-            /// `removeClone`
-            RemoveClone { name: String },
-            /// `getClones`
-            GetClones,
-            /// `drive`
-            Drive { world: String, base: String, side: f64, advance: f64, turn: f64 },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_CLOCK, STEP, GET_SIGNAL, COLLIDE, GET_POSE, PRINT, DRAW, GET_DIGEST, GET_SKELETON, GET_ID_IMAGE,
-                GET_SNAPSHOTS, PREDICT, GET_CLONES, DRIVE,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_CLOCK, typed::read).map(|(world,)| Self::GetClock { world }),
-                    Some(1) => request.arguments(&STEP, typed::read).map(|(world, count)| Self::Step { world, count }),
-                    Some(2) => request.arguments(&SET_PAUSED, typed::read).map(|(paused,)| Self::SetPaused { paused }),
-                    Some(3) => request.arguments(&ADD, typed::read).map(
-                        |(world, parent, element)| Self::Add { world, parent, element }
-                    ),
-                    Some(4) => request.arguments(&REMOVE, typed::read).map(|(world, id)| Self::Remove { world, id }),
-                    Some(5) => request.arguments(&SET, typed::read).map(
-                        |(world, id, element)| Self::Set { world, id, element }
-                    ),
-                    Some(6) => request.arguments(&TELEPORT, typed::read).map(
-                        |(world, id, base, pose)| Self::Teleport { world, id, base, pose }
-                    ),
-                    Some(7) => request.arguments(&MOVE_TO, typed::read).map(
-                        |(world, id, parent)| Self::MoveTo { world, id, parent }
-                    ),
-                    Some(8) => request.arguments(&RE_PARENT, typed::read).map(
-                        |(world, id, parent)| Self::ReParent { world, id, parent }
-                    ),
-                    Some(9) => request.arguments(&SET_ATTRIBUTE, typed::read).map(
-                        |(world, id, attribute)| Self::SetAttribute { world, id, attribute }
-                    ),
-                    Some(10) => request.arguments(&REMOVE_ATTRIBUTE, typed::read).map(
-                        |(world, id, name)| Self::RemoveAttribute { world, id, name }
-                    ),
-                    Some(11) => request.arguments(&SET_SIGNAL, typed::read).map(
-                        |(world, id, signal)| Self::SetSignal { world, id, signal }
-                    ),
-                    Some(12) => request.arguments(&GET_SIGNAL, typed::read).map(
-                        |(world, id)| Self::GetSignal { world, id }
-                    ),
-                    Some(13) => request.arguments(&COLLIDE, typed::read).map(
-                        |(world, a, b)| Self::Collide { world, a, b }
-                    ),
-                    Some(14) => request.arguments(&GET_POSE, typed::read).map(
-                        |(world, id, base)| Self::GetPose { world, id, base }
-                    ),
-                    Some(15) => request.arguments(&PRINT, typed::read).map(|(world,)| Self::Print { world }),
-                    Some(16) => request.arguments(&DRAW, typed::read).map(|(world, view)| Self::Draw { world, view }),
-                    Some(17) => request.arguments(&GET_DIGEST, typed::read).map(|(world,)| Self::GetDigest { world }),
-                    Some(18) => request.arguments(&GET_SKELETON, typed::read).map(
-                        |(world, id)| Self::GetSkeleton { world, id }
-                    ),
-                    Some(19) => request.arguments(&GET_ID_IMAGE, typed::read).map(
-                        |(world, camera)| Self::GetIdImage { world, camera }
-                    ),
-                    Some(20) => request.arguments(&SET_PHYSICS, typed::read).map(
-                        |(world, active)| Self::SetPhysics { world, active }
-                    ),
-                    Some(21) => request.arguments(&PUSH, typed::read).map(
-                        |(world, id, impulse)| Self::Push { world, id, impulse }
-                    ),
-                    Some(22) => request.arguments(&RELEASE, typed::read).map(
-                        |(world, joint)| Self::Release { world, joint }
-                    ),
-                    Some(23) => request.arguments(&SNAPSHOT, typed::read).map(
-                        |(world, name)| Self::Snapshot { world, name }
-                    ),
-                    Some(24) => request.arguments(&RESTORE, typed::read).map(
-                        |(world, name)| Self::Restore { world, name }
-                    ),
-                    Some(25) => request.arguments(&FORGET_SNAPSHOT, typed::read).map(
-                        |(name,)| Self::ForgetSnapshot { name }
-                    ),
-                    Some(26) => request.arguments(&GET_SNAPSHOTS, typed::read).map(|()| Self::GetSnapshots),
-                    Some(27) => request.arguments(&PREDICT, typed::read).map(
-                        |(
-                            world, base, side, advance, turn, time,
-                        )| Self::Predict { world, base, side, advance, turn, time }
-                    ),
-                    Some(28) => request.arguments(&CLONE, typed::read).map(|(world, name)| Self::Clone { world, name }),
-                    Some(29) => request.arguments(&REMOVE_CLONE, typed::read).map(|(name,)| Self::RemoveClone { name }),
-                    Some(30) => request.arguments(&GET_CLONES, typed::read).map(|()| Self::GetClones),
-                    Some(31) => request.arguments(&DRIVE, typed::read).map(
-                        |(world, base, side, advance, turn)| Self::Drive { world, base, side, advance, turn }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_CLOCK, typed::read, typed::reply,
-                        |_: (String,)| -> crate::rc_simulation::Clock { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &STEP, typed::read, typed::reply,
-                        |_: (String, i64)| -> crate::rc_simulation::Clock { Default::default() },
-                    ),
-                    Some(2) => request.command(&SET_PAUSED, typed::read, |_: (bool,)| {}),
-                    Some(3) => request.answer(&ADD, typed::read, typed::reply, |_: (String, String, String)| ()),
-                    Some(4) => request.answer(&REMOVE, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(5) => request.answer(&SET, typed::read, typed::reply, |_: (String, String, String)| ()),
-                    Some(6) => request.answer(
-                        &TELEPORT, typed::read, typed::reply,
-                        |_: (String, String, String, crate::rc_inner_model::Pose)| (),
-                    ),
-                    Some(7) => request.answer(&MOVE_TO, typed::read, typed::reply, |_: (String, String, String)| ()),
-                    Some(8) => request.answer(&RE_PARENT, typed::read, typed::reply, |_: (String, String, String)| ()),
-                    Some(9) => request.answer(
-                        &SET_ATTRIBUTE, typed::read, typed::reply,
-                        |_: (String, String, crate::rc_inner_model::Attribute)| (),
-                    ),
-                    Some(10) => request.answer(
-                        &REMOVE_ATTRIBUTE, typed::read, typed::reply, |_: (String, String, String)| (),
-                    ),
-                    Some(11) => request.answer(
-                        &SET_SIGNAL, typed::read, typed::reply, |_: (String, String, crate::rc_simulation::Signal)| (),
-                    ),
-                    Some(12) => request.answer(
-                        &GET_SIGNAL, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_simulation::Signal { Default::default() },
-                    ),
-                    Some(13) => request.answer(
-                        &COLLIDE, typed::read, typed::reply,
-                        |_: (String, String, String)| -> bool { Default::default() },
-                    ),
-                    Some(14) => request.answer(
-                        &GET_POSE, typed::read, typed::reply,
-                        |_: (String, String, String)| -> crate::rc_inner_model::Pose { Default::default() },
-                    ),
-                    Some(15) => request.answer(
-                        &PRINT, typed::read, typed::reply, |_: (String,)| -> String { Default::default() },
-                    ),
-                    Some(16) => request.answer(
-                        &DRAW, typed::read, typed::reply,
-                        |_: (
-                            String, crate::rc_simulation::Viewpoint,
-                        )| -> crate::rc_simulation::Png { Default::default() },
-                    ),
-                    Some(17) => request.answer(
-                        &GET_DIGEST, typed::read, typed::reply, |_: (String,)| -> i64 { Default::default() },
-                    ),
-                    Some(18) => request.answer(
-                        &GET_SKELETON, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_simulation::Skeleton { Default::default() },
-                    ),
-                    Some(19) => request.answer(
-                        &GET_ID_IMAGE, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::rc_simulation::IdImage { Default::default() },
-                    ),
-                    Some(20) => request.answer(&SET_PHYSICS, typed::read, typed::reply, |_: (String, bool)| ()),
-                    Some(21) => request.answer(
-                        &PUSH, typed::read, typed::reply, |_: (String, String, crate::rc_inner_model::Direction)| (),
-                    ),
-                    Some(22) => request.answer(&RELEASE, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(23) => request.answer(&SNAPSHOT, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(24) => request.answer(&RESTORE, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(25) => request.answer(&FORGET_SNAPSHOT, typed::read, typed::reply, |_: (String,)| ()),
-                    Some(26) => request.answer(
-                        &GET_SNAPSHOTS, typed::read, typed::reply,
-                        |_: ()| -> crate::rc_simulation::Names { Default::default() },
-                    ),
-                    Some(27) => request.answer(
-                        &PREDICT, typed::read, typed::reply,
-                        |_: (
-                            String, String, f64, f64, f64, f64,
-                        )| -> crate::rc_simulation::Prediction { Default::default() },
-                    ),
-                    Some(28) => request.answer(&CLONE, typed::read, typed::reply, |_: (String, String)| ()),
-                    Some(29) => request.answer(&REMOVE_CLONE, typed::read, typed::reply, |_: (String,)| ()),
-                    Some(30) => request.answer(
-                        &GET_CLONES, typed::read, typed::reply,
-                        |_: ()| -> crate::rc_simulation::Names { Default::default() },
-                    ),
-                    Some(31) => request.answer(
-                        &DRIVE, typed::read, typed::reply,
-                        |_: (String, String, f64, f64, f64)| -> f64 { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getClock` with what `answer` returns.
-            pub fn on_get_clock(
-                &self, mut answer: impl FnMut(String) -> Result<crate::rc_simulation::Clock, GetClockError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_CLOCK, typed::read, typed::reply, move |(world,)| answer(world));
-            }
-
-            /// Answers `step` with what `answer` returns.
-            pub fn on_step(
-                &self, mut answer: impl FnMut(String, i64) -> Result<crate::rc_simulation::Clock, StepError> + 'static,
-            ) {
-                self.0.on_throwing_query(&STEP, typed::read, typed::reply, move |(world, count)| answer(world, count));
-            }
-
-            /// Answers `setPaused`, a command, by a call of `answer`.
-            pub fn on_set_paused(&self, mut answer: impl FnMut(bool) + 'static) {
-                self.0.on_command(&SET_PAUSED, typed::read, move |(paused,)| answer(paused));
-            }
-
-            /// Answers `add` with what `answer` returns.
-            pub fn on_add(&self, mut answer: impl FnMut(String, String, String) -> Result<(), AddError> + 'static) {
-                self.0.on_throwing_query(
-                    &ADD, typed::read, typed::reply, move |(world, parent, element)| answer(world, parent, element),
-                );
-            }
-
-            /// Answers `remove` with what `answer` returns.
-            pub fn on_remove(&self, mut answer: impl FnMut(String, String) -> Result<(), RemoveError> + 'static) {
-                self.0.on_throwing_query(&REMOVE, typed::read, typed::reply, move |(world, id)| answer(world, id));
-            }
-
-            /// Answers `set` with what `answer` returns.
-            pub fn on_set(&self, mut answer: impl FnMut(String, String, String) -> Result<(), SetError> + 'static) {
-                self.0.on_throwing_query(
-                    &SET, typed::read, typed::reply, move |(world, id, element)| answer(world, id, element),
-                );
-            }
-
-            /// Answers `teleport` with what `answer` returns.
-            pub fn on_teleport(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, String, crate::rc_inner_model::Pose,
-                ) -> Result<(), TeleportError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &TELEPORT, typed::read, typed::reply, move |(world, id, base, pose)| answer(world, id, base, pose),
-                );
-            }
-
-            /// Answers `moveTo` with what `answer` returns.
-            pub fn on_move_to(
-                &self, mut answer: impl FnMut(String, String, String) -> Result<(), MoveToError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &MOVE_TO, typed::read, typed::reply, move |(world, id, parent)| answer(world, id, parent),
-                );
-            }
-
-            /// Answers `reParent` with what `answer` returns.
-            pub fn on_re_parent(
-                &self, mut answer: impl FnMut(String, String, String) -> Result<(), ReParentError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &RE_PARENT, typed::read, typed::reply, move |(world, id, parent)| answer(world, id, parent),
-                );
-            }
-
-            /// Answers `setAttribute` with what `answer` returns.
-            pub fn on_set_attribute(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::rc_inner_model::Attribute,
-                ) -> Result<(), SetAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    move |(world, id, attribute)| answer(world, id, attribute),
-                );
-            }
-
-            /// Answers `removeAttribute` with what `answer` returns.
-            pub fn on_remove_attribute(
-                &self, mut answer: impl FnMut(String, String, String) -> Result<(), RemoveAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply, move |(world, id, name)| answer(world, id, name),
-                );
-            }
-
-            /// Answers `setSignal` with what `answer` returns.
-            pub fn on_set_signal(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::rc_simulation::Signal,
-                ) -> Result<(), SetSignalError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_SIGNAL, typed::read, typed::reply, move |(world, id, signal)| answer(world, id, signal),
-                );
-            }
-
-            /// Answers `getSignal` with what `answer` returns.
-            pub fn on_get_signal(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_simulation::Signal, GetSignalError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_SIGNAL, typed::read, typed::reply, move |(world, id)| answer(world, id));
-            }
-
-            /// Answers `collide` with what `answer` returns.
-            pub fn on_collide(
-                &self, mut answer: impl FnMut(String, String, String) -> Result<bool, CollideError> + 'static,
-            ) {
-                self.0.on_throwing_query(&COLLIDE, typed::read, typed::reply, move |(world, a, b)| answer(world, a, b));
-            }
-
-            /// Answers `getPose` with what `answer` returns.
-            pub fn on_get_pose(
-                &self,
-                mut answer: impl FnMut(String, String, String) -> Result<crate::rc_inner_model::Pose, GetPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_POSE, typed::read, typed::reply, move |(world, id, base)| answer(world, id, base),
-                );
-            }
-
-            /// Answers `print` with what `answer` returns.
-            pub fn on_print(&self, mut answer: impl FnMut(String) -> Result<String, PrintError> + 'static) {
-                self.0.on_throwing_query(&PRINT, typed::read, typed::reply, move |(world,)| answer(world));
-            }
-
-            /// Answers `draw` with what `answer` returns.
-            pub fn on_draw(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::rc_simulation::Viewpoint,
-                ) -> Result<crate::rc_simulation::Png, DrawError> + 'static,
-            ) {
-                self.0.on_throwing_query(&DRAW, typed::read, typed::reply, move |(world, view)| answer(world, view));
-            }
-
-            /// Answers `getDigest` with what `answer` returns.
-            pub fn on_get_digest(&self, mut answer: impl FnMut(String) -> Result<i64, GetDigestError> + 'static) {
-                self.0.on_throwing_query(&GET_DIGEST, typed::read, typed::reply, move |(world,)| answer(world));
-            }
-
-            /// Answers `getSkeleton` with what `answer` returns.
-            pub fn on_get_skeleton(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_simulation::Skeleton, GetSkeletonError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_SKELETON, typed::read, typed::reply, move |(world, id)| answer(world, id),
-                );
-            }
-
-            /// Answers `getIdImage` with what `answer` returns.
-            pub fn on_get_id_image(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::rc_simulation::IdImage, GetIdImageError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_ID_IMAGE, typed::read, typed::reply, move |(world, camera)| answer(world, camera),
-                );
-            }
-
-            /// Answers `setPhysics` with what `answer` returns.
-            pub fn on_set_physics(
-                &self, mut answer: impl FnMut(String, bool) -> Result<(), SetPhysicsError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_PHYSICS, typed::read, typed::reply, move |(world, active)| answer(world, active),
-                );
-            }
-
-            /// Answers `push` with what `answer` returns.
-            pub fn on_push(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::rc_inner_model::Direction,
-                ) -> Result<(), PushError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &PUSH, typed::read, typed::reply, move |(world, id, impulse)| answer(world, id, impulse),
-                );
-            }
-
-            /// Answers `release` with what `answer` returns.
-            pub fn on_release(&self, mut answer: impl FnMut(String, String) -> Result<(), ReleaseError> + 'static) {
-                self.0.on_throwing_query(
-                    &RELEASE, typed::read, typed::reply, move |(world, joint)| answer(world, joint),
-                );
-            }
-
-            /// Answers `snapshot` with what `answer` returns.
-            pub fn on_snapshot(&self, mut answer: impl FnMut(String, String) -> Result<(), SnapshotError> + 'static) {
-                self.0.on_throwing_query(
-                    &SNAPSHOT, typed::read, typed::reply, move |(world, name)| answer(world, name),
-                );
-            }
-
-            /// Answers `restore` with what `answer` returns.
-            pub fn on_restore(&self, mut answer: impl FnMut(String, String) -> Result<(), RestoreError> + 'static) {
-                self.0.on_throwing_query(&RESTORE, typed::read, typed::reply, move |(world, name)| answer(world, name));
-            }
-
-            /// Answers `forgetSnapshot` with what `answer` returns.
-            pub fn on_forget_snapshot(
-                &self, mut answer: impl FnMut(String) -> Result<(), ForgetSnapshotError> + 'static,
-            ) {
-                self.0.on_throwing_query(&FORGET_SNAPSHOT, typed::read, typed::reply, move |(name,)| answer(name));
-            }
-
-            /// Answers `getSnapshots` with what `answer` returns.
-            pub fn on_get_snapshots(&self, mut answer: impl FnMut() -> crate::rc_simulation::Names + 'static) {
-                self.0.on_query(&GET_SNAPSHOTS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `predict` with what `answer` returns.
-            pub fn on_predict(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, f64, f64, f64, f64,
-                ) -> Result<crate::rc_simulation::Prediction, PredictError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &PREDICT, typed::read, typed::reply,
-                    move |(world, base, side, advance, turn, time)| answer(world, base, side, advance, turn, time),
-                );
-            }
-
-            /// Answers `clone` with what `answer` returns.
-            pub fn on_clone(&self, mut answer: impl FnMut(String, String) -> Result<(), CloneError> + 'static) {
-                self.0.on_throwing_query(&CLONE, typed::read, typed::reply, move |(world, name)| answer(world, name));
-            }
-
-            /// Answers `removeClone` with what `answer` returns.
-            pub fn on_remove_clone(&self, mut answer: impl FnMut(String) -> Result<(), RemoveCloneError> + 'static) {
-                self.0.on_throwing_query(&REMOVE_CLONE, typed::read, typed::reply, move |(name,)| answer(name));
-            }
-
-            /// Answers `getClones` with what `answer` returns.
-            pub fn on_get_clones(&self, mut answer: impl FnMut() -> crate::rc_simulation::Names + 'static) {
-                self.0.on_query(&GET_CLONES, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `drive` with what `answer` returns.
-            pub fn on_drive(
-                &self, mut answer: impl FnMut(String, String, f64, f64, f64) -> Result<f64, DriveError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &DRIVE, typed::read, typed::reply,
-                    move |(world, base, side, advance, turn)| answer(world, base, side, advance, turn),
-                );
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

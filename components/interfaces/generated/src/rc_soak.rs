@@ -108,12 +108,6 @@ impl rc_middleware::in_place::InPlace for ImageInPlace {
 pub mod ticks {
     use rc_middleware::typed;
 
-    /// `tick`
-    pub const TICK: typed::Operation = typed::Operation::one_way("tick", 1975576037, 0xc24a10651648a7dc);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[TICK];
-
     pub fn read_tick(reader: &mut rc_middleware::Reader<'_>) -> Result<(i64, Vec<u8>), rc_middleware::DecodeError> {
         let number: i64 = reader.get()?;
         let data: Vec<u8> = reader.get()?;
@@ -121,106 +115,26 @@ pub mod ticks {
         Ok((number, data))
     }
 
-    /// The handlers of `Ticks`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Small values in quick succession.
-    pub trait Ticks<C, S = ()> {
-        /// `number` counts from 0; a sample has 64 bytes.
-        fn tick(&mut self, ctx: &mut C, number: i64, data: Vec<u8>);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Ticks`.
+                ///
+                /// Small values in quick succession.
+                Ticks ServeTicks ReceiveTicks, TicksMembers ServeTicksMembers ReceiveTicksMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Ticks`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTicks<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Ticks<C, S>> ServeTicks<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&TICK, read_tick, |(number, data)| Ticks::tick(self, ctx, number, data)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Ticks`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTicks<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Ticks<C, S>> ReceiveTicks<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (number, data) = read_tick(reader)?;
-                    Ticks::tick(self, ctx, number, data);
+                /// `number` counts from 0; a sample has 64 bytes.
+                fn tick(number: i64, data: Vec<u8>) {
+                    TICK.command(read_tick)
+                    Tick on_tick one_way("tick", 1975576037, 0xc24a10651648a7dc)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Ticks` for the members of a slot array.
-    pub trait TicksMembers<C, S = ()> {
-        fn tick(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i64, data: Vec<u8>);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TicksMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTicksMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TicksMembers<C, S>> ServeTicksMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &TICK, read_tick, |(number, data)| TicksMembers::tick(self, ctx, member, number, data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`TicksMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTicksMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TicksMembers<C, S>> ReceiveTicksMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (number, data) = read_tick(reader)?;
-                    TicksMembers::tick(self, ctx, member, number, data);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(TicksClient);
 
@@ -252,56 +166,8 @@ pub mod ticks {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `tick`
-            Tick { number: i64, data: Vec<u8> },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&TICK, read_tick).map(|(number, data)| Self::Tick { number, data }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&TICK, read_tick, |_: (i64, Vec<u8>)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `tick`, a command, by a call of `answer`.
-            pub fn on_tick(&self, mut answer: impl FnMut(i64, Vec<u8>) + 'static) {
-                self.0.on_command(&TICK, read_tick, move |(number, data)| answer(number, data));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `tick`
-            Tick { number: i64, data: Vec<u8> },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_tick(reader).map(|(number, data)| Self::Tick { number, data }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -309,179 +175,49 @@ pub mod ticks {
 ///
 /// Pictures, as a camera sends them.
 pub mod images {
-    use rc_middleware::typed;
-
-    /// `image`
-    pub const IMAGE: typed::Operation = typed::Operation::one_way("image", 576356472, 0x7e671b9871fa7944);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[IMAGE];
-
     pub fn read_image(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Image,), rc_middleware::DecodeError> {
         let image = reader.value::<super::ImageInPlace>()?;
         Ok((image,))
     }
 
-    /// The handlers of `Images`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Pictures, as a camera sends them.
-    pub trait Images<C, S = ()> {
-        /// The image's number counts from 0.
-        fn image(&mut self, ctx: &mut C, image: super::Image);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Images`.
+                ///
+                /// Pictures, as a camera sends them.
+                Images ServeImages ReceiveImages, ImagesMembers ServeImagesMembers ReceiveImagesMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImages<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Images<C, S>> ServeImages<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&IMAGE, read_image, |(image,)| Images::image(self, ctx, image)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Images`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImages<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Images<C, S>> ReceiveImages<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = read_image(reader)?;
-                    Images::image(self, ctx, image);
+                /// The image's number counts from 0.
+                fn image(image: crate::rc_soak::Image) {
+                    IMAGE.command(read_image)
+                    Image on_image one_way("image", 576356472, 0x7e671b9871fa7944)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
-    /// The handlers of `Images` for the members of a slot array.
-    pub trait ImagesMembers<C, S = ()> {
-        fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: super::Image);
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Images`, with values in place.
+                ///
+                /// Pictures, as a camera sends them.
+                ImagesInPlace ServeImagesInPlace ReceiveImagesInPlace, ImagesInPlaceMembers ServeImagesInPlaceMembers ReceiveImagesInPlaceMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImagesMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesMembers<C, S>> ServeImagesMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &IMAGE, read_image, |(image,)| ImagesMembers::image(self, ctx, member, image),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ImagesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImagesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesMembers<C, S>> ReceiveImagesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = read_image(reader)?;
-                    ImagesMembers::image(self, ctx, member, image);
+                /// The image's number counts from 0.
+                fn image(image: &crate::rc_soak::ImageInPlace) {
+                    IMAGE.in_place(rc_middleware::Reader::in_place::<crate::rc_soak::ImageInPlace>)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Images`, with values in place.
-    pub trait ImagesInPlace<C, S = ()> {
-        fn image(&mut self, ctx: &mut C, image: &super::ImageInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ImagesInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImagesInPlace<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesInPlace<C, S>> ReceiveImagesInPlace<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let image = reader.in_place::<super::ImageInPlace>()?;
-                    ImagesInPlace::image(self, ctx, &image);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `Images` for the members of a slot array, with values in place.
-    pub trait ImagesInPlaceMembers<C, S = ()> {
-        fn image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: &super::ImageInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ImagesInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveImagesInPlaceMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImagesInPlaceMembers<C, S>> ReceiveImagesInPlaceMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let image = reader.in_place::<super::ImageInPlace>()?;
-                    ImagesInPlaceMembers::image(self, ctx, member, &image);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::receive);
 
     rc_middleware::client!(ImagesClient);
 
@@ -517,55 +253,7 @@ pub mod images {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `image`
-            Image { image: crate::rc_soak::Image },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&IMAGE, read_image).map(|(image,)| Self::Image { image }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&IMAGE, read_image, |_: (crate::rc_soak::Image,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `image`, a command, by a call of `answer`.
-            pub fn on_image(&self, mut answer: impl FnMut(crate::rc_soak::Image) + 'static) {
-                self.0.on_command(&IMAGE, read_image, move |(image,)| answer(image));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `image`
-            Image { image: crate::rc_soak::Image },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_image(reader).map(|(image,)| Self::Image { image }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

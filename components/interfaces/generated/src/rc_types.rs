@@ -1311,53 +1311,6 @@ impl std::error::Error for Gone {}
 pub mod types {
     use rc_middleware::typed;
 
-    /// `echo`
-    pub const ECHO: typed::Operation = typed::Operation::query("echo", -669077045, 0xe97a2e001bc82719, &[]);
-
-    /// `differs`
-    pub const DIFFERS: typed::Operation = typed::Operation::query("differs", 1860952359, 0x91e17a9e342848b5, &[]);
-
-    /// `make`
-    pub const MAKE: typed::Operation = typed::Operation::query("make", -961569527, 0xaf539886f2b0cc2a, &[]);
-
-    /// `mirrored`
-    pub const MIRRORED: typed::Operation = typed::Operation::query("mirrored", 723525822, 0x015d68332660049a, &[]);
-
-    /// `turned`
-    pub const TURNED: typed::Operation = typed::Operation::query("turned", -1960099355, 0xd5e9a3b285c1204c, &[]);
-
-    /// `several`
-    pub const SEVERAL: typed::Operation = typed::Operation::query("several", 396755657, 0xd8d82426b65bc7a3, &[]);
-
-    /// `outputs`
-    pub const OUTPUTS: typed::Operation = typed::Operation::query("outputs", -218841563, 0x00944fed0ce7041f, &[]);
-
-    /// `ranged`
-    pub const RANGED: typed::Operation = typed::Operation::query("ranged", -358475556, 0x64347e41f3263fde, &[]);
-
-    /// `fail`
-    pub const FAIL: typed::Operation = typed::Operation::query(
-        "fail", -1232793119, 0x923b469941ac5838,
-        &[
-            typed::ReplyVariant::of::<super::Broken>(BROKEN), typed::ReplyVariant::of::<super::VeryBroken>(VERY_BROKEN),
-            typed::ReplyVariant::of::<super::Gone>(GONE),
-        ],
-    );
-
-    /// `wait`
-    pub const WAIT: typed::Operation = typed::Operation::query("wait", -1737808567, 0xef9fb421b4d3ddea, &[]);
-
-    /// `note`
-    pub const NOTE: typed::Operation = typed::Operation::one_way("note", -900475222, 0x97a6a6ca9ceb27a9);
-
-    /// `noted`
-    pub const NOTED: typed::Operation = typed::Operation::query("noted", 1175885854, 0xa829e9018eabe336, &[]);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        ECHO, DIFFERS, MAKE, MIRRORED, TURNED, SEVERAL, OUTPUTS, RANGED, FAIL, WAIT, NOTE, NOTED,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const BROKEN: i32 = 582782409;
 
@@ -1437,306 +1390,163 @@ pub mod types {
     /// The errors of `fail`.
     pub type FailError = BrokenOrVeryBrokenOrGoneOrCall;
 
-    /// The handlers of `Types`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Values by calls. The other end makes the sample of a number itself.
-    pub trait Types<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, all: super::Everything) -> super::Everything;
-        /// Where a value is not the sample of this number; empty if it is the same.
-        fn differs(&mut self, ctx: &mut C, all: super::Everything) -> String;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Types`.
+                ///
+                /// Values by calls. The other end makes the sample of a number itself.
+                Types ServeTypes ReceiveTypes, TypesMembers ServeTypesMembers ReceiveTypesMembers;
 
-        fn make(&mut self, ctx: &mut C, number: i32) -> super::Everything;
-        /// Calls the mirror with the sample of this number, and says where the reply differs.
-        fn mirrored(&mut self, ctx: &mut C, number: i32) -> String;
+                fn echo(all: crate::rc_types::Everything) -> crate::rc_types::Everything {
+                    ECHO.answer(typed::read, typed::reply)
+                    Echo on_echo query("echo", -669077045, 0xe97a2e001bc82719, &[])
+                }
 
-        fn turned(&mut self, ctx: &mut C, picture: super::Picture) -> super::Picture;
-        fn several(
-            &mut self, ctx: &mut C, number: i32, text: String, outline: super::Outline, kind: super::Kind,
-            point: Option<super::Point>,
-        ) -> SeveralAnswer;
-        fn outputs(&mut self, ctx: &mut C) -> OutputsAnswer;
-        /// - `number`: 0 to 9
-        /// - `more`: 0 to 9
-        fn ranged(&mut self, ctx: &mut C, number: i32) -> i32;
+                /// Where a value is not the sample of this number; empty if it is the same.
+                fn differs(all: crate::rc_types::Everything) -> String {
+                    DIFFERS.answer(typed::read, typed::reply)
+                    Differs on_differs query("differs", 1860952359, 0x91e17a9e342848b5, &[])
+                }
 
-        fn fail(&mut self, ctx: &mut C, which: i32) -> Result<(), FailError>;
-        fn wait(&mut self, ctx: &mut C, milliseconds: i32);
-        fn note(&mut self, ctx: &mut C, all: super::Everything);
-        /// The numbers of the notes.
-        fn noted(&mut self, ctx: &mut C) -> Vec<i32>;
-    }
+                fn make(number: i32) -> crate::rc_types::Everything {
+                    MAKE.answer(typed::read, typed::reply)
+                    Make on_make query("make", -961569527, 0xaf539886f2b0cc2a, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Types`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTypes<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// Calls the mirror with the sample of this number, and says where the reply differs.
+                fn mirrored(number: i32) -> String {
+                    MIRRORED.answer(typed::read, typed::reply)
+                    Mirrored on_mirrored query("mirrored", 723525822, 0x015d68332660049a, &[])
+                }
 
-    impl<C, S, W: Types<C, S>> ServeTypes<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(&ECHO, typed::read, typed::reply, |(all,)| Types::echo(self, ctx, all)),
-                Some(1) => request.answer(&DIFFERS, typed::read, typed::reply, |(all,)| Types::differs(self, ctx, all)),
-                Some(2) => request.answer(&MAKE, typed::read, typed::reply, |(number,)| Types::make(self, ctx, number)),
-                Some(3) => request.answer(
-                    &MIRRORED, typed::read, typed::reply, |(number,)| Types::mirrored(self, ctx, number),
-                ),
-                Some(4) => request.answer(
-                    &TURNED, typed::read, typed::reply, |(picture,)| Types::turned(self, ctx, picture),
-                ),
-                Some(5) => request.answer(
-                    &SEVERAL, read_several, reply_several,
-                    |(number, text, outline, kind, point)| Types::several(
-                        self, ctx, number, text, outline, kind, point,
-                    ),
-                ),
-                Some(6) => request.answer(&OUTPUTS, typed::read, typed::reply, |()| Types::outputs(self, ctx)),
-                Some(7) => request.answer(
-                    &RANGED, read_ranged, reply_ranged, |(number,)| Types::ranged(self, ctx, number),
-                ),
-                Some(8) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| Types::fail(self, ctx, which),
-                ),
-                Some(9) => request.answer(
-                    &WAIT, typed::read, typed::reply, |(milliseconds,)| Types::wait(self, ctx, milliseconds),
-                ),
-                Some(10) => request.command(&NOTE, typed::read, |(all,)| Types::note(self, ctx, all)),
-                Some(11) => request.answer(&NOTED, typed::read, typed::reply, |()| Types::noted(self, ctx)),
-                _ => request.unknown(),
+                fn turned(picture: crate::rc_types::Picture) -> crate::rc_types::Picture {
+                    TURNED.answer(typed::read, typed::reply)
+                    Turned on_turned query("turned", -1960099355, 0xd5e9a3b285c1204c, &[])
+                }
+
+                fn several(
+                    number: i32, text: String, outline: crate::rc_types::Outline, kind: crate::rc_types::Kind,
+                    point: Option<crate::rc_types::Point>,
+                ) -> SeveralAnswer {
+                    SEVERAL.answer(read_several, reply_several)
+                    Several on_several query("several", 396755657, 0xd8d82426b65bc7a3, &[])
+                }
+
+                fn outputs -> OutputsAnswer {
+                    OUTPUTS.answer(typed::read, typed::reply)
+                    Outputs on_outputs query("outputs", -218841563, 0x00944fed0ce7041f, &[])
+                }
+
+                /// - `number`: 0 to 9
+                /// - `more`: 0 to 9
+                fn ranged(number: i32) -> i32 {
+                    RANGED.answer(read_ranged, reply_ranged)
+                    Ranged on_ranged query("ranged", -358475556, 0x64347e41f3263fde, &[])
+                }
+
+                fn fail(which: i32) -> Result<(), FailError> {
+                    FAIL.try_answer(typed::read, typed::reply)
+                    Fail on_fail query(
+                        "fail", -1232793119, 0x923b469941ac5838,
+                        &[
+                            typed::ReplyVariant::of::<super::Broken>(BROKEN),
+                            typed::ReplyVariant::of::<super::VeryBroken>(VERY_BROKEN),
+                            typed::ReplyVariant::of::<super::Gone>(GONE),
+                        ],
+                    )
+                }
+
+                fn wait(milliseconds: i32) {
+                    WAIT.answer(typed::read, typed::reply)
+                    Wait on_wait query("wait", -1737808567, 0xef9fb421b4d3ddea, &[])
+                }
+
+                fn note(all: crate::rc_types::Everything) {
+                    NOTE.command(typed::read)
+                    Note on_note one_way("note", -900475222, 0x97a6a6ca9ceb27a9)
+                }
+
+                /// The numbers of the notes.
+                fn noted -> Vec<i32> {
+                    NOTED.answer(typed::read, typed::reply)
+                    Noted on_noted query("noted", 1175885854, 0xa829e9018eabe336, &[])
+                }
             }
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
-    /// The handlers of `Types` for the members of a slot array.
-    pub trait TypesMembers<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything) -> super::Everything;
-        fn differs(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything) -> String;
-        fn make(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> super::Everything;
-        fn mirrored(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> String;
-        fn turned(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture) -> super::Picture;
-        fn several(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32, text: String, outline: super::Outline,
-            kind: super::Kind, point: Option<super::Point>,
-        ) -> SeveralAnswer;
-        fn outputs(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> OutputsAnswer;
-        fn ranged(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> i32;
-        fn fail(&mut self, ctx: &mut C, member: &rc_middleware::Member, which: i32) -> Result<(), FailError>;
-        fn wait(&mut self, ctx: &mut C, member: &rc_middleware::Member, milliseconds: i32);
-        fn note(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-        fn noted(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Vec<i32>;
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Types`, with values in place.
+                ///
+                /// Values by calls. The other end makes the sample of a number itself.
+                TypesInPlace ServeTypesInPlace ReceiveTypesInPlace, TypesInPlaceMembers ServeTypesInPlaceMembers ReceiveTypesInPlaceMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`TypesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTypesMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
+                fn echo(all: crate::rc_types::Everything) -> crate::rc_types::Everything {
+                    ECHO.answer(typed::read, typed::reply)
+                }
 
-    impl<C, S, W: TypesMembers<C, S>> ServeTypesMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &ECHO, typed::read, typed::reply, |(all,)| TypesMembers::echo(self, ctx, member, all),
-                ),
-                Some(1) => request.answer(
-                    &DIFFERS, typed::read, typed::reply, |(all,)| TypesMembers::differs(self, ctx, member, all),
-                ),
-                Some(2) => request.answer(
-                    &MAKE, typed::read, typed::reply, |(number,)| TypesMembers::make(self, ctx, member, number),
-                ),
-                Some(3) => request.answer(
-                    &MIRRORED, typed::read, typed::reply, |(number,)| TypesMembers::mirrored(self, ctx, member, number),
-                ),
-                Some(4) => request.answer(
-                    &TURNED, typed::read, typed::reply, |(picture,)| TypesMembers::turned(self, ctx, member, picture),
-                ),
-                Some(5) => request.answer(
-                    &SEVERAL, read_several, reply_several,
-                    |(number, text, outline, kind, point)| TypesMembers::several(
-                        self, ctx, member, number, text, outline, kind, point,
-                    ),
-                ),
-                Some(6) => request.answer(
-                    &OUTPUTS, typed::read, typed::reply, |()| TypesMembers::outputs(self, ctx, member),
-                ),
-                Some(7) => request.answer(
-                    &RANGED, read_ranged, reply_ranged, |(number,)| TypesMembers::ranged(self, ctx, member, number),
-                ),
-                Some(8) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| TypesMembers::fail(self, ctx, member, which),
-                ),
-                Some(9) => request.answer(
-                    &WAIT, typed::read, typed::reply,
-                    |(milliseconds,)| TypesMembers::wait(self, ctx, member, milliseconds),
-                ),
-                Some(10) => request.command(&NOTE, typed::read, |(all,)| TypesMembers::note(self, ctx, member, all)),
-                Some(11) => request.answer(
-                    &NOTED, typed::read, typed::reply, |()| TypesMembers::noted(self, ctx, member),
-                ),
-                _ => request.unknown(),
+                /// Where a value is not the sample of this number; empty if it is the same.
+                fn differs(all: crate::rc_types::Everything) -> String {
+                    DIFFERS.answer(typed::read, typed::reply)
+                }
+
+                fn make(number: i32) -> crate::rc_types::Everything {
+                    MAKE.answer(typed::read, typed::reply)
+                }
+
+                /// Calls the mirror with the sample of this number, and says where the reply differs.
+                fn mirrored(number: i32) -> String {
+                    MIRRORED.answer(typed::read, typed::reply)
+                }
+
+                fn turned(picture: crate::rc_types::Picture) into(result: &mut crate::rc_types::PictureInPlace) {
+                    TURNED.answer_in_place(typed::read)
+                }
+
+                fn several(
+                    number: i32, text: String, outline: crate::rc_types::Outline, kind: crate::rc_types::Kind,
+                    point: Option<crate::rc_types::Point>,
+                ) -> SeveralAnswer {
+                    SEVERAL.answer(read_several, reply_several)
+                }
+
+                fn outputs -> OutputsAnswer {
+                    OUTPUTS.answer(typed::read, typed::reply)
+                }
+
+                /// - `number`: 0 to 9
+                /// - `more`: 0 to 9
+                fn ranged(number: i32) -> i32 {
+                    RANGED.answer(read_ranged, reply_ranged)
+                }
+
+                fn fail(which: i32) -> Result<(), FailError> {
+                    FAIL.try_answer(typed::read, typed::reply)
+                }
+
+                fn wait(milliseconds: i32) {
+                    WAIT.answer(typed::read, typed::reply)
+                }
+
+                fn note(all: crate::rc_types::Everything) {
+                    NOTE.command(typed::read)
+                }
+
+                /// The numbers of the notes.
+                fn noted -> Vec<i32> {
+                    NOTED.answer(typed::read, typed::reply)
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Types`, with values in place.
-    pub trait TypesInPlace<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, all: super::Everything) -> super::Everything;
-        fn differs(&mut self, ctx: &mut C, all: super::Everything) -> String;
-        fn make(&mut self, ctx: &mut C, number: i32) -> super::Everything;
-        fn mirrored(&mut self, ctx: &mut C, number: i32) -> String;
-        fn turned(&mut self, ctx: &mut C, picture: super::Picture, result: &mut super::PictureInPlace);
-        fn several(
-            &mut self, ctx: &mut C, number: i32, text: String, outline: super::Outline, kind: super::Kind,
-            point: Option<super::Point>,
-        ) -> SeveralAnswer;
-        fn outputs(&mut self, ctx: &mut C) -> OutputsAnswer;
-        fn ranged(&mut self, ctx: &mut C, number: i32) -> i32;
-        fn fail(&mut self, ctx: &mut C, which: i32) -> Result<(), FailError>;
-        fn wait(&mut self, ctx: &mut C, milliseconds: i32);
-        fn note(&mut self, ctx: &mut C, all: super::Everything);
-        fn noted(&mut self, ctx: &mut C) -> Vec<i32>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TypesInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTypesInPlace<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TypesInPlace<C, S>> ServeTypesInPlace<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &ECHO, typed::read, typed::reply, |(all,)| TypesInPlace::echo(self, ctx, all),
-                ),
-                Some(1) => request.answer(
-                    &DIFFERS, typed::read, typed::reply, |(all,)| TypesInPlace::differs(self, ctx, all),
-                ),
-                Some(2) => request.answer(
-                    &MAKE, typed::read, typed::reply, |(number,)| TypesInPlace::make(self, ctx, number),
-                ),
-                Some(3) => request.answer(
-                    &MIRRORED, typed::read, typed::reply, |(number,)| TypesInPlace::mirrored(self, ctx, number),
-                ),
-                Some(4) => request.answer_in_place(
-                    &TURNED, typed::read,
-                    |(picture,), result: &mut super::PictureInPlace| TypesInPlace::turned(self, ctx, picture, result),
-                ),
-                Some(5) => request.answer(
-                    &SEVERAL, read_several, reply_several,
-                    |(number, text, outline, kind, point)| TypesInPlace::several(
-                        self, ctx, number, text, outline, kind, point,
-                    ),
-                ),
-                Some(6) => request.answer(&OUTPUTS, typed::read, typed::reply, |()| TypesInPlace::outputs(self, ctx)),
-                Some(7) => request.answer(
-                    &RANGED, read_ranged, reply_ranged, |(number,)| TypesInPlace::ranged(self, ctx, number),
-                ),
-                Some(8) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| TypesInPlace::fail(self, ctx, which),
-                ),
-                Some(9) => request.answer(
-                    &WAIT, typed::read, typed::reply, |(milliseconds,)| TypesInPlace::wait(self, ctx, milliseconds),
-                ),
-                Some(10) => request.command(&NOTE, typed::read, |(all,)| TypesInPlace::note(self, ctx, all)),
-                Some(11) => request.answer(&NOTED, typed::read, typed::reply, |()| TypesInPlace::noted(self, ctx)),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// The handlers of `Types` for the members of a slot array, with values in place.
-    pub trait TypesInPlaceMembers<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything) -> super::Everything;
-        fn differs(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything) -> String;
-        fn make(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> super::Everything;
-        fn mirrored(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> String;
-        fn turned(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture,
-            result: &mut super::PictureInPlace,
-        );
-        fn several(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32, text: String, outline: super::Outline,
-            kind: super::Kind, point: Option<super::Point>,
-        ) -> SeveralAnswer;
-        fn outputs(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> OutputsAnswer;
-        fn ranged(&mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32) -> i32;
-        fn fail(&mut self, ctx: &mut C, member: &rc_middleware::Member, which: i32) -> Result<(), FailError>;
-        fn wait(&mut self, ctx: &mut C, member: &rc_middleware::Member, milliseconds: i32);
-        fn note(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-        fn noted(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Vec<i32>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TypesInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTypesInPlaceMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TypesInPlaceMembers<C, S>> ServeTypesInPlaceMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &ECHO, typed::read, typed::reply, |(all,)| TypesInPlaceMembers::echo(self, ctx, member, all),
-                ),
-                Some(1) => request.answer(
-                    &DIFFERS, typed::read, typed::reply, |(all,)| TypesInPlaceMembers::differs(self, ctx, member, all),
-                ),
-                Some(2) => request.answer(
-                    &MAKE, typed::read, typed::reply, |(number,)| TypesInPlaceMembers::make(self, ctx, member, number),
-                ),
-                Some(3) => request.answer(
-                    &MIRRORED, typed::read, typed::reply,
-                    |(number,)| TypesInPlaceMembers::mirrored(self, ctx, member, number),
-                ),
-                Some(4) => request.answer_in_place(
-                    &TURNED, typed::read,
-                    |(picture,), result: &mut super::PictureInPlace| TypesInPlaceMembers::turned(
-                        self, ctx, member, picture, result,
-                    ),
-                ),
-                Some(5) => request.answer(
-                    &SEVERAL, read_several, reply_several,
-                    |(number, text, outline, kind, point)| TypesInPlaceMembers::several(
-                        self, ctx, member, number, text, outline, kind, point,
-                    ),
-                ),
-                Some(6) => request.answer(
-                    &OUTPUTS, typed::read, typed::reply, |()| TypesInPlaceMembers::outputs(self, ctx, member),
-                ),
-                Some(7) => request.answer(
-                    &RANGED, read_ranged, reply_ranged,
-                    |(number,)| TypesInPlaceMembers::ranged(self, ctx, member, number),
-                ),
-                Some(8) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| TypesInPlaceMembers::fail(self, ctx, member, which),
-                ),
-                Some(9) => request.answer(
-                    &WAIT, typed::read, typed::reply,
-                    |(milliseconds,)| TypesInPlaceMembers::wait(self, ctx, member, milliseconds),
-                ),
-                Some(10) => request.command(
-                    &NOTE, typed::read, |(all,)| TypesInPlaceMembers::note(self, ctx, member, all),
-                ),
-                Some(11) => request.answer(
-                    &NOTED, typed::read, typed::reply, |()| TypesInPlaceMembers::noted(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::serve);
 
     rc_middleware::client!(TypesClient);
 
@@ -1836,182 +1646,7 @@ pub mod types {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `echo`
-            Echo { all: crate::rc_types::Everything },
-            /// `differs`
-            Differs { all: crate::rc_types::Everything },
-            /// `make`
-            Make { number: i32 },
-            /// `mirrored`
-            Mirrored { number: i32 },
-            /// `turned`
-            Turned { picture: crate::rc_types::Picture },
-            /// `several`
-            Several { number: i32, text: String, outline: crate::rc_types::Outline, kind: crate::rc_types::Kind, point: Option<crate::rc_types::Point> },
-            /// `outputs`
-            Outputs,
-            /// `ranged`
-            Ranged { number: i32 },
-            /// `fail`
-            Fail { which: i32 },
-            /// `wait`
-            Wait { milliseconds: i32 },
-            /// `note`
-            Note { all: crate::rc_types::Everything },
-            /// `noted`
-            Noted,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                ECHO, DIFFERS, MAKE, MIRRORED, TURNED, SEVERAL, OUTPUTS, RANGED, NOTED,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ECHO, typed::read).map(|(all,)| Self::Echo { all }),
-                    Some(1) => request.arguments(&DIFFERS, typed::read).map(|(all,)| Self::Differs { all }),
-                    Some(2) => request.arguments(&MAKE, typed::read).map(|(number,)| Self::Make { number }),
-                    Some(3) => request.arguments(&MIRRORED, typed::read).map(|(number,)| Self::Mirrored { number }),
-                    Some(4) => request.arguments(&TURNED, typed::read).map(|(picture,)| Self::Turned { picture }),
-                    Some(5) => request.arguments(&SEVERAL, read_several).map(
-                        |(number, text, outline, kind, point)| Self::Several { number, text, outline, kind, point }
-                    ),
-                    Some(6) => request.arguments(&OUTPUTS, typed::read).map(|()| Self::Outputs),
-                    Some(7) => request.arguments(&RANGED, read_ranged).map(|(number,)| Self::Ranged { number }),
-                    Some(8) => request.arguments(&FAIL, typed::read).map(|(which,)| Self::Fail { which }),
-                    Some(9) => request.arguments(&WAIT, typed::read).map(|(milliseconds,)| Self::Wait { milliseconds }),
-                    Some(10) => request.arguments(&NOTE, typed::read).map(|(all,)| Self::Note { all }),
-                    Some(11) => request.arguments(&NOTED, typed::read).map(|()| Self::Noted),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &ECHO, typed::read, typed::reply,
-                        |_: (crate::rc_types::Everything,)| -> crate::rc_types::Everything { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &DIFFERS, typed::read, typed::reply,
-                        |_: (crate::rc_types::Everything,)| -> String { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &MAKE, typed::read, typed::reply,
-                        |_: (i32,)| -> crate::rc_types::Everything { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &MIRRORED, typed::read, typed::reply, |_: (i32,)| -> String { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &TURNED, typed::read, typed::reply,
-                        |_: (crate::rc_types::Picture,)| -> crate::rc_types::Picture { Default::default() },
-                    ),
-                    Some(5) => request.answer(
-                        &SEVERAL, read_several, reply_several,
-                        |_: (
-                            i32, String, crate::rc_types::Outline, crate::rc_types::Kind,
-                            Option<crate::rc_types::Point>,
-                        )| -> SeveralAnswer { (Default::default(), Default::default(), Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(6) => request.answer(
-                        &OUTPUTS, typed::read, typed::reply,
-                        |_: ()| -> OutputsAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(7) => request.answer(
-                        &RANGED, read_ranged, reply_ranged, |_: (i32,)| -> i32 { Default::default() },
-                    ),
-                    Some(8) => request.answer(&FAIL, typed::read, typed::reply, |_: (i32,)| ()),
-                    Some(9) => request.answer(&WAIT, typed::read, typed::reply, |_: (i32,)| ()),
-                    Some(10) => request.command(&NOTE, typed::read, |_: (crate::rc_types::Everything,)| {}),
-                    Some(11) => request.answer(
-                        &NOTED, typed::read, typed::reply, |_: ()| -> Vec<i32> { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `echo` with what `answer` returns.
-            pub fn on_echo(
-                &self, mut answer: impl FnMut(crate::rc_types::Everything) -> crate::rc_types::Everything + 'static,
-            ) {
-                self.0.on_query(&ECHO, typed::read, typed::reply, move |(all,)| answer(all));
-            }
-
-            /// Answers `differs` with what `answer` returns.
-            pub fn on_differs(&self, mut answer: impl FnMut(crate::rc_types::Everything) -> String + 'static) {
-                self.0.on_query(&DIFFERS, typed::read, typed::reply, move |(all,)| answer(all));
-            }
-
-            /// Answers `make` with what `answer` returns.
-            pub fn on_make(&self, mut answer: impl FnMut(i32) -> crate::rc_types::Everything + 'static) {
-                self.0.on_query(&MAKE, typed::read, typed::reply, move |(number,)| answer(number));
-            }
-
-            /// Answers `mirrored` with what `answer` returns.
-            pub fn on_mirrored(&self, mut answer: impl FnMut(i32) -> String + 'static) {
-                self.0.on_query(&MIRRORED, typed::read, typed::reply, move |(number,)| answer(number));
-            }
-
-            /// Answers `turned` with what `answer` returns.
-            pub fn on_turned(
-                &self, mut answer: impl FnMut(crate::rc_types::Picture) -> crate::rc_types::Picture + 'static,
-            ) {
-                self.0.on_query(&TURNED, typed::read, typed::reply, move |(picture,)| answer(picture));
-            }
-
-            /// Answers `several` with what `answer` returns.
-            pub fn on_several(
-                &self,
-                mut answer: impl FnMut(
-                    i32, String, crate::rc_types::Outline, crate::rc_types::Kind, Option<crate::rc_types::Point>,
-                ) -> SeveralAnswer + 'static,
-            ) {
-                self.0.on_query(
-                    &SEVERAL, read_several, reply_several,
-                    move |(number, text, outline, kind, point)| answer(number, text, outline, kind, point),
-                );
-            }
-
-            /// Answers `outputs` with what `answer` returns.
-            pub fn on_outputs(&self, mut answer: impl FnMut() -> OutputsAnswer + 'static) {
-                self.0.on_query(&OUTPUTS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `ranged` with what `answer` returns.
-            pub fn on_ranged(&self, mut answer: impl FnMut(i32) -> i32 + 'static) {
-                self.0.on_query(&RANGED, read_ranged, reply_ranged, move |(number,)| answer(number));
-            }
-
-            /// Answers `fail` with what `answer` returns.
-            pub fn on_fail(&self, mut answer: impl FnMut(i32) -> Result<(), FailError> + 'static) {
-                self.0.on_throwing_query(&FAIL, typed::read, typed::reply, move |(which,)| answer(which));
-            }
-
-            /// Answers `wait` with what `answer` returns.
-            pub fn on_wait(&self, mut answer: impl FnMut(i32) + 'static) {
-                self.0.on_query(&WAIT, typed::read, typed::reply, move |(milliseconds,)| answer(milliseconds));
-            }
-
-            /// Answers `note`, a command, by a call of `answer`.
-            pub fn on_note(&self, mut answer: impl FnMut(crate::rc_types::Everything) + 'static) {
-                self.0.on_command(&NOTE, typed::read, move |(all,)| answer(all));
-            }
-
-            /// Answers `noted` with what `answer` returns.
-            pub fn on_noted(&self, mut answer: impl FnMut() -> Vec<i32> + 'static) {
-                self.0.on_query(&NOTED, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -2020,21 +1655,6 @@ pub mod types {
 /// The same at the other end.
 pub mod mirror {
     use rc_middleware::typed;
-
-    /// `echo`
-    pub const ECHO: typed::Operation = typed::Operation::query("echo", -669077045, 0xa177e3152ac0e708, &[]);
-
-    /// `fail`
-    pub const FAIL: typed::Operation = typed::Operation::query(
-        "fail", -1232793119, 0x95874b24b2202cd0,
-        &[
-            typed::ReplyVariant::of::<super::Broken>(BROKEN), typed::ReplyVariant::of::<super::VeryBroken>(VERY_BROKEN),
-            typed::ReplyVariant::of::<super::Gone>(GONE),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ECHO, FAIL];
 
     /// The discriminator of a reply that holds this exception.
     pub const BROKEN: i32 = 582782409;
@@ -2053,63 +1673,36 @@ pub mod mirror {
     /// The errors of `fail`.
     pub type FailError = BrokenOrVeryBrokenOrGoneOrCall;
 
-    /// The handlers of `Mirror`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The same at the other end.
-    pub trait Mirror<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, all: super::Everything) -> super::Everything;
-        fn fail(&mut self, ctx: &mut C, which: i32) -> Result<(), FailError>;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Mirror`.
+                ///
+                /// The same at the other end.
+                Mirror ServeMirror ReceiveMirror, MirrorMembers ServeMirrorMembers ReceiveMirrorMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Mirror`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeMirror<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn echo(all: crate::rc_types::Everything) -> crate::rc_types::Everything {
+                    ECHO.answer(typed::read, typed::reply)
+                    Echo on_echo query("echo", -669077045, 0xa177e3152ac0e708, &[])
+                }
 
-    impl<C, S, W: Mirror<C, S>> ServeMirror<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(&ECHO, typed::read, typed::reply, |(all,)| Mirror::echo(self, ctx, all)),
-                Some(1) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| Mirror::fail(self, ctx, which),
-                ),
-                _ => request.unknown(),
+                fn fail(which: i32) -> Result<(), FailError> {
+                    FAIL.try_answer(typed::read, typed::reply)
+                    Fail on_fail query(
+                        "fail", -1232793119, 0x95874b24b2202cd0,
+                        &[
+                            typed::ReplyVariant::of::<super::Broken>(BROKEN),
+                            typed::ReplyVariant::of::<super::VeryBroken>(VERY_BROKEN),
+                            typed::ReplyVariant::of::<super::Gone>(GONE),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Mirror` for the members of a slot array.
-    pub trait MirrorMembers<C, S = ()> {
-        fn echo(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything) -> super::Everything;
-        fn fail(&mut self, ctx: &mut C, member: &rc_middleware::Member, which: i32) -> Result<(), FailError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`MirrorMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeMirrorMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: MirrorMembers<C, S>> ServeMirrorMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &ECHO, typed::read, typed::reply, |(all,)| MirrorMembers::echo(self, ctx, member, all),
-                ),
-                Some(1) => request.try_answer(
-                    &FAIL, typed::read, typed::reply, |(which,)| MirrorMembers::fail(self, ctx, member, which),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(MirrorClient);
 
@@ -2127,72 +1720,13 @@ pub mod mirror {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `echo`
-            Echo { all: crate::rc_types::Everything },
-            /// `fail`
-            Fail { which: i32 },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[ECHO];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ECHO, typed::read).map(|(all,)| Self::Echo { all }),
-                    Some(1) => request.arguments(&FAIL, typed::read).map(|(which,)| Self::Fail { which }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &ECHO, typed::read, typed::reply,
-                        |_: (crate::rc_types::Everything,)| -> crate::rc_types::Everything { Default::default() },
-                    ),
-                    Some(1) => request.answer(&FAIL, typed::read, typed::reply, |_: (i32,)| ()),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `echo` with what `answer` returns.
-            pub fn on_echo(
-                &self, mut answer: impl FnMut(crate::rc_types::Everything) -> crate::rc_types::Everything + 'static,
-            ) {
-                self.0.on_query(&ECHO, typed::read, typed::reply, move |(all,)| answer(all));
-            }
-
-            /// Answers `fail` with what `answer` returns.
-            pub fn on_fail(&self, mut answer: impl FnMut(i32) -> Result<(), FailError> + 'static) {
-                self.0.on_throwing_query(&FAIL, typed::read, typed::reply, move |(which,)| answer(which));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
 /// The interface `Samples`.
 pub mod samples {
     use rc_middleware::typed;
-
-    /// `all`
-    pub const ALL: typed::Operation = typed::Operation::one_way("all", 61243809, 0x0c655e1a67495001);
-
-    /// `several`
-    pub const SEVERAL: typed::Operation = typed::Operation::one_way("several", 396755657, 0x79451f76c3968c9e);
-
-    /// `nothing`
-    pub const NOTHING: typed::Operation = typed::Operation::one_way("nothing", 1354188606, 0xb15efb372b00a8a9);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ALL, SEVERAL, NOTHING];
 
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
@@ -2209,93 +1743,36 @@ pub mod samples {
         Ok((number, level, text, outline, kind, point))
     }
 
-    /// The handlers of `Samples`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait Samples<C, S = ()> {
-        fn all(&mut self, ctx: &mut C, all: super::Everything);
-        /// - `level`: 0 to 9
-        fn several(
-            &mut self, ctx: &mut C, number: i32, level: f64, text: String, outline: super::Outline, kind: super::Kind,
-            point: Option<super::Point>,
-        );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Samples`.
+                Samples ServeSamples ReceiveSamples, SamplesMembers ServeSamplesMembers ReceiveSamplesMembers;
 
-        fn nothing(&mut self, ctx: &mut C);
-    }
+                fn all(all: crate::rc_types::Everything) {
+                    ALL.command(typed::read)
+                    All on_all one_way("all", 61243809, 0x0c655e1a67495001)
+                }
 
-    /// Takes the samples of a slot. Each implementor of [`Samples`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveSamples<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
+                /// - `level`: 0 to 9
+                fn several(
+                    number: i32, level: f64, text: String, outline: crate::rc_types::Outline,
+                    kind: crate::rc_types::Kind, point: Option<crate::rc_types::Point>,
+                ) {
+                    SEVERAL.command(read_several)
+                    Several on_several one_way("several", 396755657, 0x79451f76c3968c9e)
+                }
 
-    impl<C, S, W: Samples<C, S>> ReceiveSamples<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    Samples::all(self, ctx, all);
+                fn nothing {
+                    NOTHING.command(typed::read)
+                    Nothing on_nothing one_way("nothing", 1354188606, 0xb15efb372b00a8a9)
                 }
-                1 => {
-                    let (number, level, text, outline, kind, point) = read_several(reader)?;
-                    Samples::several(self, ctx, number, level, text, outline, kind, point);
-                }
-                2 => {
-                    let () = typed::read(reader)?;
-                    Samples::nothing(self, ctx);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Samples` for the members of a slot array.
-    pub trait SamplesMembers<C, S = ()> {
-        fn all(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-        fn several(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32, level: f64, text: String,
-            outline: super::Outline, kind: super::Kind, point: Option<super::Point>,
-        );
-        fn nothing(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`SamplesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveSamplesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: SamplesMembers<C, S>> ReceiveSamplesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    SamplesMembers::all(self, ctx, member, all);
-                }
-                1 => {
-                    let (number, level, text, outline, kind, point) = read_several(reader)?;
-                    SamplesMembers::several(self, ctx, member, number, level, text, outline, kind, point);
-                }
-                2 => {
-                    let () = typed::read(reader)?;
-                    SamplesMembers::nothing(self, ctx, member);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(SamplesPublisher: all, several, nothing);
 
@@ -2331,32 +1808,7 @@ pub mod samples {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `all`
-            All { all: crate::rc_types::Everything },
-            /// `several`
-            Several { number: i32, level: f64, text: String, outline: crate::rc_types::Outline, kind: crate::rc_types::Kind, point: Option<crate::rc_types::Point> },
-            /// `nothing`
-            Nothing,
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(all,)| Self::All { all }),
-                    1 => read_several(reader).map(
-                        |(
-                            number, level, text, outline, kind, point,
-                        )| Self::Several { number, level, text, outline, kind, point }
-                    ),
-                    2 => typed::read(reader).map(|()| Self::Nothing),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -2365,18 +1817,6 @@ pub mod samples {
 /// Each sample again.
 pub mod repeats {
     use rc_middleware::typed;
-
-    /// `all`
-    pub const ALL: typed::Operation = typed::Operation::one_way("all", 61243809, 0x760a7dfdf85368a3);
-
-    /// `several`
-    pub const SEVERAL: typed::Operation = typed::Operation::one_way("several", 396755657, 0x8cf50577a076d741);
-
-    /// `nothing`
-    pub const NOTHING: typed::Operation = typed::Operation::one_way("nothing", 1354188606, 0x39bc3abcb1d08915);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ALL, SEVERAL, NOTHING];
 
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
@@ -2393,95 +1833,38 @@ pub mod repeats {
         Ok((number, level, text, outline, kind, point))
     }
 
-    /// The handlers of `Repeats`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each sample again.
-    pub trait Repeats<C, S = ()> {
-        fn all(&mut self, ctx: &mut C, all: super::Everything);
-        /// - `level`: 0 to 9
-        fn several(
-            &mut self, ctx: &mut C, number: i32, level: f64, text: String, outline: super::Outline, kind: super::Kind,
-            point: Option<super::Point>,
-        );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Repeats`.
+                ///
+                /// Each sample again.
+                Repeats ServeRepeats ReceiveRepeats, RepeatsMembers ServeRepeatsMembers ReceiveRepeatsMembers;
 
-        fn nothing(&mut self, ctx: &mut C);
-    }
+                fn all(all: crate::rc_types::Everything) {
+                    ALL.command(typed::read)
+                    All on_all one_way("all", 61243809, 0x760a7dfdf85368a3)
+                }
 
-    /// Takes the samples of a slot. Each implementor of [`Repeats`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveRepeats<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
+                /// - `level`: 0 to 9
+                fn several(
+                    number: i32, level: f64, text: String, outline: crate::rc_types::Outline,
+                    kind: crate::rc_types::Kind, point: Option<crate::rc_types::Point>,
+                ) {
+                    SEVERAL.command(read_several)
+                    Several on_several one_way("several", 396755657, 0x8cf50577a076d741)
+                }
 
-    impl<C, S, W: Repeats<C, S>> ReceiveRepeats<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    Repeats::all(self, ctx, all);
+                fn nothing {
+                    NOTHING.command(typed::read)
+                    Nothing on_nothing one_way("nothing", 1354188606, 0x39bc3abcb1d08915)
                 }
-                1 => {
-                    let (number, level, text, outline, kind, point) = read_several(reader)?;
-                    Repeats::several(self, ctx, number, level, text, outline, kind, point);
-                }
-                2 => {
-                    let () = typed::read(reader)?;
-                    Repeats::nothing(self, ctx);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Repeats` for the members of a slot array.
-    pub trait RepeatsMembers<C, S = ()> {
-        fn all(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-        fn several(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, number: i32, level: f64, text: String,
-            outline: super::Outline, kind: super::Kind, point: Option<super::Point>,
-        );
-        fn nothing(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`RepeatsMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveRepeatsMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: RepeatsMembers<C, S>> ReceiveRepeatsMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    RepeatsMembers::all(self, ctx, member, all);
-                }
-                1 => {
-                    let (number, level, text, outline, kind, point) = read_several(reader)?;
-                    RepeatsMembers::several(self, ctx, member, number, level, text, outline, kind, point);
-                }
-                2 => {
-                    let () = typed::read(reader)?;
-                    RepeatsMembers::nothing(self, ctx, member);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(RepeatsPublisher: all, several, nothing);
 
@@ -2517,45 +1900,12 @@ pub mod repeats {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `all`
-            All { all: crate::rc_types::Everything },
-            /// `several`
-            Several { number: i32, level: f64, text: String, outline: crate::rc_types::Outline, kind: crate::rc_types::Kind, point: Option<crate::rc_types::Point> },
-            /// `nothing`
-            Nothing,
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(all,)| Self::All { all }),
-                    1 => read_several(reader).map(
-                        |(
-                            number, level, text, outline, kind, point,
-                        )| Self::Several { number, level, text, outline, kind, point }
-                    ),
-                    2 => typed::read(reader).map(|()| Self::Nothing),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
 /// The interface `Pictures`.
 pub mod pictures {
-    use rc_middleware::typed;
-
-    /// `picture`
-    pub const PICTURE: typed::Operation = typed::Operation::one_way("picture", 1425823316, 0xb3c9bb6e2ef36e7f);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[PICTURE];
-
     pub fn read_picture(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Picture,), rc_middleware::DecodeError> {
@@ -2563,125 +1913,37 @@ pub mod pictures {
         Ok((picture,))
     }
 
-    /// The handlers of `Pictures`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait Pictures<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, picture: super::Picture);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Pictures`.
+                Pictures ServePictures ReceivePictures, PicturesMembers ServePicturesMembers ReceivePicturesMembers;
 
-    /// Takes the samples of a slot. Each implementor of [`Pictures`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePictures<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Pictures<C, S>> ReceivePictures<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_picture(reader)?;
-                    Pictures::picture(self, ctx, picture);
+                fn picture(picture: crate::rc_types::Picture) {
+                    PICTURE.command(read_picture)
+                    Picture on_picture one_way("picture", 1425823316, 0xb3c9bb6e2ef36e7f)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
-    /// The handlers of `Pictures` for the members of a slot array.
-    pub trait PicturesMembers<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Pictures`, with values in place.
+                PicturesInPlace ServePicturesInPlace ReceivePicturesInPlace, PicturesInPlaceMembers ServePicturesInPlaceMembers ReceivePicturesInPlaceMembers;
 
-    /// Takes the samples of a slot. Each implementor of [`PicturesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesMembers<C, S>> ReceivePicturesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_picture(reader)?;
-                    PicturesMembers::picture(self, ctx, member, picture);
+                fn picture(picture: &crate::rc_types::PictureInPlace) {
+                    PICTURE.in_place(rc_middleware::Reader::in_place::<crate::rc_types::PictureInPlace>)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Pictures`, with values in place.
-    pub trait PicturesInPlace<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`PicturesInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesInPlace<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesInPlace<C, S>> ReceivePicturesInPlace<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    PicturesInPlace::picture(self, ctx, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `Pictures` for the members of a slot array, with values in place.
-    pub trait PicturesInPlaceMembers<C, S = ()> {
-        fn picture(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`PicturesInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceivePicturesInPlaceMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: PicturesInPlaceMembers<C, S>> ReceivePicturesInPlaceMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    PicturesInPlaceMembers::picture(self, ctx, member, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::receive);
 
     rc_middleware::publisher!(PicturesPublisher: picture);
 
@@ -2707,22 +1969,7 @@ pub mod pictures {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `picture`
-            Picture { picture: crate::rc_types::Picture },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_picture(reader).map(|(picture,)| Self::Picture { picture }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -2730,140 +1977,46 @@ pub mod pictures {
 ///
 /// Each picture again.
 pub mod copies {
-    use rc_middleware::typed;
-
-    /// `copy`
-    pub const COPY: typed::Operation = typed::Operation::one_way("copy", -291255534, 0x8ede34ba776a12c3);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[COPY];
-
     pub fn read_copy(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }
 
-    /// The handlers of `Copies`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each picture again.
-    pub trait Copies<C, S = ()> {
-        fn copy(&mut self, ctx: &mut C, picture: super::Picture);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Copies`.
+                ///
+                /// Each picture again.
+                Copies ServeCopies ReceiveCopies, CopiesMembers ServeCopiesMembers ReceiveCopiesMembers;
 
-    /// Takes the samples of a slot. Each implementor of [`Copies`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCopies<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Copies<C, S>> ReceiveCopies<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_copy(reader)?;
-                    Copies::copy(self, ctx, picture);
+                fn copy(picture: crate::rc_types::Picture) {
+                    COPY.command(read_copy)
+                    Copy on_copy one_way("copy", -291255534, 0x8ede34ba776a12c3)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
-    /// The handlers of `Copies` for the members of a slot array.
-    pub trait CopiesMembers<C, S = ()> {
-        fn copy(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: super::Picture);
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Copies`, with values in place.
+                ///
+                /// Each picture again.
+                CopiesInPlace ServeCopiesInPlace ReceiveCopiesInPlace, CopiesInPlaceMembers ServeCopiesInPlaceMembers ReceiveCopiesInPlaceMembers;
 
-    /// Takes the samples of a slot. Each implementor of [`CopiesMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCopiesMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CopiesMembers<C, S>> ReceiveCopiesMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (picture,) = read_copy(reader)?;
-                    CopiesMembers::copy(self, ctx, member, picture);
+                fn copy(picture: &crate::rc_types::PictureInPlace) {
+                    COPY.in_place(rc_middleware::Reader::in_place::<crate::rc_types::PictureInPlace>)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Copies`, with values in place.
-    pub trait CopiesInPlace<C, S = ()> {
-        fn copy(&mut self, ctx: &mut C, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`CopiesInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCopiesInPlace<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CopiesInPlace<C, S>> ReceiveCopiesInPlace<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    CopiesInPlace::copy(self, ctx, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `Copies` for the members of a slot array, with values in place.
-    pub trait CopiesInPlaceMembers<C, S = ()> {
-        fn copy(&mut self, ctx: &mut C, member: &rc_middleware::Member, picture: &super::PictureInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`CopiesInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCopiesInPlaceMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CopiesInPlaceMembers<C, S>> ReceiveCopiesInPlaceMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let picture = reader.in_place::<super::PictureInPlace>()?;
-                    CopiesInPlaceMembers::copy(self, ctx, member, &picture);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::receive);
 
     rc_middleware::publisher!(CopiesPublisher: copy);
 
@@ -2889,22 +2042,7 @@ pub mod copies {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `copy`
-            Copy { picture: crate::rc_types::Picture },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_copy(reader).map(|(picture,)| Self::Copy { picture }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -2914,73 +2052,24 @@ pub mod copies {
 pub mod earlier {
     use rc_middleware::typed;
 
-    /// `earlier`
-    pub const EARLIER: typed::Operation = typed::Operation::one_way("earlier", -20848805, 0xb6e9ece671964c8b);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Earlier`.
+                ///
+                /// Values from a publisher that started earlier.
+                Earlier ServeEarlier ReceiveEarlier, EarlierMembers ServeEarlierMembers ReceiveEarlierMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[EARLIER];
-
-    /// The handlers of `Earlier`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Values from a publisher that started earlier.
-    pub trait Earlier<C, S = ()> {
-        fn earlier(&mut self, ctx: &mut C, all: super::Everything);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Earlier`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveEarlier<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Earlier<C, S>> ReceiveEarlier<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    Earlier::earlier(self, ctx, all);
+                fn earlier(all: crate::rc_types::Everything) {
+                    EARLIER.command(typed::read)
+                    Earlier on_earlier one_way("earlier", -20848805, 0xb6e9ece671964c8b)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Earlier` for the members of a slot array.
-    pub trait EarlierMembers<C, S = ()> {
-        fn earlier(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`EarlierMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveEarlierMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: EarlierMembers<C, S>> ReceiveEarlierMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    EarlierMembers::earlier(self, ctx, member, all);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(EarlierPublisher: earlier);
 
@@ -2994,22 +2083,7 @@ pub mod earlier {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `earlier`
-            Earlier { all: crate::rc_types::Everything },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(all,)| Self::Earlier { all }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
 
@@ -3019,73 +2093,24 @@ pub mod earlier {
 pub mod latest {
     use rc_middleware::typed;
 
-    /// `latest`
-    pub const LATEST: typed::Operation = typed::Operation::one_way("latest", -1548235663, 0xa9d7c82cb8af728f);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Latest`.
+                ///
+                /// Each of them again, for subscribers that start later.
+                Latest ServeLatest ReceiveLatest, LatestMembers ServeLatestMembers ReceiveLatestMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[LATEST];
-
-    /// The handlers of `Latest`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Each of them again, for subscribers that start later.
-    pub trait Latest<C, S = ()> {
-        fn latest(&mut self, ctx: &mut C, all: super::Everything);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`Latest`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveLatest<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Latest<C, S>> ReceiveLatest<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    Latest::latest(self, ctx, all);
+                fn latest(all: crate::rc_types::Everything) {
+                    LATEST.command(typed::read)
+                    Latest on_latest one_way("latest", -1548235663, 0xa9d7c82cb8af728f)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `Latest` for the members of a slot array.
-    pub trait LatestMembers<C, S = ()> {
-        fn latest(&mut self, ctx: &mut C, member: &rc_middleware::Member, all: super::Everything);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`LatestMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveLatestMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LatestMembers<C, S>> ReceiveLatestMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (all,) = typed::read(reader)?;
-                    LatestMembers::latest(self, ctx, member, all);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(LatestPublisher: latest);
 
@@ -3099,21 +2124,6 @@ pub mod latest {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `latest`
-            Latest { all: crate::rc_types::Everything },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(all,)| Self::Latest { all }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }

@@ -128,18 +128,6 @@ rc_middleware::in_place_struct!(TBatteryInPlace for TBattery: percentage, state,
 pub mod battery_status {
     use rc_middleware::typed;
 
-    /// `getBatteryState`
-    pub const GET_BATTERY_STATE: typed::Operation = typed::Operation::query(
-        "getBatteryState", -127508420, 0x066a7d0aeff2706f,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TBattery>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_BATTERY_STATE];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -152,58 +140,28 @@ pub mod battery_status {
     /// The errors of `getBatteryState`.
     pub type GetBatteryStateError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `BatteryStatus`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait BatteryStatus<C, S = ()> {
-        fn get_battery_state(&mut self, ctx: &mut C) -> Result<super::TBattery, GetBatteryStateError>;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `BatteryStatus`.
+                BatteryStatus ServeBatteryStatus ReceiveBatteryStatus, BatteryStatusMembers ServeBatteryStatusMembers ReceiveBatteryStatusMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`BatteryStatus`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeBatteryStatus<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: BatteryStatus<C, S>> ServeBatteryStatus<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BATTERY_STATE, typed::read, typed::reply, |()| BatteryStatus::get_battery_state(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_battery_state -> Result<crate::robo_comp_battery_status::TBattery, GetBatteryStateError> {
+                    GET_BATTERY_STATE.try_answer(typed::read, typed::reply)
+                    GetBatteryState on_get_battery_state query(
+                        "getBatteryState", -127508420, 0x066a7d0aeff2706f,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TBattery>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `BatteryStatus` for the members of a slot array.
-    pub trait BatteryStatusMembers<C, S = ()> {
-        fn get_battery_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::TBattery, GetBatteryStateError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`BatteryStatusMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeBatteryStatusMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: BatteryStatusMembers<C, S>> ServeBatteryStatusMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BATTERY_STATE, typed::read, typed::reply,
-                    |()| BatteryStatusMembers::get_battery_state(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(BatteryStatusClient);
 
@@ -217,45 +175,6 @@ pub mod battery_status {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getBatteryState`
-            GetBatteryState,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_BATTERY_STATE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_BATTERY_STATE, typed::read).map(|()| Self::GetBatteryState),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_BATTERY_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_battery_status::TBattery { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getBatteryState` with what `answer` returns.
-            pub fn on_get_battery_state(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_battery_status::TBattery, GetBatteryStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BATTERY_STATE, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -60,97 +60,44 @@ pub type SensorParamsList = Vec<SensorParams>;
 pub mod bumper {
     use rc_middleware::typed;
 
-    /// `enable`
-    pub const ENABLE: typed::Operation = typed::Operation::one_way("enable", 1830129440, 0x91782dc7d0e0cb34);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Bumper`.
+                Bumper ServeBumper ReceiveBumper, BumperMembers ServeBumperMembers ReceiveBumperMembers;
 
-    /// `disable`
-    pub const DISABLE: typed::Operation = typed::Operation::one_way("disable", 1116187146, 0x3286b7f72dfc2dd7);
+                fn enable {
+                    ENABLE.command(typed::read)
+                    Enable on_enable one_way("enable", 1830129440, 0x91782dc7d0e0cb34)
+                }
 
-    /// `isEnabled`
-    pub const IS_ENABLED: typed::Operation = typed::Operation::query("isEnabled", -426476839, 0x0c0118fb2bafd06b, &[]);
+                /// Bumpers feel nothing until they are enabled again.
+                fn disable {
+                    DISABLE.command(typed::read)
+                    Disable on_disable one_way("disable", 1116187146, 0x3286b7f72dfc2dd7)
+                }
 
-    /// `reset`
-    pub const RESET: typed::Operation = typed::Operation::one_way("reset", -378657146, 0x1536e96d3574a3f8);
+                fn is_enabled -> bool {
+                    IS_ENABLED.answer(typed::read, typed::reply)
+                    IsEnabled on_is_enabled query("isEnabled", -426476839, 0x0c0118fb2bafd06b, &[])
+                }
 
-    /// `getSensorData`
-    pub const GET_SENSOR_DATA: typed::Operation = typed::Operation::query(
-        "getSensorData", 1189178383, 0x86020b0048eab1b9, &[],
-    );
+                /// Enables them.
+                fn reset {
+                    RESET.command(typed::read)
+                    Reset on_reset one_way("reset", -378657146, 0x1536e96d3574a3f8)
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[ENABLE, DISABLE, IS_ENABLED, RESET, GET_SENSOR_DATA];
-
-    /// The handlers of `Bumper`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait Bumper<C, S = ()> {
-        fn enable(&mut self, ctx: &mut C);
-        /// Bumpers feel nothing until they are enabled again.
-        fn disable(&mut self, ctx: &mut C);
-
-        fn is_enabled(&mut self, ctx: &mut C) -> bool;
-        /// Enables them.
-        fn reset(&mut self, ctx: &mut C);
-
-        fn get_sensor_data(&mut self, ctx: &mut C) -> super::SensorStateMap;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Bumper`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeBumper<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Bumper<C, S>> ServeBumper<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&ENABLE, typed::read, |()| Bumper::enable(self, ctx)),
-                Some(1) => request.command(&DISABLE, typed::read, |()| Bumper::disable(self, ctx)),
-                Some(2) => request.answer(&IS_ENABLED, typed::read, typed::reply, |()| Bumper::is_enabled(self, ctx)),
-                Some(3) => request.command(&RESET, typed::read, |()| Bumper::reset(self, ctx)),
-                Some(4) => request.answer(
-                    &GET_SENSOR_DATA, typed::read, typed::reply, |()| Bumper::get_sensor_data(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_sensor_data -> crate::robo_comp_bumper::SensorStateMap {
+                    GET_SENSOR_DATA.answer(typed::read, typed::reply)
+                    GetSensorData on_get_sensor_data query("getSensorData", 1189178383, 0x86020b0048eab1b9, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Bumper` for the members of a slot array.
-    pub trait BumperMembers<C, S = ()> {
-        fn enable(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn disable(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn is_enabled(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> bool;
-        fn reset(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn get_sensor_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SensorStateMap;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`BumperMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeBumperMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: BumperMembers<C, S>> ServeBumperMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(&ENABLE, typed::read, |()| BumperMembers::enable(self, ctx, member)),
-                Some(1) => request.command(&DISABLE, typed::read, |()| BumperMembers::disable(self, ctx, member)),
-                Some(2) => request.answer(
-                    &IS_ENABLED, typed::read, typed::reply, |()| BumperMembers::is_enabled(self, ctx, member),
-                ),
-                Some(3) => request.command(&RESET, typed::read, |()| BumperMembers::reset(self, ctx, member)),
-                Some(4) => request.answer(
-                    &GET_SENSOR_DATA, typed::read, typed::reply, |()| BumperMembers::get_sensor_data(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(BumperClient);
 
@@ -182,82 +129,6 @@ pub mod bumper {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `enable`
-            Enable,
-            /// `disable`
-            Disable,
-            /// `isEnabled`
-            IsEnabled,
-            /// `reset`
-            Reset,
-            /// `getSensorData`
-            GetSensorData,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[IS_ENABLED, GET_SENSOR_DATA];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ENABLE, typed::read).map(|()| Self::Enable),
-                    Some(1) => request.arguments(&DISABLE, typed::read).map(|()| Self::Disable),
-                    Some(2) => request.arguments(&IS_ENABLED, typed::read).map(|()| Self::IsEnabled),
-                    Some(3) => request.arguments(&RESET, typed::read).map(|()| Self::Reset),
-                    Some(4) => request.arguments(&GET_SENSOR_DATA, typed::read).map(|()| Self::GetSensorData),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&ENABLE, typed::read, |_: ()| {}),
-                    Some(1) => request.command(&DISABLE, typed::read, |_: ()| {}),
-                    Some(2) => request.answer(
-                        &IS_ENABLED, typed::read, typed::reply, |_: ()| -> bool { Default::default() },
-                    ),
-                    Some(3) => request.command(&RESET, typed::read, |_: ()| {}),
-                    Some(4) => request.answer(
-                        &GET_SENSOR_DATA, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_bumper::SensorStateMap { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `enable`, a command, by a call of `answer`.
-            pub fn on_enable(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&ENABLE, typed::read, move |()| answer());
-            }
-
-            /// Answers `disable`, a command, by a call of `answer`.
-            pub fn on_disable(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&DISABLE, typed::read, move |()| answer());
-            }
-
-            /// Answers `isEnabled` with what `answer` returns.
-            pub fn on_is_enabled(&self, mut answer: impl FnMut() -> bool + 'static) {
-                self.0.on_query(&IS_ENABLED, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `reset`, a command, by a call of `answer`.
-            pub fn on_reset(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&RESET, typed::read, move |()| answer());
-            }
-
-            /// Answers `getSensorData` with what `answer` returns.
-            pub fn on_get_sensor_data(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_bumper::SensorStateMap + 'static,
-            ) {
-                self.0.on_query(&GET_SENSOR_DATA, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -344,118 +344,46 @@ impl rc_middleware::in_place::InPlace for CloudInPlace {
 pub mod camera {
     use rc_middleware::typed;
 
-    /// `getImage`
-    pub const GET_IMAGE: typed::Operation = typed::Operation::query("getImage", -1513590890, 0x1b233cf736c0ed21, &[]);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_IMAGE];
-
     fn result_get_image(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Image, rc_middleware::DecodeError> {
         let result = reader.value::<super::ImageInPlace>()?;
         Ok(result)
     }
 
-    /// The handlers of `Camera`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A camera that can be asked for its last picture.
-    pub trait Camera<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C) -> super::Image;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Camera`.
+                ///
+                /// A camera that can be asked for its last picture.
+                Camera ServeCamera ReceiveCamera, CameraMembers ServeCameraMembers ReceiveCameraMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`Camera`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCamera<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Camera<C, S>> ServeCamera<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(&GET_IMAGE, typed::read, typed::reply, |()| Camera::get_image(self, ctx)),
-                _ => request.unknown(),
+                fn get_image -> crate::robo_comp_camera::Image {
+                    GET_IMAGE.answer(typed::read, typed::reply)
+                    GetImage on_get_image query("getImage", -1513590890, 0x1b233cf736c0ed21, &[])
+                }
             }
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
-    /// The handlers of `Camera` for the members of a slot array.
-    pub trait CameraMembers<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Image;
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Camera`, with values in place.
+                ///
+                /// A camera that can be asked for its last picture.
+                CameraInPlace ServeCameraInPlace ReceiveCameraInPlace, CameraInPlaceMembers ServeCameraInPlaceMembers ReceiveCameraInPlaceMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`CameraMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraMembers<C, S>> ServeCameraMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_IMAGE, typed::read, typed::reply, |()| CameraMembers::get_image(self, ctx, member),
-                ),
-                _ => request.unknown(),
+                fn get_image into(result: &mut crate::robo_comp_camera::ImageInPlace) {
+                    GET_IMAGE.answer_in_place(typed::read)
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Camera`, with values in place.
-    pub trait CameraInPlace<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C, result: &mut super::ImageInPlace);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraInPlace<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraInPlace<C, S>> ServeCameraInPlace<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer_in_place(
-                    &GET_IMAGE, typed::read,
-                    |(), result: &mut super::ImageInPlace| CameraInPlace::get_image(self, ctx, result),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// The handlers of `Camera` for the members of a slot array, with values in place.
-    pub trait CameraInPlaceMembers<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member, result: &mut super::ImageInPlace);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraInPlaceMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraInPlaceMembers<C, S>> ServeCameraInPlaceMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer_in_place(
-                    &GET_IMAGE, typed::read,
-                    |(), result: &mut super::ImageInPlace| CameraInPlaceMembers::get_image(self, ctx, member, result),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::serve);
 
     rc_middleware::client!(CameraClient);
 
@@ -490,43 +418,7 @@ pub mod camera {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getImage`
-            GetImage,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_IMAGE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_IMAGE, typed::read).map(|()| Self::GetImage),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_IMAGE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_camera::Image { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getImage` with what `answer` returns.
-            pub fn on_get_image(&self, mut answer: impl FnMut() -> crate::robo_comp_camera::Image + 'static) {
-                self.0.on_query(&GET_IMAGE, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }
 
@@ -534,17 +426,6 @@ pub mod camera {
 ///
 /// A camera that publishes its images.
 pub mod camera_pub {
-    use rc_middleware::typed;
-
-    /// `newImage`
-    pub const NEW_IMAGE: typed::Operation = typed::Operation::one_way("newImage", 218034519, 0xdb32c5ed51b4d351);
-
-    /// `newCloud`
-    pub const NEW_CLOUD: typed::Operation = typed::Operation::one_way("newCloud", 2024493359, 0x80293d921b1ebdf2);
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[NEW_IMAGE, NEW_CLOUD];
-
     pub fn read_new_image(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Image,), rc_middleware::DecodeError> {
@@ -559,193 +440,51 @@ pub mod camera_pub {
         Ok((cloud,))
     }
 
-    /// The handlers of `CameraPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A camera that publishes its images.
-    pub trait CameraPub<C, S = ()> {
-        fn new_image(&mut self, ctx: &mut C, image: super::Image);
-        fn new_cloud(&mut self, ctx: &mut C, cloud: super::Cloud);
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CameraPub`.
+                ///
+                /// A camera that publishes its images.
+                CameraPub ServeCameraPub ReceiveCameraPub, CameraPubMembers ServeCameraPubMembers ReceiveCameraPubMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`CameraPub`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraPub<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn new_image(image: crate::robo_comp_camera::Image) {
+                    NEW_IMAGE.command(read_new_image)
+                    NewImage on_new_image one_way("newImage", 218034519, 0xdb32c5ed51b4d351)
+                }
 
-    impl<C, S, W: CameraPub<C, S>> ServeCameraPub<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_IMAGE, read_new_image, |(image,)| CameraPub::new_image(self, ctx, image),
-                ),
-                Some(1) => request.command(
-                    &NEW_CLOUD, read_new_cloud, |(cloud,)| CameraPub::new_cloud(self, ctx, cloud),
-                ),
-                _ => request.unknown(),
+                fn new_cloud(cloud: crate::robo_comp_camera::Cloud) {
+                    NEW_CLOUD.command(read_new_cloud)
+                    NewCloud on_new_cloud one_way("newCloud", 2024493359, 0x80293d921b1ebdf2)
+                }
             }
-        }
+        };
     }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
-    /// Takes the samples of a slot. Each implementor of [`CameraPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCameraPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
+    macro_rules! interface_in_place {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CameraPub`, with values in place.
+                ///
+                /// A camera that publishes its images.
+                CameraPubInPlace ServeCameraPubInPlace ReceiveCameraPubInPlace, CameraPubInPlaceMembers ServeCameraPubInPlaceMembers ReceiveCameraPubInPlaceMembers;
 
-    impl<C, S, W: CameraPub<C, S>> ReceiveCameraPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = read_new_image(reader)?;
-                    CameraPub::new_image(self, ctx, image);
+                fn new_image(image: &crate::robo_comp_camera::ImageInPlace) {
+                    NEW_IMAGE.in_place(rc_middleware::Reader::in_place::<crate::robo_comp_camera::ImageInPlace>)
                 }
-                1 => {
-                    let (cloud,) = read_new_cloud(reader)?;
-                    CameraPub::new_cloud(self, ctx, cloud);
+
+                fn new_cloud(cloud: &crate::robo_comp_camera::CloudInPlace) {
+                    NEW_CLOUD.in_place(rc_middleware::Reader::in_place::<crate::robo_comp_camera::CloudInPlace>)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `CameraPub` for the members of a slot array.
-    pub trait CameraPubMembers<C, S = ()> {
-        fn new_image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: super::Image);
-        fn new_cloud(&mut self, ctx: &mut C, member: &rc_middleware::Member, cloud: super::Cloud);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraPubMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraPubMembers<C, S>> ServeCameraPubMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_IMAGE, read_new_image, |(image,)| CameraPubMembers::new_image(self, ctx, member, image),
-                ),
-                Some(1) => request.command(
-                    &NEW_CLOUD, read_new_cloud, |(cloud,)| CameraPubMembers::new_cloud(self, ctx, member, cloud),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`CameraPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCameraPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraPubMembers<C, S>> ReceiveCameraPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (image,) = read_new_image(reader)?;
-                    CameraPubMembers::new_image(self, ctx, member, image);
-                }
-                1 => {
-                    let (cloud,) = read_new_cloud(reader)?;
-                    CameraPubMembers::new_cloud(self, ctx, member, cloud);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `CameraPub`, with values in place.
-    pub trait CameraPubInPlace<C, S = ()> {
-        fn new_image(&mut self, ctx: &mut C, image: &super::ImageInPlace);
-        fn new_cloud(&mut self, ctx: &mut C, cloud: &super::CloudInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`CameraPubInPlace`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCameraPubInPlace<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraPubInPlace<C, S>> ReceiveCameraPubInPlace<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let image = reader.in_place::<super::ImageInPlace>()?;
-                    CameraPubInPlace::new_image(self, ctx, &image);
-                }
-                1 => {
-                    let cloud = reader.in_place::<super::CloudInPlace>()?;
-                    CameraPubInPlace::new_cloud(self, ctx, &cloud);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
-
-    /// The handlers of `CameraPub` for the members of a slot array, with values in place.
-    pub trait CameraPubInPlaceMembers<C, S = ()> {
-        fn new_image(&mut self, ctx: &mut C, member: &rc_middleware::Member, image: &super::ImageInPlace);
-        fn new_cloud(&mut self, ctx: &mut C, member: &rc_middleware::Member, cloud: &super::CloudInPlace);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`CameraPubInPlaceMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveCameraPubInPlaceMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraPubInPlaceMembers<C, S>> ReceiveCameraPubInPlaceMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let image = reader.in_place::<super::ImageInPlace>()?;
-                    CameraPubInPlaceMembers::new_image(self, ctx, member, &image);
-                }
-                1 => {
-                    let cloud = reader.in_place::<super::CloudInPlace>()?;
-                    CameraPubInPlaceMembers::new_cloud(self, ctx, member, &cloud);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface_in_place!(rc_middleware::handlers);
+    interface_in_place!(rc_middleware::receive);
 
     rc_middleware::client!(CameraPubClient);
 
@@ -799,67 +538,7 @@ pub mod camera_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `newImage`
-            NewImage { image: crate::robo_comp_camera::Image },
-            /// `newCloud`
-            NewCloud { cloud: crate::robo_comp_camera::Cloud },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&NEW_IMAGE, read_new_image).map(|(image,)| Self::NewImage { image }),
-                    Some(1) => request.arguments(&NEW_CLOUD, read_new_cloud).map(|(cloud,)| Self::NewCloud { cloud }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&NEW_IMAGE, read_new_image, |_: (crate::robo_comp_camera::Image,)| {}),
-                    Some(1) => request.command(&NEW_CLOUD, read_new_cloud, |_: (crate::robo_comp_camera::Cloud,)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `newImage`, a command, by a call of `answer`.
-            pub fn on_new_image(&self, mut answer: impl FnMut(crate::robo_comp_camera::Image) + 'static) {
-                self.0.on_command(&NEW_IMAGE, read_new_image, move |(image,)| answer(image));
-            }
-
-            /// Answers `newCloud`, a command, by a call of `answer`.
-            pub fn on_new_cloud(&self, mut answer: impl FnMut(crate::robo_comp_camera::Cloud) + 'static) {
-                self.0.on_command(&NEW_CLOUD, read_new_cloud, move |(cloud,)| answer(cloud));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `newImage`
-            NewImage { image: crate::robo_comp_camera::Image },
-            /// `newCloud`
-            NewCloud { cloud: crate::robo_comp_camera::Cloud },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => read_new_image(reader).map(|(image,)| Self::NewImage { image }),
-                    1 => read_new_cloud(reader).map(|(cloud,)| Self::NewCloud { cloud }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

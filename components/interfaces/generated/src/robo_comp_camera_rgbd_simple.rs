@@ -158,45 +158,6 @@ rc_middleware::cdr_struct!(Trgbd: image, depth);
 pub mod camera_rgbd_simple {
     use rc_middleware::typed;
 
-    /// `getImage`
-    pub const GET_IMAGE: typed::Operation = typed::Operation::query(
-        "getImage", -1513590890, 0x77f9063df50bfb97,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TImage>(0),
-        ],
-    );
-
-    /// `getDepth`
-    pub const GET_DEPTH: typed::Operation = typed::Operation::query(
-        "getDepth", 1181519480, 0xe821c330a1ffcfe7,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TDepth>(0),
-        ],
-    );
-
-    /// `getPoints`
-    pub const GET_POINTS: typed::Operation = typed::Operation::query(
-        "getPoints", -1810866830, 0xb35d40b1c9ad95b5,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TPoints>(0),
-        ],
-    );
-
-    /// `getAll`
-    pub const GET_ALL: typed::Operation = typed::Operation::query(
-        "getAll", 963926648, 0xe2b9466edc95927d,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::Trgbd>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_IMAGE, GET_DEPTH, GET_POINTS, GET_ALL];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -218,94 +179,64 @@ pub mod camera_rgbd_simple {
     /// The errors of `getAll`.
     pub type GetAllError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `CameraRGBDSimple`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A camera that can be asked for its last images. `camera` is the name of one among several; empty for the only one.
-    pub trait CameraRGBDSimple<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C, camera: String) -> Result<super::TImage, GetImageError>;
-        fn get_depth(&mut self, ctx: &mut C, camera: String) -> Result<super::TDepth, GetDepthError>;
-        fn get_points(&mut self, ctx: &mut C, camera: String) -> Result<super::TPoints, GetPointsError>;
-        /// Picture and depths of one moment.
-        fn get_all(&mut self, ctx: &mut C, camera: String) -> Result<super::Trgbd, GetAllError>;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CameraRGBDSimple`.
+                ///
+                /// A camera that can be asked for its last images. `camera` is the name of one among several; empty for the only one.
+                CameraRGBDSimple ServeCameraRGBDSimple ReceiveCameraRGBDSimple, CameraRGBDSimpleMembers ServeCameraRGBDSimpleMembers ReceiveCameraRGBDSimpleMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`CameraRGBDSimple`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraRGBDSimple<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn get_image(camera: String) -> Result<crate::robo_comp_camera_rgbd_simple::TImage, GetImageError> {
+                    GET_IMAGE.try_answer(typed::read, typed::reply)
+                    GetImage on_get_image query(
+                        "getImage", -1513590890, 0x77f9063df50bfb97,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TImage>(0),
+                        ],
+                    )
+                }
 
-    impl<C, S, W: CameraRGBDSimple<C, S>> ServeCameraRGBDSimple<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_IMAGE, typed::read, typed::reply, |(camera,)| CameraRGBDSimple::get_image(self, ctx, camera),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_DEPTH, typed::read, typed::reply, |(camera,)| CameraRGBDSimple::get_depth(self, ctx, camera),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_POINTS, typed::read, typed::reply, |(camera,)| CameraRGBDSimple::get_points(self, ctx, camera),
-                ),
-                Some(3) => request.try_answer(
-                    &GET_ALL, typed::read, typed::reply, |(camera,)| CameraRGBDSimple::get_all(self, ctx, camera),
-                ),
-                _ => request.unknown(),
+                fn get_depth(camera: String) -> Result<crate::robo_comp_camera_rgbd_simple::TDepth, GetDepthError> {
+                    GET_DEPTH.try_answer(typed::read, typed::reply)
+                    GetDepth on_get_depth query(
+                        "getDepth", 1181519480, 0xe821c330a1ffcfe7,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TDepth>(0),
+                        ],
+                    )
+                }
+
+                fn get_points(camera: String) -> Result<crate::robo_comp_camera_rgbd_simple::TPoints, GetPointsError> {
+                    GET_POINTS.try_answer(typed::read, typed::reply)
+                    GetPoints on_get_points query(
+                        "getPoints", -1810866830, 0xb35d40b1c9ad95b5,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TPoints>(0),
+                        ],
+                    )
+                }
+
+                /// Picture and depths of one moment.
+                fn get_all(camera: String) -> Result<crate::robo_comp_camera_rgbd_simple::Trgbd, GetAllError> {
+                    GET_ALL.try_answer(typed::read, typed::reply)
+                    GetAll on_get_all query(
+                        "getAll", 963926648, 0xe2b9466edc95927d,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::Trgbd>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `CameraRGBDSimple` for the members of a slot array.
-    pub trait CameraRGBDSimpleMembers<C, S = ()> {
-        fn get_image(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera: String,
-        ) -> Result<super::TImage, GetImageError>;
-        fn get_depth(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera: String,
-        ) -> Result<super::TDepth, GetDepthError>;
-        fn get_points(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera: String,
-        ) -> Result<super::TPoints, GetPointsError>;
-        fn get_all(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, camera: String,
-        ) -> Result<super::Trgbd, GetAllError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraRGBDSimpleMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraRGBDSimpleMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraRGBDSimpleMembers<C, S>> ServeCameraRGBDSimpleMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_IMAGE, typed::read, typed::reply,
-                    |(camera,)| CameraRGBDSimpleMembers::get_image(self, ctx, member, camera),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_DEPTH, typed::read, typed::reply,
-                    |(camera,)| CameraRGBDSimpleMembers::get_depth(self, ctx, member, camera),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_POINTS, typed::read, typed::reply,
-                    |(camera,)| CameraRGBDSimpleMembers::get_points(self, ctx, member, camera),
-                ),
-                Some(3) => request.try_answer(
-                    &GET_ALL, typed::read, typed::reply,
-                    |(camera,)| CameraRGBDSimpleMembers::get_all(self, ctx, member, camera),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(CameraRGBDSimpleClient);
 
@@ -332,90 +263,6 @@ pub mod camera_rgbd_simple {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getImage`
-            GetImage { camera: String },
-            /// `getDepth`
-            GetDepth { camera: String },
-            /// `getPoints`
-            GetPoints { camera: String },
-            /// `getAll`
-            GetAll { camera: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_IMAGE, GET_DEPTH, GET_POINTS, GET_ALL];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_IMAGE, typed::read).map(|(camera,)| Self::GetImage { camera }),
-                    Some(1) => request.arguments(&GET_DEPTH, typed::read).map(|(camera,)| Self::GetDepth { camera }),
-                    Some(2) => request.arguments(&GET_POINTS, typed::read).map(|(camera,)| Self::GetPoints { camera }),
-                    Some(3) => request.arguments(&GET_ALL, typed::read).map(|(camera,)| Self::GetAll { camera }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_IMAGE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_camera_rgbd_simple::TImage { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_DEPTH, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_camera_rgbd_simple::TDepth { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_POINTS, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_camera_rgbd_simple::TPoints { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_ALL, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_camera_rgbd_simple::Trgbd { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getImage` with what `answer` returns.
-            pub fn on_get_image(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_camera_rgbd_simple::TImage, GetImageError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_IMAGE, typed::read, typed::reply, move |(camera,)| answer(camera));
-            }
-
-            /// Answers `getDepth` with what `answer` returns.
-            pub fn on_get_depth(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_camera_rgbd_simple::TDepth, GetDepthError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_DEPTH, typed::read, typed::reply, move |(camera,)| answer(camera));
-            }
-
-            /// Answers `getPoints` with what `answer` returns.
-            pub fn on_get_points(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_camera_rgbd_simple::TPoints, GetPointsError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_POINTS, typed::read, typed::reply, move |(camera,)| answer(camera));
-            }
-
-            /// Answers `getAll` with what `answer` returns.
-            pub fn on_get_all(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_camera_rgbd_simple::Trgbd, GetAllError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_ALL, typed::read, typed::reply, move |(camera,)| answer(camera));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

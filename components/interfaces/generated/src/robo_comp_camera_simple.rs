@@ -48,18 +48,6 @@ rc_middleware::cdr_struct!(TImage: width, height, depth, image);
 pub mod camera_simple {
     use rc_middleware::typed;
 
-    /// `getImage`
-    pub const GET_IMAGE: typed::Operation = typed::Operation::query(
-        "getImage", -1513590890, 0x953630b0055d7163,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TImage>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_IMAGE];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -72,55 +60,28 @@ pub mod camera_simple {
     /// The errors of `getImage`.
     pub type GetImageError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `CameraSimple`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait CameraSimple<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C) -> Result<super::TImage, GetImageError>;
-    }
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CameraSimple`.
+                CameraSimple ServeCameraSimple ReceiveCameraSimple, CameraSimpleMembers ServeCameraSimpleMembers ReceiveCameraSimpleMembers;
 
-    /// Answers the requests of a slot. Each implementor of [`CameraSimple`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraSimple<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraSimple<C, S>> ServeCameraSimple<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_IMAGE, typed::read, typed::reply, |()| CameraSimple::get_image(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_image -> Result<crate::robo_comp_camera_simple::TImage, GetImageError> {
+                    GET_IMAGE.try_answer(typed::read, typed::reply)
+                    GetImage on_get_image query(
+                        "getImage", -1513590890, 0x953630b0055d7163,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TImage>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `CameraSimple` for the members of a slot array.
-    pub trait CameraSimpleMembers<C, S = ()> {
-        fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<super::TImage, GetImageError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CameraSimpleMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCameraSimpleMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CameraSimpleMembers<C, S>> ServeCameraSimpleMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_IMAGE, typed::read, typed::reply, |()| CameraSimpleMembers::get_image(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(CameraSimpleClient);
 
@@ -134,45 +95,6 @@ pub mod camera_simple {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getImage`
-            GetImage,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_IMAGE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_IMAGE, typed::read).map(|()| Self::GetImage),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_IMAGE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_camera_simple::TImage { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getImage` with what `answer` returns.
-            pub fn on_get_image(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_camera_simple::TImage, GetImageError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_IMAGE, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -157,114 +157,25 @@ rc_middleware::cdr_struct!(ColoredObjects: captured, number, width, height, obje
 pub mod colored_objects_pub {
     use rc_middleware::typed;
 
-    /// `newObjects`
-    pub const NEW_OBJECTS: typed::Operation = typed::Operation::one_way("newObjects", 1401841994, 0x3c63ec8fbce65185);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `ColoredObjectsPub`.
+                ///
+                /// Something that finds coloured objects.
+                ColoredObjectsPub ServeColoredObjectsPub ReceiveColoredObjectsPub, ColoredObjectsPubMembers ServeColoredObjectsPubMembers ReceiveColoredObjectsPubMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[NEW_OBJECTS];
-
-    /// The handlers of `ColoredObjectsPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Something that finds coloured objects.
-    pub trait ColoredObjectsPub<C, S = ()> {
-        fn new_objects(&mut self, ctx: &mut C, found: super::ColoredObjects);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ColoredObjectsPub`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeColoredObjectsPub<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ColoredObjectsPub<C, S>> ServeColoredObjectsPub<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_OBJECTS, typed::read, |(found,)| ColoredObjectsPub::new_objects(self, ctx, found),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ColoredObjectsPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveColoredObjectsPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ColoredObjectsPub<C, S>> ReceiveColoredObjectsPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (found,) = typed::read(reader)?;
-                    ColoredObjectsPub::new_objects(self, ctx, found);
+                fn new_objects(found: crate::robo_comp_colored_objects::ColoredObjects) {
+                    NEW_OBJECTS.command(typed::read)
+                    NewObjects on_new_objects one_way("newObjects", 1401841994, 0x3c63ec8fbce65185)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `ColoredObjectsPub` for the members of a slot array.
-    pub trait ColoredObjectsPubMembers<C, S = ()> {
-        fn new_objects(&mut self, ctx: &mut C, member: &rc_middleware::Member, found: super::ColoredObjects);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ColoredObjectsPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeColoredObjectsPubMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ColoredObjectsPubMembers<C, S>> ServeColoredObjectsPubMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_OBJECTS, typed::read,
-                    |(found,)| ColoredObjectsPubMembers::new_objects(self, ctx, member, found),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`ColoredObjectsPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveColoredObjectsPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ColoredObjectsPubMembers<C, S>> ReceiveColoredObjectsPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (found,) = typed::read(reader)?;
-                    ColoredObjectsPubMembers::new_objects(self, ctx, member, found);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(ColoredObjectsPubClient);
 
@@ -286,59 +197,7 @@ pub mod colored_objects_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `newObjects`
-            NewObjects { found: crate::robo_comp_colored_objects::ColoredObjects },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&NEW_OBJECTS, typed::read).map(|(found,)| Self::NewObjects { found }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(
-                        &NEW_OBJECTS, typed::read, |_: (crate::robo_comp_colored_objects::ColoredObjects,)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `newObjects`, a command, by a call of `answer`.
-            pub fn on_new_objects(
-                &self, mut answer: impl FnMut(crate::robo_comp_colored_objects::ColoredObjects) + 'static,
-            ) {
-                self.0.on_command(&NEW_OBJECTS, typed::read, move |(found,)| answer(found));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `newObjects`
-            NewObjects { found: crate::robo_comp_colored_objects::ColoredObjects },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(found,)| Self::NewObjects { found }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

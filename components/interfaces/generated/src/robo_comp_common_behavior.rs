@@ -98,167 +98,67 @@ pub type ParameterList = std::collections::BTreeMap<String, Parameter>;
 pub mod common_behavior {
     use rc_middleware::typed;
 
-    /// `getPeriod`
-    pub const GET_PERIOD: typed::Operation = typed::Operation::query("getPeriod", 752206034, 0x440c02e342a1059c, &[]);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `CommonBehavior`.
+                ///
+                /// Watches over a component and sets it right.
+                CommonBehavior ServeCommonBehavior ReceiveCommonBehavior, CommonBehaviorMembers ServeCommonBehaviorMembers ReceiveCommonBehaviorMembers;
 
-    /// `setPeriod`
-    pub const SET_PERIOD: typed::Operation = typed::Operation::one_way("setPeriod", -1017690394, 0x57456af81ef8a03c);
+                /// The time from one compute to the next, in milliseconds.
+                fn get_period -> i32 {
+                    GET_PERIOD.answer(typed::read, typed::reply)
+                    GetPeriod on_get_period query("getPeriod", 752206034, 0x440c02e342a1059c, &[])
+                }
 
-    /// `timeAwake`
-    pub const TIME_AWAKE: typed::Operation = typed::Operation::query("timeAwake", 1432901152, 0x3ed9cd309bc24515, &[]);
+                /// - `period`: in ms
+                fn set_period(period: i32) {
+                    SET_PERIOD.command(typed::read)
+                    SetPeriod on_set_period one_way("setPeriod", -1017690394, 0x57456af81ef8a03c)
+                }
 
-    /// `killYourSelf`
-    pub const KILL_YOUR_SELF: typed::Operation = typed::Operation::one_way(
-        "killYourSelf", -192679036, 0xb216ea208a6ccbb2,
-    );
+                /// How long the component has been running, in milliseconds.
+                fn time_awake -> i32 {
+                    TIME_AWAKE.answer(typed::read, typed::reply)
+                    TimeAwake on_time_awake query("timeAwake", 1432901152, 0x3ed9cd309bc24515, &[])
+                }
 
-    /// `getParameterList`
-    pub const GET_PARAMETER_LIST: typed::Operation = typed::Operation::query(
-        "getParameterList", 1883724158, 0x5cdb26dffcf5cebb, &[],
-    );
+                /// Asks the component to end in order.
+                fn kill_your_self {
+                    KILL_YOUR_SELF.command(typed::read)
+                    KillYourSelf on_kill_your_self one_way("killYourSelf", -192679036, 0xb216ea208a6ccbb2)
+                }
 
-    /// `setParameterList`
-    pub const SET_PARAMETER_LIST: typed::Operation = typed::Operation::query(
-        "setParameterList", 604014977, 0xbe2c8125a432b463, &[],
-    );
+                fn get_parameter_list -> crate::robo_comp_common_behavior::ParameterList {
+                    GET_PARAMETER_LIST.answer(typed::read, typed::reply)
+                    GetParameterList on_get_parameter_list query(
+                        "getParameterList", 1883724158, 0x5cdb26dffcf5cebb, &[],
+                    )
+                }
 
-    /// `reloadConfig`
-    pub const RELOAD_CONFIG: typed::Operation = typed::Operation::query(
-        "reloadConfig", -409386258, 0x154cec6448a30f02, &[],
-    );
+                /// Changes the parameters that are named; returns when that has been done.
+                fn set_parameter_list(l: crate::robo_comp_common_behavior::ParameterList) {
+                    SET_PARAMETER_LIST.answer(typed::read, typed::reply)
+                    SetParameterList on_set_parameter_list query("setParameterList", 604014977, 0xbe2c8125a432b463, &[])
+                }
 
-    /// `getState`
-    pub const GET_STATE: typed::Operation = typed::Operation::query("getState", 1961371937, 0xc6485475165d196a, &[]);
+                /// Reads the configuration file again; returns when that has been done.
+                fn reload_config {
+                    RELOAD_CONFIG.answer(typed::read, typed::reply)
+                    ReloadConfig on_reload_config query("reloadConfig", -409386258, 0x154cec6448a30f02, &[])
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_PERIOD, SET_PERIOD, TIME_AWAKE, KILL_YOUR_SELF, GET_PARAMETER_LIST, SET_PARAMETER_LIST, RELOAD_CONFIG,
-        GET_STATE,
-    ];
-
-    /// The handlers of `CommonBehavior`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Watches over a component and sets it right.
-    pub trait CommonBehavior<C, S = ()> {
-        /// The time from one compute to the next, in milliseconds.
-        fn get_period(&mut self, ctx: &mut C) -> i32;
-
-        /// - `period`: in ms
-        fn set_period(&mut self, ctx: &mut C, period: i32);
-
-        /// How long the component has been running, in milliseconds.
-        fn time_awake(&mut self, ctx: &mut C) -> i32;
-
-        /// Asks the component to end in order.
-        fn kill_your_self(&mut self, ctx: &mut C);
-
-        fn get_parameter_list(&mut self, ctx: &mut C) -> super::ParameterList;
-        /// Changes the parameters that are named; returns when that has been done.
-        fn set_parameter_list(&mut self, ctx: &mut C, l: super::ParameterList);
-
-        /// Reads the configuration file again; returns when that has been done.
-        fn reload_config(&mut self, ctx: &mut C);
-
-        fn get_state(&mut self, ctx: &mut C) -> super::State;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CommonBehavior`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCommonBehavior<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CommonBehavior<C, S>> ServeCommonBehavior<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_PERIOD, typed::read, typed::reply, |()| CommonBehavior::get_period(self, ctx),
-                ),
-                Some(1) => request.command(
-                    &SET_PERIOD, typed::read, |(period,)| CommonBehavior::set_period(self, ctx, period),
-                ),
-                Some(2) => request.answer(
-                    &TIME_AWAKE, typed::read, typed::reply, |()| CommonBehavior::time_awake(self, ctx),
-                ),
-                Some(3) => request.command(
-                    &KILL_YOUR_SELF, typed::read, |()| CommonBehavior::kill_your_self(self, ctx),
-                ),
-                Some(4) => request.answer(
-                    &GET_PARAMETER_LIST, typed::read, typed::reply, |()| CommonBehavior::get_parameter_list(self, ctx),
-                ),
-                Some(5) => request.answer(
-                    &SET_PARAMETER_LIST, typed::read, typed::reply,
-                    |(l,)| CommonBehavior::set_parameter_list(self, ctx, l),
-                ),
-                Some(6) => request.answer(
-                    &RELOAD_CONFIG, typed::read, typed::reply, |()| CommonBehavior::reload_config(self, ctx),
-                ),
-                Some(7) => request.answer(
-                    &GET_STATE, typed::read, typed::reply, |()| CommonBehavior::get_state(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_state -> crate::robo_comp_common_behavior::State {
+                    GET_STATE.answer(typed::read, typed::reply)
+                    GetState on_get_state query("getState", 1961371937, 0xc6485475165d196a, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `CommonBehavior` for the members of a slot array.
-    pub trait CommonBehaviorMembers<C, S = ()> {
-        fn get_period(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> i32;
-        fn set_period(&mut self, ctx: &mut C, member: &rc_middleware::Member, period: i32);
-        fn time_awake(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> i32;
-        fn kill_your_self(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn get_parameter_list(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::ParameterList;
-        fn set_parameter_list(&mut self, ctx: &mut C, member: &rc_middleware::Member, l: super::ParameterList);
-        fn reload_config(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn get_state(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::State;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`CommonBehaviorMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeCommonBehaviorMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: CommonBehaviorMembers<C, S>> ServeCommonBehaviorMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_PERIOD, typed::read, typed::reply, |()| CommonBehaviorMembers::get_period(self, ctx, member),
-                ),
-                Some(1) => request.command(
-                    &SET_PERIOD, typed::read, |(period,)| CommonBehaviorMembers::set_period(self, ctx, member, period),
-                ),
-                Some(2) => request.answer(
-                    &TIME_AWAKE, typed::read, typed::reply, |()| CommonBehaviorMembers::time_awake(self, ctx, member),
-                ),
-                Some(3) => request.command(
-                    &KILL_YOUR_SELF, typed::read, |()| CommonBehaviorMembers::kill_your_self(self, ctx, member),
-                ),
-                Some(4) => request.answer(
-                    &GET_PARAMETER_LIST, typed::read, typed::reply,
-                    |()| CommonBehaviorMembers::get_parameter_list(self, ctx, member),
-                ),
-                Some(5) => request.answer(
-                    &SET_PARAMETER_LIST, typed::read, typed::reply,
-                    |(l,)| CommonBehaviorMembers::set_parameter_list(self, ctx, member, l),
-                ),
-                Some(6) => request.answer(
-                    &RELOAD_CONFIG, typed::read, typed::reply,
-                    |()| CommonBehaviorMembers::reload_config(self, ctx, member),
-                ),
-                Some(7) => request.answer(
-                    &GET_STATE, typed::read, typed::reply, |()| CommonBehaviorMembers::get_state(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(CommonBehaviorClient);
 
@@ -306,121 +206,6 @@ pub mod common_behavior {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getPeriod`
-            GetPeriod,
-            /// `setPeriod`
-            SetPeriod { period: i32 },
-            /// `timeAwake`
-            TimeAwake,
-            /// `killYourSelf`
-            KillYourSelf,
-            /// `getParameterList`
-            GetParameterList,
-            /// `setParameterList`
-            SetParameterList { l: crate::robo_comp_common_behavior::ParameterList },
-            /// `reloadConfig`
-            ReloadConfig,
-            /// `getState`
-            GetState,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_PERIOD, TIME_AWAKE, GET_PARAMETER_LIST, GET_STATE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_PERIOD, typed::read).map(|()| Self::GetPeriod),
-                    Some(1) => request.arguments(&SET_PERIOD, typed::read).map(|(period,)| Self::SetPeriod { period }),
-                    Some(2) => request.arguments(&TIME_AWAKE, typed::read).map(|()| Self::TimeAwake),
-                    Some(3) => request.arguments(&KILL_YOUR_SELF, typed::read).map(|()| Self::KillYourSelf),
-                    Some(4) => request.arguments(&GET_PARAMETER_LIST, typed::read).map(|()| Self::GetParameterList),
-                    Some(5) => request.arguments(&SET_PARAMETER_LIST, typed::read).map(
-                        |(l,)| Self::SetParameterList { l }
-                    ),
-                    Some(6) => request.arguments(&RELOAD_CONFIG, typed::read).map(|()| Self::ReloadConfig),
-                    Some(7) => request.arguments(&GET_STATE, typed::read).map(|()| Self::GetState),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_PERIOD, typed::read, typed::reply, |_: ()| -> i32 { Default::default() },
-                    ),
-                    Some(1) => request.command(&SET_PERIOD, typed::read, |_: (i32,)| {}),
-                    Some(2) => request.answer(
-                        &TIME_AWAKE, typed::read, typed::reply, |_: ()| -> i32 { Default::default() },
-                    ),
-                    Some(3) => request.command(&KILL_YOUR_SELF, typed::read, |_: ()| {}),
-                    Some(4) => request.answer(
-                        &GET_PARAMETER_LIST, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_common_behavior::ParameterList { Default::default() },
-                    ),
-                    Some(5) => request.answer(
-                        &SET_PARAMETER_LIST, typed::read, typed::reply,
-                        |_: (crate::robo_comp_common_behavior::ParameterList,)| (),
-                    ),
-                    Some(6) => request.answer(&RELOAD_CONFIG, typed::read, typed::reply, |_: ()| ()),
-                    Some(7) => request.answer(
-                        &GET_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_common_behavior::State { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getPeriod` with what `answer` returns.
-            pub fn on_get_period(&self, mut answer: impl FnMut() -> i32 + 'static) {
-                self.0.on_query(&GET_PERIOD, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setPeriod`, a command, by a call of `answer`.
-            pub fn on_set_period(&self, mut answer: impl FnMut(i32) + 'static) {
-                self.0.on_command(&SET_PERIOD, typed::read, move |(period,)| answer(period));
-            }
-
-            /// Answers `timeAwake` with what `answer` returns.
-            pub fn on_time_awake(&self, mut answer: impl FnMut() -> i32 + 'static) {
-                self.0.on_query(&TIME_AWAKE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `killYourSelf`, a command, by a call of `answer`.
-            pub fn on_kill_your_self(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&KILL_YOUR_SELF, typed::read, move |()| answer());
-            }
-
-            /// Answers `getParameterList` with what `answer` returns.
-            pub fn on_get_parameter_list(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_common_behavior::ParameterList + 'static,
-            ) {
-                self.0.on_query(&GET_PARAMETER_LIST, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setParameterList` with what `answer` returns.
-            pub fn on_set_parameter_list(
-                &self, mut answer: impl FnMut(crate::robo_comp_common_behavior::ParameterList) + 'static,
-            ) {
-                self.0.on_query(&SET_PARAMETER_LIST, typed::read, typed::reply, move |(l,)| answer(l));
-            }
-
-            /// Answers `reloadConfig` with what `answer` returns.
-            pub fn on_reload_config(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_query(&RELOAD_CONFIG, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getState` with what `answer` returns.
-            pub fn on_get_state(&self, mut answer: impl FnMut() -> crate::robo_comp_common_behavior::State + 'static) {
-                self.0.on_query(&GET_STATE, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

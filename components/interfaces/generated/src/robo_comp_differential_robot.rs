@@ -57,67 +57,6 @@ rc_middleware::cdr_struct!(
 pub mod differential_robot {
     use rc_middleware::typed;
 
-    /// `getBaseState`
-    pub const GET_BASE_STATE: typed::Operation = typed::Operation::query(
-        "getBaseState", 1652238603, 0x7fb65cee8ac42b04,
-        &[
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::HardwareFailedException>(
-                HARDWARE_FAILED_EXCEPTION
-            ),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getBasePose`
-    pub const GET_BASE_POSE: typed::Operation = typed::Operation::query(
-        "getBasePose", 1764853400, 0x22e81f5648ef3638,
-        &[
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::HardwareFailedException>(
-                HARDWARE_FAILED_EXCEPTION
-            ),
-            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<f32>(0),
-        ],
-    );
-
-    /// `getMechParams`
-    pub const GET_MECH_PARAMS: typed::Operation = typed::Operation::query(
-        "getMechParams", 1094106188, 0x8b562d9b6ea758ed, &[],
-    );
-
-    /// `setSpeedBase`
-    pub const SET_SPEED_BASE: typed::Operation = typed::Operation::one_way(
-        "setSpeedBase", 813783100, 0xa402e8c2e63c6d3f,
-    );
-
-    /// `stopBase`
-    pub const STOP_BASE: typed::Operation = typed::Operation::one_way("stopBase", 1982418655, 0x0cce038f4d7aee28);
-
-    /// `resetOdometer`
-    pub const RESET_ODOMETER: typed::Operation = typed::Operation::one_way(
-        "resetOdometer", 1723657111, 0x94826cdc9adc89d4,
-    );
-
-    /// `setOdometer`
-    pub const SET_ODOMETER: typed::Operation = typed::Operation::one_way(
-        "setOdometer", -2082011004, 0xecfa26b2d69af9f8,
-    );
-
-    /// `setOdometerPose`
-    pub const SET_ODOMETER_POSE: typed::Operation = typed::Operation::one_way(
-        "setOdometerPose", -163556198, 0x59b1980be6f94abd,
-    );
-
-    /// `correctOdometer`
-    pub const CORRECT_ODOMETER: typed::Operation = typed::Operation::one_way(
-        "correctOdometer", -595828834, 0x390b47dab13646fd,
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_BASE_STATE, GET_BASE_POSE, GET_MECH_PARAMS, SET_SPEED_BASE, STOP_BASE, RESET_ODOMETER, SET_ODOMETER,
-        SET_ODOMETER_POSE, CORRECT_ODOMETER,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -136,167 +75,106 @@ pub mod differential_robot {
     /// The errors of `getBasePose`.
     pub type GetBasePoseError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `DifferentialRobot`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Drives the base and asks where it is.
-    /// What moves the base is a command, one way: the state tells what came of it.
-    pub trait DifferentialRobot<C, S = ()> {
-        /// The whole state at once.
-        fn get_base_state(&mut self, ctx: &mut C) -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `DifferentialRobot`.
+                ///
+                /// Drives the base and asks where it is.
+                /// What moves the base is a command, one way: the state tells what came of it.
+                DifferentialRobot ServeDifferentialRobot ReceiveDifferentialRobot, DifferentialRobotMembers ServeDifferentialRobotMembers ReceiveDifferentialRobotMembers;
 
-        /// The position and heading by the wheels alone, rounded to whole millimetres.
-        ///
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn get_base_pose(&mut self, ctx: &mut C) -> Result<GetBasePoseAnswer, GetBasePoseError>;
+                /// The whole state at once.
+                fn get_base_state -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> {
+                    GET_BASE_STATE.try_answer(typed::read, typed::reply)
+                    GetBaseState on_get_base_state query(
+                        "getBaseState", 1652238603, 0x7fb65cee8ac42b04,
+                        &[
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::HardwareFailedException>(
+                                HARDWARE_FAILED_EXCEPTION
+                            ),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
 
-        /// How the base is built.
-        fn get_mech_params(&mut self, ctx: &mut C) -> super::TMechParams;
+                /// The position and heading by the wheels alone, rounded to whole millimetres.
+                ///
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn get_base_pose -> Result<GetBasePoseAnswer, GetBasePoseError> {
+                    GET_BASE_POSE.try_answer(typed::read, typed::reply)
+                    GetBasePose on_get_base_pose query(
+                        "getBasePose", 1764853400, 0x22e81f5648ef3638,
+                        &[
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::HardwareFailedException>(
+                                HARDWARE_FAILED_EXCEPTION
+                            ),
+                            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0),
+                            typed::ReplyVariant::of::<f32>(0),
+                        ],
+                    )
+                }
 
-        /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
-        ///
-        /// - `adv`: in mm/s
-        /// - `rot`: in rad/s
-        fn set_speed_base(&mut self, ctx: &mut C, adv: f32, rot: f32);
+                /// How the base is built.
+                fn get_mech_params -> crate::robo_comp_differential_robot::TMechParams {
+                    GET_MECH_PARAMS.answer(typed::read, typed::reply)
+                    GetMechParams on_get_mech_params query("getMechParams", 1094106188, 0x8b562d9b6ea758ed, &[])
+                }
 
-        /// Ends every motion.
-        fn stop_base(&mut self, ctx: &mut C);
+                /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
+                ///
+                /// - `adv`: in mm/s
+                /// - `rot`: in rad/s
+                fn set_speed_base(adv: f32, rot: f32) {
+                    SET_SPEED_BASE.command(typed::read)
+                    SetSpeedBase on_set_speed_base one_way("setSpeedBase", 813783100, 0xa402e8c2e63c6d3f)
+                }
 
-        /// Calls the place where the base stands the origin.
-        fn reset_odometer(&mut self, ctx: &mut C);
+                /// Ends every motion.
+                fn stop_base {
+                    STOP_BASE.command(typed::read)
+                    StopBase on_stop_base one_way("stopBase", 1982418655, 0x0cce038f4d7aee28)
+                }
 
-        /// Takes positions and headings, the corrected ones too, from a state.
-        fn set_odometer(&mut self, ctx: &mut C, state: crate::robo_comp_generic_base::TBaseState);
+                /// Calls the place where the base stands the origin.
+                fn reset_odometer {
+                    RESET_ODOMETER.command(typed::read)
+                    ResetOdometer on_reset_odometer one_way("resetOdometer", 1723657111, 0x94826cdc9adc89d4)
+                }
 
-        /// Says where the base stands, by the wheels.
-        ///
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn set_odometer_pose(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32);
+                /// Takes positions and headings, the corrected ones too, from a state.
+                fn set_odometer(state: crate::robo_comp_generic_base::TBaseState) {
+                    SET_ODOMETER.command(typed::read)
+                    SetOdometer on_set_odometer one_way("setOdometer", -2082011004, 0xecfa26b2d69af9f8)
+                }
 
-        /// Says where the base really stands; what the wheels counted stays as it is.
-        ///
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn correct_odometer(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32);
-    }
+                /// Says where the base stands, by the wheels.
+                ///
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn set_odometer_pose(x: i32, z: i32, alpha: f32) {
+                    SET_ODOMETER_POSE.command(typed::read)
+                    SetOdometerPose on_set_odometer_pose one_way("setOdometerPose", -163556198, 0x59b1980be6f94abd)
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`DifferentialRobot`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeDifferentialRobot<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: DifferentialRobot<C, S>> ServeDifferentialRobot<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply, |()| DifferentialRobot::get_base_state(self, ctx),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply, |()| DifferentialRobot::get_base_pose(self, ctx),
-                ),
-                Some(2) => request.answer(
-                    &GET_MECH_PARAMS, typed::read, typed::reply, |()| DifferentialRobot::get_mech_params(self, ctx),
-                ),
-                Some(3) => request.command(
-                    &SET_SPEED_BASE, typed::read, |(adv, rot)| DifferentialRobot::set_speed_base(self, ctx, adv, rot),
-                ),
-                Some(4) => request.command(&STOP_BASE, typed::read, |()| DifferentialRobot::stop_base(self, ctx)),
-                Some(5) => request.command(
-                    &RESET_ODOMETER, typed::read, |()| DifferentialRobot::reset_odometer(self, ctx),
-                ),
-                Some(6) => request.command(
-                    &SET_ODOMETER, typed::read, |(state,)| DifferentialRobot::set_odometer(self, ctx, state),
-                ),
-                Some(7) => request.command(
-                    &SET_ODOMETER_POSE, typed::read,
-                    |(x, z, alpha)| DifferentialRobot::set_odometer_pose(self, ctx, x, z, alpha),
-                ),
-                Some(8) => request.command(
-                    &CORRECT_ODOMETER, typed::read,
-                    |(x, z, alpha)| DifferentialRobot::correct_odometer(self, ctx, x, z, alpha),
-                ),
-                _ => request.unknown(),
+                /// Says where the base really stands; what the wheels counted stays as it is.
+                ///
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn correct_odometer(x: i32, z: i32, alpha: f32) {
+                    CORRECT_ODOMETER.command(typed::read)
+                    CorrectOdometer on_correct_odometer one_way("correctOdometer", -595828834, 0x390b47dab13646fd)
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `DifferentialRobot` for the members of a slot array.
-    pub trait DifferentialRobotMembers<C, S = ()> {
-        fn get_base_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError>;
-        fn get_base_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<GetBasePoseAnswer, GetBasePoseError>;
-        fn get_mech_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::TMechParams;
-        fn set_speed_base(&mut self, ctx: &mut C, member: &rc_middleware::Member, adv: f32, rot: f32);
-        fn stop_base(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn reset_odometer(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-        fn set_odometer(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, state: crate::robo_comp_generic_base::TBaseState,
-        );
-        fn set_odometer_pose(&mut self, ctx: &mut C, member: &rc_middleware::Member, x: i32, z: i32, alpha: f32);
-        fn correct_odometer(&mut self, ctx: &mut C, member: &rc_middleware::Member, x: i32, z: i32, alpha: f32);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`DifferentialRobotMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeDifferentialRobotMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: DifferentialRobotMembers<C, S>> ServeDifferentialRobotMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply,
-                    |()| DifferentialRobotMembers::get_base_state(self, ctx, member),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply,
-                    |()| DifferentialRobotMembers::get_base_pose(self, ctx, member),
-                ),
-                Some(2) => request.answer(
-                    &GET_MECH_PARAMS, typed::read, typed::reply,
-                    |()| DifferentialRobotMembers::get_mech_params(self, ctx, member),
-                ),
-                Some(3) => request.command(
-                    &SET_SPEED_BASE, typed::read,
-                    |(adv, rot)| DifferentialRobotMembers::set_speed_base(self, ctx, member, adv, rot),
-                ),
-                Some(4) => request.command(
-                    &STOP_BASE, typed::read, |()| DifferentialRobotMembers::stop_base(self, ctx, member),
-                ),
-                Some(5) => request.command(
-                    &RESET_ODOMETER, typed::read, |()| DifferentialRobotMembers::reset_odometer(self, ctx, member),
-                ),
-                Some(6) => request.command(
-                    &SET_ODOMETER, typed::read,
-                    |(state,)| DifferentialRobotMembers::set_odometer(self, ctx, member, state),
-                ),
-                Some(7) => request.command(
-                    &SET_ODOMETER_POSE, typed::read,
-                    |(x, z, alpha)| DifferentialRobotMembers::set_odometer_pose(self, ctx, member, x, z, alpha),
-                ),
-                Some(8) => request.command(
-                    &CORRECT_ODOMETER, typed::read,
-                    |(x, z, alpha)| DifferentialRobotMembers::correct_odometer(self, ctx, member, x, z, alpha),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(DifferentialRobotClient);
 
@@ -368,137 +246,6 @@ pub mod differential_robot {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getBaseState`
-            GetBaseState,
-            /// `getBasePose`
-            GetBasePose,
-            /// `getMechParams`
-            GetMechParams,
-            /// `setSpeedBase`
-            SetSpeedBase { adv: f32, rot: f32 },
-            /// `stopBase`
-            StopBase,
-            /// `resetOdometer`
-            ResetOdometer,
-            /// `setOdometer`
-            SetOdometer { state: crate::robo_comp_generic_base::TBaseState },
-            /// `setOdometerPose`
-            SetOdometerPose { x: i32, z: i32, alpha: f32 },
-            /// `correctOdometer`
-            CorrectOdometer { x: i32, z: i32, alpha: f32 },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_BASE_STATE, GET_BASE_POSE, GET_MECH_PARAMS];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_BASE_STATE, typed::read).map(|()| Self::GetBaseState),
-                    Some(1) => request.arguments(&GET_BASE_POSE, typed::read).map(|()| Self::GetBasePose),
-                    Some(2) => request.arguments(&GET_MECH_PARAMS, typed::read).map(|()| Self::GetMechParams),
-                    Some(3) => request.arguments(&SET_SPEED_BASE, typed::read).map(
-                        |(adv, rot)| Self::SetSpeedBase { adv, rot }
-                    ),
-                    Some(4) => request.arguments(&STOP_BASE, typed::read).map(|()| Self::StopBase),
-                    Some(5) => request.arguments(&RESET_ODOMETER, typed::read).map(|()| Self::ResetOdometer),
-                    Some(6) => request.arguments(&SET_ODOMETER, typed::read).map(
-                        |(state,)| Self::SetOdometer { state }
-                    ),
-                    Some(7) => request.arguments(&SET_ODOMETER_POSE, typed::read).map(
-                        |(x, z, alpha)| Self::SetOdometerPose { x, z, alpha }
-                    ),
-                    Some(8) => request.arguments(&CORRECT_ODOMETER, typed::read).map(
-                        |(x, z, alpha)| Self::CorrectOdometer { x, z, alpha }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_BASE_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_generic_base::TBaseState { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_BASE_POSE, typed::read, typed::reply,
-                        |_: ()| -> GetBasePoseAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_MECH_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_differential_robot::TMechParams { Default::default() },
-                    ),
-                    Some(3) => request.command(&SET_SPEED_BASE, typed::read, |_: (f32, f32)| {}),
-                    Some(4) => request.command(&STOP_BASE, typed::read, |_: ()| {}),
-                    Some(5) => request.command(&RESET_ODOMETER, typed::read, |_: ()| {}),
-                    Some(6) => request.command(
-                        &SET_ODOMETER, typed::read, |_: (crate::robo_comp_generic_base::TBaseState,)| {},
-                    ),
-                    Some(7) => request.command(&SET_ODOMETER_POSE, typed::read, |_: (i32, i32, f32)| {}),
-                    Some(8) => request.command(&CORRECT_ODOMETER, typed::read, |_: (i32, i32, f32)| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getBaseState` with what `answer` returns.
-            pub fn on_get_base_state(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_STATE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getBasePose` with what `answer` returns.
-            pub fn on_get_base_pose(
-                &self, mut answer: impl FnMut() -> Result<GetBasePoseAnswer, GetBasePoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_POSE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getMechParams` with what `answer` returns.
-            pub fn on_get_mech_params(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_differential_robot::TMechParams + 'static,
-            ) {
-                self.0.on_query(&GET_MECH_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setSpeedBase`, a command, by a call of `answer`.
-            pub fn on_set_speed_base(&self, mut answer: impl FnMut(f32, f32) + 'static) {
-                self.0.on_command(&SET_SPEED_BASE, typed::read, move |(adv, rot)| answer(adv, rot));
-            }
-
-            /// Answers `stopBase`, a command, by a call of `answer`.
-            pub fn on_stop_base(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&STOP_BASE, typed::read, move |()| answer());
-            }
-
-            /// Answers `resetOdometer`, a command, by a call of `answer`.
-            pub fn on_reset_odometer(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&RESET_ODOMETER, typed::read, move |()| answer());
-            }
-
-            /// Answers `setOdometer`, a command, by a call of `answer`.
-            pub fn on_set_odometer(&self, mut answer: impl FnMut(crate::robo_comp_generic_base::TBaseState) + 'static) {
-                self.0.on_command(&SET_ODOMETER, typed::read, move |(state,)| answer(state));
-            }
-
-            /// Answers `setOdometerPose`, a command, by a call of `answer`.
-            pub fn on_set_odometer_pose(&self, mut answer: impl FnMut(i32, i32, f32) + 'static) {
-                self.0.on_command(&SET_ODOMETER_POSE, typed::read, move |(x, z, alpha)| answer(x, z, alpha));
-            }
-
-            /// Answers `correctOdometer`, a command, by a call of `answer`.
-            pub fn on_correct_odometer(&self, mut answer: impl FnMut(i32, i32, f32) + 'static) {
-                self.0.on_command(&CORRECT_ODOMETER, typed::read, move |(x, z, alpha)| answer(x, z, alpha));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

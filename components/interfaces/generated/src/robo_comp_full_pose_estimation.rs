@@ -94,95 +94,39 @@ impl rc_middleware::Cdr for FullPoseEuler {
 pub mod full_pose_estimation {
     use rc_middleware::typed;
 
-    /// `setInitialPose`
-    pub const SET_INITIAL_POSE: typed::Operation = typed::Operation::one_way(
-        "setInitialPose", 2004514332, 0xe4d2a56e895a8dc0,
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `FullPoseEstimation`.
+                ///
+                /// An estimator that can be asked.
+                FullPoseEstimation ServeFullPoseEstimation ReceiveFullPoseEstimation, FullPoseEstimationMembers ServeFullPoseEstimationMembers ReceiveFullPoseEstimationMembers;
 
-    /// `getFullPoseEuler`
-    pub const GET_FULL_POSE_EULER: typed::Operation = typed::Operation::query(
-        "getFullPoseEuler", 1321065379, 0x809d5ee3a5ee897c, &[],
-    );
+                /// Where to begin: what the robot knows before its sensors have told anything.
+                ///
+                /// - `x`: in mm
+                /// - `y`: in mm
+                /// - `z`: in mm
+                /// - `rx`: in rad
+                /// - `ry`: in rad
+                /// - `rz`: in rad
+                fn set_initial_pose(x: f32, y: f32, z: f32, rx: f32, ry: f32, rz: f32) {
+                    SET_INITIAL_POSE.command(typed::read)
+                    SetInitialPose on_set_initial_pose one_way("setInitialPose", 2004514332, 0xe4d2a56e895a8dc0)
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SET_INITIAL_POSE, GET_FULL_POSE_EULER];
-
-    /// The handlers of `FullPoseEstimation`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// An estimator that can be asked.
-    pub trait FullPoseEstimation<C, S = ()> {
-        /// Where to begin: what the robot knows before its sensors have told anything.
-        ///
-        /// - `x`: in mm
-        /// - `y`: in mm
-        /// - `z`: in mm
-        /// - `rx`: in rad
-        /// - `ry`: in rad
-        /// - `rz`: in rad
-        fn set_initial_pose(&mut self, ctx: &mut C, x: f32, y: f32, z: f32, rx: f32, ry: f32, rz: f32);
-
-        fn get_full_pose_euler(&mut self, ctx: &mut C) -> super::FullPoseEuler;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimation`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeFullPoseEstimation<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimation<C, S>> ServeFullPoseEstimation<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &SET_INITIAL_POSE, typed::read,
-                    |(x, y, z, rx, ry, rz)| FullPoseEstimation::set_initial_pose(self, ctx, x, y, z, rx, ry, rz),
-                ),
-                Some(1) => request.answer(
-                    &GET_FULL_POSE_EULER, typed::read, typed::reply,
-                    |()| FullPoseEstimation::get_full_pose_euler(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_full_pose_euler -> crate::robo_comp_full_pose_estimation::FullPoseEuler {
+                    GET_FULL_POSE_EULER.answer(typed::read, typed::reply)
+                    GetFullPoseEuler on_get_full_pose_euler query(
+                        "getFullPoseEuler", 1321065379, 0x809d5ee3a5ee897c, &[],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `FullPoseEstimation` for the members of a slot array.
-    pub trait FullPoseEstimationMembers<C, S = ()> {
-        fn set_initial_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, x: f32, y: f32, z: f32, rx: f32, ry: f32, rz: f32,
-        );
-        fn get_full_pose_euler(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::FullPoseEuler;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeFullPoseEstimationMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimationMembers<C, S>> ServeFullPoseEstimationMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &SET_INITIAL_POSE, typed::read,
-                    |(x, y, z, rx, ry, rz)| FullPoseEstimationMembers::set_initial_pose(
-                        self, ctx, member, x, y, z, rx, ry, rz,
-                    ),
-                ),
-                Some(1) => request.answer(
-                    &GET_FULL_POSE_EULER, typed::read, typed::reply,
-                    |()| FullPoseEstimationMembers::get_full_pose_euler(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(FullPoseEstimationClient);
 
@@ -210,57 +154,6 @@ pub mod full_pose_estimation {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `setInitialPose`
-            SetInitialPose { x: f32, y: f32, z: f32, rx: f32, ry: f32, rz: f32 },
-            /// `getFullPoseEuler`
-            GetFullPoseEuler,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_FULL_POSE_EULER];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SET_INITIAL_POSE, typed::read).map(
-                        |(x, y, z, rx, ry, rz)| Self::SetInitialPose { x, y, z, rx, ry, rz }
-                    ),
-                    Some(1) => request.arguments(&GET_FULL_POSE_EULER, typed::read).map(|()| Self::GetFullPoseEuler),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(&SET_INITIAL_POSE, typed::read, |_: (f32, f32, f32, f32, f32, f32)| {}),
-                    Some(1) => request.answer(
-                        &GET_FULL_POSE_EULER, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_full_pose_estimation::FullPoseEuler { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `setInitialPose`, a command, by a call of `answer`.
-            pub fn on_set_initial_pose(&self, mut answer: impl FnMut(f32, f32, f32, f32, f32, f32) + 'static) {
-                self.0.on_command(
-                    &SET_INITIAL_POSE, typed::read, move |(x, y, z, rx, ry, rz)| answer(x, y, z, rx, ry, rz),
-                );
-            }
-
-            /// Answers `getFullPoseEuler` with what `answer` returns.
-            pub fn on_get_full_pose_euler(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_full_pose_estimation::FullPoseEuler + 'static,
-            ) {
-                self.0.on_query(&GET_FULL_POSE_EULER, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -13,119 +13,25 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompFullPoseEstimationPub","t
 pub mod full_pose_estimation_pub {
     use rc_middleware::typed;
 
-    /// `newFullPose`
-    pub const NEW_FULL_POSE: typed::Operation = typed::Operation::one_way(
-        "newFullPose", -1003851669, 0x21ddbe7f0f48f693,
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `FullPoseEstimationPub`.
+                ///
+                /// The poses of one estimator, as they are found.
+                FullPoseEstimationPub ServeFullPoseEstimationPub ReceiveFullPoseEstimationPub, FullPoseEstimationPubMembers ServeFullPoseEstimationPubMembers ReceiveFullPoseEstimationPubMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[NEW_FULL_POSE];
-
-    /// The handlers of `FullPoseEstimationPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The poses of one estimator, as they are found.
-    pub trait FullPoseEstimationPub<C, S = ()> {
-        fn new_full_pose(&mut self, ctx: &mut C, pose: crate::robo_comp_full_pose_estimation::FullPoseEuler);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationPub`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeFullPoseEstimationPub<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimationPub<C, S>> ServeFullPoseEstimationPub<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_FULL_POSE, typed::read, |(pose,)| FullPoseEstimationPub::new_full_pose(self, ctx, pose),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`FullPoseEstimationPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveFullPoseEstimationPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimationPub<C, S>> ReceiveFullPoseEstimationPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (pose,) = typed::read(reader)?;
-                    FullPoseEstimationPub::new_full_pose(self, ctx, pose);
+                fn new_full_pose(pose: crate::robo_comp_full_pose_estimation::FullPoseEuler) {
+                    NEW_FULL_POSE.command(typed::read)
+                    NewFullPose on_new_full_pose one_way("newFullPose", -1003851669, 0x21ddbe7f0f48f693)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `FullPoseEstimationPub` for the members of a slot array.
-    pub trait FullPoseEstimationPubMembers<C, S = ()> {
-        fn new_full_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-            pose: crate::robo_comp_full_pose_estimation::FullPoseEuler,
-        );
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`FullPoseEstimationPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeFullPoseEstimationPubMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimationPubMembers<C, S>> ServeFullPoseEstimationPubMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_FULL_POSE, typed::read,
-                    |(pose,)| FullPoseEstimationPubMembers::new_full_pose(self, ctx, member, pose),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`FullPoseEstimationPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveFullPoseEstimationPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: FullPoseEstimationPubMembers<C, S>> ReceiveFullPoseEstimationPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (pose,) = typed::read(reader)?;
-                    FullPoseEstimationPubMembers::new_full_pose(self, ctx, member, pose);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(FullPoseEstimationPubClient);
 
@@ -151,59 +57,7 @@ pub mod full_pose_estimation_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `newFullPose`
-            NewFullPose { pose: crate::robo_comp_full_pose_estimation::FullPoseEuler },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&NEW_FULL_POSE, typed::read).map(|(pose,)| Self::NewFullPose { pose }),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(
-                        &NEW_FULL_POSE, typed::read, |_: (crate::robo_comp_full_pose_estimation::FullPoseEuler,)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `newFullPose`, a command, by a call of `answer`.
-            pub fn on_new_full_pose(
-                &self, mut answer: impl FnMut(crate::robo_comp_full_pose_estimation::FullPoseEuler) + 'static,
-            ) {
-                self.0.on_command(&NEW_FULL_POSE, typed::read, move |(pose,)| answer(pose));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `newFullPose`
-            NewFullPose { pose: crate::robo_comp_full_pose_estimation::FullPoseEuler },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(pose,)| Self::NewFullPose { pose }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

@@ -125,27 +125,6 @@ rc_middleware::in_place_struct!(
 pub mod generic_base {
     use rc_middleware::typed;
 
-    /// `getBaseState`
-    pub const GET_BASE_STATE: typed::Operation = typed::Operation::query(
-        "getBaseState", 1652238603, 0xc99f6e5c029830b3,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::TBaseState>(0),
-        ],
-    );
-
-    /// `getBasePose`
-    pub const GET_BASE_POSE: typed::Operation = typed::Operation::query(
-        "getBasePose", 1764853400, 0x384af5071b78f7fc,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<f32>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_BASE_STATE, GET_BASE_POSE];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -164,78 +143,48 @@ pub mod generic_base {
     /// The errors of `getBasePose`.
     pub type GetBasePoseError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `GenericBase`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A base that can be asked where it is.
-    pub trait GenericBase<C, S = ()> {
-        /// The whole state at once.
-        fn get_base_state(&mut self, ctx: &mut C) -> Result<super::TBaseState, GetBaseStateError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `GenericBase`.
+                ///
+                /// A base that can be asked where it is.
+                GenericBase ServeGenericBase ReceiveGenericBase, GenericBaseMembers ServeGenericBaseMembers ReceiveGenericBaseMembers;
 
-        /// The position and heading by the wheels alone, rounded to whole millimetres.
-        ///
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn get_base_pose(&mut self, ctx: &mut C) -> Result<GetBasePoseAnswer, GetBasePoseError>;
-    }
+                /// The whole state at once.
+                fn get_base_state -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> {
+                    GET_BASE_STATE.try_answer(typed::read, typed::reply)
+                    GetBaseState on_get_base_state query(
+                        "getBaseState", 1652238603, 0xc99f6e5c029830b3,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::TBaseState>(0),
+                        ],
+                    )
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`GenericBase`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeGenericBase<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: GenericBase<C, S>> ServeGenericBase<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply, |()| GenericBase::get_base_state(self, ctx),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply, |()| GenericBase::get_base_pose(self, ctx),
-                ),
-                _ => request.unknown(),
+                /// The position and heading by the wheels alone, rounded to whole millimetres.
+                ///
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn get_base_pose -> Result<GetBasePoseAnswer, GetBasePoseError> {
+                    GET_BASE_POSE.try_answer(typed::read, typed::reply)
+                    GetBasePose on_get_base_pose query(
+                        "getBasePose", 1764853400, 0x384af5071b78f7fc,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0),
+                            typed::ReplyVariant::of::<f32>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `GenericBase` for the members of a slot array.
-    pub trait GenericBaseMembers<C, S = ()> {
-        fn get_base_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::TBaseState, GetBaseStateError>;
-        fn get_base_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<GetBasePoseAnswer, GetBasePoseError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`GenericBaseMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeGenericBaseMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: GenericBaseMembers<C, S>> ServeGenericBaseMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply,
-                    |()| GenericBaseMembers::get_base_state(self, ctx, member),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply,
-                    |()| GenericBaseMembers::get_base_pose(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(GenericBaseClient);
 
@@ -259,59 +208,6 @@ pub mod generic_base {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getBaseState`
-            GetBaseState,
-            /// `getBasePose`
-            GetBasePose,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_BASE_STATE, GET_BASE_POSE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_BASE_STATE, typed::read).map(|()| Self::GetBaseState),
-                    Some(1) => request.arguments(&GET_BASE_POSE, typed::read).map(|()| Self::GetBasePose),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_BASE_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_generic_base::TBaseState { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_BASE_POSE, typed::read, typed::reply,
-                        |_: ()| -> GetBasePoseAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getBaseState` with what `answer` returns.
-            pub fn on_get_base_state(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_STATE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getBasePose` with what `answer` returns.
-            pub fn on_get_base_pose(
-                &self, mut answer: impl FnMut() -> Result<GetBasePoseAnswer, GetBasePoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_POSE, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -146,116 +146,25 @@ rc_middleware::cdr_struct!(PeopleData: camera_id, timestamp, peoplelist);
 pub mod human_camera_body {
     use rc_middleware::typed;
 
-    /// `newPeopleData`
-    pub const NEW_PEOPLE_DATA: typed::Operation = typed::Operation::one_way(
-        "newPeopleData", 1316765421, 0xe8c2ffa85d694b02,
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `HumanCameraBody`.
+                ///
+                /// A detector of people, which publishes for each picture, also for one without people.
+                HumanCameraBody ServeHumanCameraBody ReceiveHumanCameraBody, HumanCameraBodyMembers ServeHumanCameraBodyMembers ReceiveHumanCameraBodyMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[NEW_PEOPLE_DATA];
-
-    /// The handlers of `HumanCameraBody`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A detector of people, which publishes for each picture, also for one without people.
-    pub trait HumanCameraBody<C, S = ()> {
-        fn new_people_data(&mut self, ctx: &mut C, people: super::PeopleData);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`HumanCameraBody`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeHumanCameraBody<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: HumanCameraBody<C, S>> ServeHumanCameraBody<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_PEOPLE_DATA, typed::read, |(people,)| HumanCameraBody::new_people_data(self, ctx, people),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`HumanCameraBody`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveHumanCameraBody<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: HumanCameraBody<C, S>> ReceiveHumanCameraBody<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (people,) = typed::read(reader)?;
-                    HumanCameraBody::new_people_data(self, ctx, people);
+                fn new_people_data(people: crate::robo_comp_human_camera_body::PeopleData) {
+                    NEW_PEOPLE_DATA.command(typed::read)
+                    NewPeopleData on_new_people_data one_way("newPeopleData", 1316765421, 0xe8c2ffa85d694b02)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `HumanCameraBody` for the members of a slot array.
-    pub trait HumanCameraBodyMembers<C, S = ()> {
-        fn new_people_data(&mut self, ctx: &mut C, member: &rc_middleware::Member, people: super::PeopleData);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`HumanCameraBodyMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeHumanCameraBodyMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: HumanCameraBodyMembers<C, S>> ServeHumanCameraBodyMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &NEW_PEOPLE_DATA, typed::read,
-                    |(people,)| HumanCameraBodyMembers::new_people_data(self, ctx, member, people),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`HumanCameraBodyMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveHumanCameraBodyMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: HumanCameraBodyMembers<C, S>> ReceiveHumanCameraBodyMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (people,) = typed::read(reader)?;
-                    HumanCameraBodyMembers::new_people_data(self, ctx, member, people);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(HumanCameraBodyClient);
 
@@ -277,61 +186,7 @@ pub mod human_camera_body {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `newPeopleData`
-            NewPeopleData { people: crate::robo_comp_human_camera_body::PeopleData },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&NEW_PEOPLE_DATA, typed::read).map(
-                        |(people,)| Self::NewPeopleData { people }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(
-                        &NEW_PEOPLE_DATA, typed::read, |_: (crate::robo_comp_human_camera_body::PeopleData,)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `newPeopleData`, a command, by a call of `answer`.
-            pub fn on_new_people_data(
-                &self, mut answer: impl FnMut(crate::robo_comp_human_camera_body::PeopleData) + 'static,
-            ) {
-                self.0.on_command(&NEW_PEOPLE_DATA, typed::read, move |(people,)| answer(people));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `newPeopleData`
-            NewPeopleData { people: crate::robo_comp_human_camera_body::PeopleData },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(people,)| Self::NewPeopleData { people }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

@@ -197,126 +197,52 @@ rc_middleware::in_place_struct!(OrientationInPlace for Orientation: roll, pich, 
 pub mod imu {
     use rc_middleware::typed;
 
-    /// `getDataImu`
-    pub const GET_DATA_IMU: typed::Operation = typed::Operation::query(
-        "getDataImu", 1800392926, 0xfb334943528e3a3c, &[],
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `IMU`.
+                ///
+                /// A sensor that can be asked for its last values.
+                Imu ServeImu ReceiveImu, ImuMembers ServeImuMembers ReceiveImuMembers;
 
-    /// `getAcceleration`
-    pub const GET_ACCELERATION: typed::Operation = typed::Operation::query(
-        "getAcceleration", -1191245315, 0x3d0a390414d6fdbf, &[],
-    );
+                fn get_data_imu -> crate::robo_comp_imu::DataImu {
+                    GET_DATA_IMU.answer(typed::read, typed::reply)
+                    GetDataImu on_get_data_imu query("getDataImu", 1800392926, 0xfb334943528e3a3c, &[])
+                }
 
-    /// `getVelangular`
-    pub const GET_VELANGULAR: typed::Operation = typed::Operation::query(
-        "getVelangular", 2142439232, 0x7d1dde1680d2caa9, &[],
-    );
+                fn get_acceleration -> crate::robo_comp_imu::Acceleration {
+                    GET_ACCELERATION.answer(typed::read, typed::reply)
+                    GetAcceleration on_get_acceleration query("getAcceleration", -1191245315, 0x3d0a390414d6fdbf, &[])
+                }
 
-    /// `getMagneticfields`
-    pub const GET_MAGNETICFIELDS: typed::Operation = typed::Operation::query(
-        "getMagneticfields", 128497491, 0x9d58d27a2922ba68, &[],
-    );
+                fn get_velangular -> crate::robo_comp_imu::Wgyr {
+                    GET_VELANGULAR.answer(typed::read, typed::reply)
+                    GetVelangular on_get_velangular query("getVelangular", 2142439232, 0x7d1dde1680d2caa9, &[])
+                }
 
-    /// `getOrientation`
-    pub const GET_ORIENTATION: typed::Operation = typed::Operation::query(
-        "getOrientation", 276258736, 0x398fe9a5ca9a7676, &[],
-    );
+                fn get_magneticfields -> crate::robo_comp_imu::Magnetic {
+                    GET_MAGNETICFIELDS.answer(typed::read, typed::reply)
+                    GetMagneticfields on_get_magneticfields query(
+                        "getMagneticfields", 128497491, 0x9d58d27a2922ba68, &[],
+                    )
+                }
 
-    /// `resetImu`
-    pub const RESET_IMU: typed::Operation = typed::Operation::one_way("resetImu", -1000147941, 0xfb74cf4ffb6dc6fe);
+                fn get_orientation -> crate::robo_comp_imu::Orientation {
+                    GET_ORIENTATION.answer(typed::read, typed::reply)
+                    GetOrientation on_get_orientation query("getOrientation", 276258736, 0x398fe9a5ca9a7676, &[])
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_DATA_IMU, GET_ACCELERATION, GET_VELANGULAR, GET_MAGNETICFIELDS, GET_ORIENTATION, RESET_IMU,
-    ];
-
-    /// The handlers of `IMU`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A sensor that can be asked for its last values.
-    pub trait Imu<C, S = ()> {
-        fn get_data_imu(&mut self, ctx: &mut C) -> super::DataImu;
-        fn get_acceleration(&mut self, ctx: &mut C) -> super::Acceleration;
-        fn get_velangular(&mut self, ctx: &mut C) -> super::Wgyr;
-        fn get_magneticfields(&mut self, ctx: &mut C) -> super::Magnetic;
-        fn get_orientation(&mut self, ctx: &mut C) -> super::Orientation;
-        /// Orientations count from the present one.
-        fn reset_imu(&mut self, ctx: &mut C);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Imu`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImu<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Imu<C, S>> ServeImu<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(&GET_DATA_IMU, typed::read, typed::reply, |()| Imu::get_data_imu(self, ctx)),
-                Some(1) => request.answer(
-                    &GET_ACCELERATION, typed::read, typed::reply, |()| Imu::get_acceleration(self, ctx),
-                ),
-                Some(2) => request.answer(
-                    &GET_VELANGULAR, typed::read, typed::reply, |()| Imu::get_velangular(self, ctx),
-                ),
-                Some(3) => request.answer(
-                    &GET_MAGNETICFIELDS, typed::read, typed::reply, |()| Imu::get_magneticfields(self, ctx),
-                ),
-                Some(4) => request.answer(
-                    &GET_ORIENTATION, typed::read, typed::reply, |()| Imu::get_orientation(self, ctx),
-                ),
-                Some(5) => request.command(&RESET_IMU, typed::read, |()| Imu::reset_imu(self, ctx)),
-                _ => request.unknown(),
+                /// Orientations count from the present one.
+                fn reset_imu {
+                    RESET_IMU.command(typed::read)
+                    ResetImu on_reset_imu one_way("resetImu", -1000147941, 0xfb74cf4ffb6dc6fe)
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `IMU` for the members of a slot array.
-    pub trait ImuMembers<C, S = ()> {
-        fn get_data_imu(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::DataImu;
-        fn get_acceleration(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Acceleration;
-        fn get_velangular(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Wgyr;
-        fn get_magneticfields(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Magnetic;
-        fn get_orientation(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Orientation;
-        fn reset_imu(&mut self, ctx: &mut C, member: &rc_middleware::Member);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`ImuMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeImuMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: ImuMembers<C, S>> ServeImuMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_DATA_IMU, typed::read, typed::reply, |()| ImuMembers::get_data_imu(self, ctx, member),
-                ),
-                Some(1) => request.answer(
-                    &GET_ACCELERATION, typed::read, typed::reply, |()| ImuMembers::get_acceleration(self, ctx, member),
-                ),
-                Some(2) => request.answer(
-                    &GET_VELANGULAR, typed::read, typed::reply, |()| ImuMembers::get_velangular(self, ctx, member),
-                ),
-                Some(3) => request.answer(
-                    &GET_MAGNETICFIELDS, typed::read, typed::reply,
-                    |()| ImuMembers::get_magneticfields(self, ctx, member),
-                ),
-                Some(4) => request.answer(
-                    &GET_ORIENTATION, typed::read, typed::reply, |()| ImuMembers::get_orientation(self, ctx, member),
-                ),
-                Some(5) => request.command(&RESET_IMU, typed::read, |()| ImuMembers::reset_imu(self, ctx, member)),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(ImuClient);
 
@@ -351,103 +277,6 @@ pub mod imu {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getDataImu`
-            GetDataImu,
-            /// `getAcceleration`
-            GetAcceleration,
-            /// `getVelangular`
-            GetVelangular,
-            /// `getMagneticfields`
-            GetMagneticfields,
-            /// `getOrientation`
-            GetOrientation,
-            /// `resetImu`
-            ResetImu,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_DATA_IMU, GET_ACCELERATION, GET_VELANGULAR, GET_MAGNETICFIELDS, GET_ORIENTATION,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_DATA_IMU, typed::read).map(|()| Self::GetDataImu),
-                    Some(1) => request.arguments(&GET_ACCELERATION, typed::read).map(|()| Self::GetAcceleration),
-                    Some(2) => request.arguments(&GET_VELANGULAR, typed::read).map(|()| Self::GetVelangular),
-                    Some(3) => request.arguments(&GET_MAGNETICFIELDS, typed::read).map(|()| Self::GetMagneticfields),
-                    Some(4) => request.arguments(&GET_ORIENTATION, typed::read).map(|()| Self::GetOrientation),
-                    Some(5) => request.arguments(&RESET_IMU, typed::read).map(|()| Self::ResetImu),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_DATA_IMU, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_imu::DataImu { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_ACCELERATION, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_imu::Acceleration { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_VELANGULAR, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_imu::Wgyr { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_MAGNETICFIELDS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_imu::Magnetic { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &GET_ORIENTATION, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_imu::Orientation { Default::default() },
-                    ),
-                    Some(5) => request.command(&RESET_IMU, typed::read, |_: ()| {}),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getDataImu` with what `answer` returns.
-            pub fn on_get_data_imu(&self, mut answer: impl FnMut() -> crate::robo_comp_imu::DataImu + 'static) {
-                self.0.on_query(&GET_DATA_IMU, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getAcceleration` with what `answer` returns.
-            pub fn on_get_acceleration(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_imu::Acceleration + 'static,
-            ) {
-                self.0.on_query(&GET_ACCELERATION, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getVelangular` with what `answer` returns.
-            pub fn on_get_velangular(&self, mut answer: impl FnMut() -> crate::robo_comp_imu::Wgyr + 'static) {
-                self.0.on_query(&GET_VELANGULAR, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getMagneticfields` with what `answer` returns.
-            pub fn on_get_magneticfields(&self, mut answer: impl FnMut() -> crate::robo_comp_imu::Magnetic + 'static) {
-                self.0.on_query(&GET_MAGNETICFIELDS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getOrientation` with what `answer` returns.
-            pub fn on_get_orientation(&self, mut answer: impl FnMut() -> crate::robo_comp_imu::Orientation + 'static) {
-                self.0.on_query(&GET_ORIENTATION, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `resetImu`, a command, by a call of `answer`.
-            pub fn on_reset_imu(&self, mut answer: impl FnMut() + 'static) {
-                self.0.on_command(&RESET_IMU, typed::read, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

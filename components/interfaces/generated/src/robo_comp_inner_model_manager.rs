@@ -443,193 +443,6 @@ rc_middleware::cdr_struct!(Matrix: cols, rows, data);
 pub mod inner_model_manager {
     use rc_middleware::typed;
 
-    /// `addTransform`
-    pub const ADD_TRANSFORM: typed::Operation = typed::Operation::query(
-        "addTransform", -2060815106, 0x198fb0c22a7a0584,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `addJoint`
-    pub const ADD_JOINT: typed::Operation = typed::Operation::query(
-        "addJoint", -405899886, 0x038b586953602faa,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `addMesh`
-    pub const ADD_MESH: typed::Operation = typed::Operation::query(
-        "addMesh", -1995238730, 0x88b6b2dc432a9410,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `addPlane`
-    pub const ADD_PLANE: typed::Operation = typed::Operation::query(
-        "addPlane", -1844191903, 0x4c5c5ddcc6b25c66,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `getAllNodeInformation`
-    pub const GET_ALL_NODE_INFORMATION: typed::Operation = typed::Operation::query(
-        "getAllNodeInformation", -1164995906, 0x65a3071b233a0dab,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<super::NodeInformationSequence>(0),
-        ],
-    );
-
-    /// `setPose`
-    pub const SET_POSE: typed::Operation = typed::Operation::query(
-        "setPose", -1105028995, 0x8af2e9c0c5d65d74,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `setPoseFromParent`
-    pub const SET_POSE_FROM_PARENT: typed::Operation = typed::Operation::query(
-        "setPoseFromParent", -1295597527, 0xfe3127800d319c46,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `getPose`
-    pub const GET_POSE: typed::Operation = typed::Operation::query(
-        "getPose", -1327111753, 0x61ee650692937952,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<super::Pose3D>(0), typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `getPoseFromParent`
-    pub const GET_POSE_FROM_PARENT: typed::Operation = typed::Operation::query(
-        "getPoseFromParent", 651477106, 0x30d4b0c313664ce2,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<super::Pose3D>(0), typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `setPlane`
-    pub const SET_PLANE: typed::Operation = typed::Operation::query(
-        "setPlane", -789227269, 0x0dcdcfca0ea2e5a7,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `transform`
-    pub const TRANSFORM: typed::Operation = typed::Operation::query(
-        "transform", 1036330456, 0x43ba997b794efcdb,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<super::Coord3D>(0), typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `getTransformationMatrix`
-    pub const GET_TRANSFORMATION_MATRIX: typed::Operation = typed::Operation::query(
-        "getTransformationMatrix", -67355517, 0xc72b1e7237d77b39,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<super::Matrix>(0),
-        ],
-    );
-
-    /// `setScale`
-    pub const SET_SCALE: typed::Operation = typed::Operation::query(
-        "setScale", 219121276, 0x6d812345d62c5780,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `addAttribute`
-    pub const ADD_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "addAttribute", 1775948705, 0x5ac5cefc0e4b525e,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `removeAttribute`
-    pub const REMOVE_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "removeAttribute", 1893760822, 0x7f1c4691bdce940c,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `setAttribute`
-    pub const SET_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "setAttribute", 357156025, 0xef027475d57c525a,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `getAttribute`
-    pub const GET_ATTRIBUTE: typed::Operation = typed::Operation::query(
-        "getAttribute", -957154958, 0x8b4878bbcbbfb261,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<String>(0), typed::ReplyVariant::of::<String>(0),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `removeNode`
-    pub const REMOVE_NODE: typed::Operation = typed::Operation::query(
-        "removeNode", -740643553, 0x59cc021a77a787e0,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `moveNode`
-    pub const MOVE_NODE: typed::Operation = typed::Operation::query(
-        "moveNode", 827152929, 0x66610a20b60ca9c0,
-        &[
-            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
-            typed::ReplyVariant::of::<bool>(0),
-        ],
-    );
-
-    /// `collide`
-    pub const COLLIDE: typed::Operation = typed::Operation::query("collide", 974480753, 0x87f0bc2bed61eaf1, &[]);
-
-    /// `setPointCloudData`
-    pub const SET_POINT_CLOUD_DATA: typed::Operation = typed::Operation::one_way(
-        "setPointCloudData", 293656396, 0x2efd6f976510416a,
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        ADD_TRANSFORM, ADD_JOINT, ADD_MESH, ADD_PLANE, GET_ALL_NODE_INFORMATION, SET_POSE, SET_POSE_FROM_PARENT,
-        GET_POSE, GET_POSE_FROM_PARENT, SET_PLANE, TRANSFORM, GET_TRANSFORMATION_MATRIX, SET_SCALE, ADD_ATTRIBUTE,
-        REMOVE_ATTRIBUTE, SET_ATTRIBUTE, GET_ATTRIBUTE, REMOVE_NODE, MOVE_NODE, COLLIDE, SET_POINT_CLOUD_DATA,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const INNER_MODEL_MANAGER_ERROR: i32 = -1023603576;
 
@@ -756,367 +569,274 @@ pub mod inner_model_manager {
     /// The errors of `moveNode`.
     pub type MoveNodeError = InnerModelManagerErrorOrCall;
 
-    /// The handlers of `InnerModelManager`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Asks and changes the tree. An operation that returns a bool returns true, or throws.
-    pub trait InnerModelManager<C, S = ()> {
-        fn add_transform(
-            &mut self, ctx: &mut C, item: String, engine: String, base: String, pose: super::Pose3D,
-        ) -> Result<bool, AddTransformError>;
-        fn add_joint(
-            &mut self, ctx: &mut C, item: String, base: String, j: super::JointType,
-        ) -> Result<bool, AddJointError>;
-        fn add_mesh(
-            &mut self, ctx: &mut C, item: String, base: String, m: super::MeshType,
-        ) -> Result<bool, AddMeshError>;
-        fn add_plane(
-            &mut self, ctx: &mut C, item: String, base: String, plane: super::Plane3D,
-        ) -> Result<bool, AddPlaneError>;
-        /// All nodes.
-        fn get_all_node_information(&mut self, ctx: &mut C) -> Result<super::NodeInformationSequence, GetAllNodeInformationError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `InnerModelManager`.
+                ///
+                /// Asks and changes the tree. An operation that returns a bool returns true, or throws.
+                InnerModelManager ServeInnerModelManager ReceiveInnerModelManager, InnerModelManagerMembers ServeInnerModelManagerMembers ReceiveInnerModelManagerMembers;
 
-        /// Sets the pose of item in base.
-        fn set_pose(
-            &mut self, ctx: &mut C, base: String, item: String, pose: super::Pose3D,
-        ) -> Result<bool, SetPoseError>;
+                fn add_transform(
+                    item: String, engine: String, base: String, pose: crate::robo_comp_inner_model_manager::Pose3D,
+                ) -> Result<bool, AddTransformError> {
+                    ADD_TRANSFORM.try_answer(typed::read, typed::reply)
+                    AddTransform on_add_transform query(
+                        "addTransform", -2060815106, 0x198fb0c22a7a0584,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        fn set_pose_from_parent(
-            &mut self, ctx: &mut C, item: String, pose: super::Pose3D,
-        ) -> Result<bool, SetPoseFromParentError>;
-        /// The pose of item in base.
-        fn get_pose(&mut self, ctx: &mut C, base: String, item: String) -> Result<GetPoseAnswer, GetPoseError>;
+                fn add_joint(
+                    item: String, base: String, j: crate::robo_comp_inner_model_manager::JointType,
+                ) -> Result<bool, AddJointError> {
+                    ADD_JOINT.try_answer(typed::read, typed::reply)
+                    AddJoint on_add_joint query(
+                        "addJoint", -405899886, 0x038b586953602faa,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        fn get_pose_from_parent(
-            &mut self, ctx: &mut C, item: String,
-        ) -> Result<GetPoseFromParentAnswer, GetPoseFromParentError>;
-        /// Sets centre and normal of a plane; size and texture stay.
-        fn set_plane(&mut self, ctx: &mut C, item: String, plane: super::Plane3D) -> Result<bool, SetPlaneError>;
+                fn add_mesh(
+                    item: String, base: String, m: crate::robo_comp_inner_model_manager::MeshType,
+                ) -> Result<bool, AddMeshError> {
+                    ADD_MESH.try_answer(typed::read, typed::reply)
+                    AddMesh on_add_mesh query(
+                        "addMesh", -1995238730, 0x88b6b2dc432a9410,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// The coordinates in base of a point of item.
-        fn transform(
-            &mut self, ctx: &mut C, base: String, item: String, coord_in_item: super::Coord3D,
-        ) -> Result<TransformAnswer, TransformError>;
+                fn add_plane(
+                    item: String, base: String, plane: crate::robo_comp_inner_model_manager::Plane3D,
+                ) -> Result<bool, AddPlaneError> {
+                    ADD_PLANE.try_answer(typed::read, typed::reply)
+                    AddPlane on_add_plane query(
+                        "addPlane", -1844191903, 0x4c5c5ddcc6b25c66,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// The homogeneous matrix that takes coordinates in item to those in base.
-        fn get_transformation_matrix(
-            &mut self, ctx: &mut C, base: String, item: String,
-        ) -> Result<super::Matrix, GetTransformationMatrixError>;
+                /// All nodes.
+                fn get_all_node_information -> Result<crate::robo_comp_inner_model_manager::NodeInformationSequence, GetAllNodeInformationError> {
+                    GET_ALL_NODE_INFORMATION.try_answer(typed::read, typed::reply)
+                    GetAllNodeInformation on_get_all_node_information query(
+                        "getAllNodeInformation", -1164995906, 0x65a3071b233a0dab,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<super::NodeInformationSequence>(0),
+                        ],
+                    )
+                }
 
-        /// Sets the scale of a mesh.
-        fn set_scale(
-            &mut self, ctx: &mut C, item: String, scale_x: f32, scale_y: f32, scale_z: f32,
-        ) -> Result<bool, SetScaleError>;
+                /// Sets the pose of item in base.
+                fn set_pose(
+                    base: String, item: String, pose: crate::robo_comp_inner_model_manager::Pose3D,
+                ) -> Result<bool, SetPoseError> {
+                    SET_POSE.try_answer(typed::read, typed::reply)
+                    SetPose on_set_pose query(
+                        "setPose", -1105028995, 0x8af2e9c0c5d65d74,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        fn add_attribute(
-            &mut self, ctx: &mut C, id_node: String, name: String, type_: String, value: String,
-        ) -> Result<bool, AddAttributeError>;
-        fn remove_attribute(
-            &mut self, ctx: &mut C, id_node: String, name: String,
-        ) -> Result<bool, RemoveAttributeError>;
-        fn set_attribute(
-            &mut self, ctx: &mut C, id_node: String, name: String, type_: String, value: String,
-        ) -> Result<bool, SetAttributeError>;
-        fn get_attribute(
-            &mut self, ctx: &mut C, id_node: String, name: String,
-        ) -> Result<GetAttributeAnswer, GetAttributeError>;
-        /// Removes a node with all below it.
-        fn remove_node(&mut self, ctx: &mut C, item: String) -> Result<bool, RemoveNodeError>;
+                fn set_pose_from_parent(
+                    item: String, pose: crate::robo_comp_inner_model_manager::Pose3D,
+                ) -> Result<bool, SetPoseFromParentError> {
+                    SET_POSE_FROM_PARENT.try_answer(typed::read, typed::reply)
+                    SetPoseFromParent on_set_pose_from_parent query(
+                        "setPoseFromParent", -1295597527, 0xfe3127800d319c46,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// Moves a node below another one. It keeps its pose in its parent.
-        fn move_node(&mut self, ctx: &mut C, src: String, dst: String) -> Result<bool, MoveNodeError>;
+                /// The pose of item in base.
+                fn get_pose(base: String, item: String) -> Result<GetPoseAnswer, GetPoseError> {
+                    GET_POSE.try_answer(typed::read, reply_get_pose)
+                    GetPose on_get_pose query(
+                        "getPose", -1327111753, 0x61ee650692937952,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<super::Pose3D>(0), typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// Whether bodies of two nodes touch. False if there is no such node.
-        fn collide(&mut self, ctx: &mut C, a: String, b: String) -> bool;
+                fn get_pose_from_parent(item: String) -> Result<GetPoseFromParentAnswer, GetPoseFromParentError> {
+                    GET_POSE_FROM_PARENT.try_answer(typed::read, reply_get_pose_from_parent)
+                    GetPoseFromParent on_get_pose_from_parent query(
+                        "getPoseFromParent", 651477106, 0x30d4b0c313664ce2,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<super::Pose3D>(0), typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-        /// Replaces the points of a node of the kind pointcloud.
-        fn set_point_cloud_data(&mut self, ctx: &mut C, id: String, cloud: super::PointCloudVector);
-    }
+                /// Sets centre and normal of a plane; size and texture stay.
+                fn set_plane(
+                    item: String, plane: crate::robo_comp_inner_model_manager::Plane3D,
+                ) -> Result<bool, SetPlaneError> {
+                    SET_PLANE.try_answer(typed::read, typed::reply)
+                    SetPlane on_set_plane query(
+                        "setPlane", -789227269, 0x0dcdcfca0ea2e5a7,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`InnerModelManager`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInnerModelManager<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// The coordinates in base of a point of item.
+                fn transform(
+                    base: String, item: String, coord_in_item: crate::robo_comp_inner_model_manager::Coord3D,
+                ) -> Result<TransformAnswer, TransformError> {
+                    TRANSFORM.try_answer(typed::read, reply_transform)
+                    Transform on_transform query(
+                        "transform", 1036330456, 0x43ba997b794efcdb,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<super::Coord3D>(0), typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
 
-    impl<C, S, W: InnerModelManager<C, S>> ServeInnerModelManager<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &ADD_TRANSFORM, typed::read, typed::reply,
-                    |(item, engine, base, pose)| InnerModelManager::add_transform(self, ctx, item, engine, base, pose),
-                ),
-                Some(1) => request.try_answer(
-                    &ADD_JOINT, typed::read, typed::reply,
-                    |(item, base, j)| InnerModelManager::add_joint(self, ctx, item, base, j),
-                ),
-                Some(2) => request.try_answer(
-                    &ADD_MESH, typed::read, typed::reply,
-                    |(item, base, m)| InnerModelManager::add_mesh(self, ctx, item, base, m),
-                ),
-                Some(3) => request.try_answer(
-                    &ADD_PLANE, typed::read, typed::reply,
-                    |(item, base, plane)| InnerModelManager::add_plane(self, ctx, item, base, plane),
-                ),
-                Some(4) => request.try_answer(
-                    &GET_ALL_NODE_INFORMATION, typed::read, typed::reply,
-                    |()| InnerModelManager::get_all_node_information(self, ctx),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_POSE, typed::read, typed::reply,
-                    |(base, item, pose)| InnerModelManager::set_pose(self, ctx, base, item, pose),
-                ),
-                Some(6) => request.try_answer(
-                    &SET_POSE_FROM_PARENT, typed::read, typed::reply,
-                    |(item, pose)| InnerModelManager::set_pose_from_parent(self, ctx, item, pose),
-                ),
-                Some(7) => request.try_answer(
-                    &GET_POSE, typed::read, reply_get_pose,
-                    |(base, item)| InnerModelManager::get_pose(self, ctx, base, item),
-                ),
-                Some(8) => request.try_answer(
-                    &GET_POSE_FROM_PARENT, typed::read, reply_get_pose_from_parent,
-                    |(item,)| InnerModelManager::get_pose_from_parent(self, ctx, item),
-                ),
-                Some(9) => request.try_answer(
-                    &SET_PLANE, typed::read, typed::reply,
-                    |(item, plane)| InnerModelManager::set_plane(self, ctx, item, plane),
-                ),
-                Some(10) => request.try_answer(
-                    &TRANSFORM, typed::read, reply_transform,
-                    |(base, item, coord_in_item)| InnerModelManager::transform(self, ctx, base, item, coord_in_item),
-                ),
-                Some(11) => request.try_answer(
-                    &GET_TRANSFORMATION_MATRIX, typed::read, typed::reply,
-                    |(base, item)| InnerModelManager::get_transformation_matrix(self, ctx, base, item),
-                ),
-                Some(12) => request.try_answer(
-                    &SET_SCALE, typed::read, typed::reply,
-                    |(item, scale_x, scale_y, scale_z)| InnerModelManager::set_scale(
-                        self, ctx, item, scale_x, scale_y, scale_z,
-                    ),
-                ),
-                Some(13) => request.try_answer(
-                    &ADD_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name, type_, value)| InnerModelManager::add_attribute(
-                        self, ctx, id_node, name, type_, value,
-                    ),
-                ),
-                Some(14) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name)| InnerModelManager::remove_attribute(self, ctx, id_node, name),
-                ),
-                Some(15) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name, type_, value)| InnerModelManager::set_attribute(
-                        self, ctx, id_node, name, type_, value,
-                    ),
-                ),
-                Some(16) => request.try_answer(
-                    &GET_ATTRIBUTE, typed::read, reply_get_attribute,
-                    |(id_node, name)| InnerModelManager::get_attribute(self, ctx, id_node, name),
-                ),
-                Some(17) => request.try_answer(
-                    &REMOVE_NODE, typed::read, typed::reply, |(item,)| InnerModelManager::remove_node(self, ctx, item),
-                ),
-                Some(18) => request.try_answer(
-                    &MOVE_NODE, typed::read, typed::reply,
-                    |(src, dst)| InnerModelManager::move_node(self, ctx, src, dst),
-                ),
-                Some(19) => request.answer(
-                    &COLLIDE, typed::read, typed::reply, |(a, b)| InnerModelManager::collide(self, ctx, a, b),
-                ),
-                Some(20) => request.command(
-                    &SET_POINT_CLOUD_DATA, typed::read,
-                    |(id, cloud)| InnerModelManager::set_point_cloud_data(self, ctx, id, cloud),
-                ),
-                _ => request.unknown(),
+                /// The homogeneous matrix that takes coordinates in item to those in base.
+                fn get_transformation_matrix(
+                    base: String, item: String,
+                ) -> Result<crate::robo_comp_inner_model_manager::Matrix, GetTransformationMatrixError> {
+                    GET_TRANSFORMATION_MATRIX.try_answer(typed::read, typed::reply)
+                    GetTransformationMatrix on_get_transformation_matrix query(
+                        "getTransformationMatrix", -67355517, 0xc72b1e7237d77b39,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<super::Matrix>(0),
+                        ],
+                    )
+                }
+
+                /// Sets the scale of a mesh.
+                fn set_scale(item: String, scale_x: f32, scale_y: f32, scale_z: f32) -> Result<bool, SetScaleError> {
+                    SET_SCALE.try_answer(typed::read, typed::reply)
+                    SetScale on_set_scale query(
+                        "setScale", 219121276, 0x6d812345d62c5780,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                fn add_attribute(
+                    id_node: String, name: String, type_: String, value: String,
+                ) -> Result<bool, AddAttributeError> {
+                    ADD_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    AddAttribute on_add_attribute query(
+                        "addAttribute", 1775948705, 0x5ac5cefc0e4b525e,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                fn remove_attribute(id_node: String, name: String) -> Result<bool, RemoveAttributeError> {
+                    REMOVE_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    RemoveAttribute on_remove_attribute query(
+                        "removeAttribute", 1893760822, 0x7f1c4691bdce940c,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                fn set_attribute(
+                    id_node: String, name: String, type_: String, value: String,
+                ) -> Result<bool, SetAttributeError> {
+                    SET_ATTRIBUTE.try_answer(typed::read, typed::reply)
+                    SetAttribute on_set_attribute query(
+                        "setAttribute", 357156025, 0xef027475d57c525a,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                fn get_attribute(id_node: String, name: String) -> Result<GetAttributeAnswer, GetAttributeError> {
+                    GET_ATTRIBUTE.try_answer(typed::read, reply_get_attribute)
+                    GetAttribute on_get_attribute query(
+                        "getAttribute", -957154958, 0x8b4878bbcbbfb261,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<String>(0), typed::ReplyVariant::of::<String>(0),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                /// Removes a node with all below it.
+                fn remove_node(item: String) -> Result<bool, RemoveNodeError> {
+                    REMOVE_NODE.try_answer(typed::read, typed::reply)
+                    RemoveNode on_remove_node query(
+                        "removeNode", -740643553, 0x59cc021a77a787e0,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                /// Moves a node below another one. It keeps its pose in its parent.
+                fn move_node(src: String, dst: String) -> Result<bool, MoveNodeError> {
+                    MOVE_NODE.try_answer(typed::read, typed::reply)
+                    MoveNode on_move_node query(
+                        "moveNode", 827152929, 0x66610a20b60ca9c0,
+                        &[
+                            typed::ReplyVariant::of::<super::InnerModelManagerError>(INNER_MODEL_MANAGER_ERROR),
+                            typed::ReplyVariant::of::<bool>(0),
+                        ],
+                    )
+                }
+
+                /// Whether bodies of two nodes touch. False if there is no such node.
+                fn collide(a: String, b: String) -> bool {
+                    COLLIDE.answer(typed::read, typed::reply)
+                    Collide on_collide query("collide", 974480753, 0x87f0bc2bed61eaf1, &[])
+                }
+
+                /// Replaces the points of a node of the kind pointcloud.
+                fn set_point_cloud_data(id: String, cloud: crate::robo_comp_inner_model_manager::PointCloudVector) {
+                    SET_POINT_CLOUD_DATA.command(typed::read)
+                    SetPointCloudData on_set_point_cloud_data one_way(
+                        "setPointCloudData", 293656396, 0x2efd6f976510416a,
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `InnerModelManager` for the members of a slot array.
-    pub trait InnerModelManagerMembers<C, S = ()> {
-        fn add_transform(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, engine: String, base: String,
-            pose: super::Pose3D,
-        ) -> Result<bool, AddTransformError>;
-        fn add_joint(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, base: String, j: super::JointType,
-        ) -> Result<bool, AddJointError>;
-        fn add_mesh(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, base: String, m: super::MeshType,
-        ) -> Result<bool, AddMeshError>;
-        fn add_plane(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, base: String, plane: super::Plane3D,
-        ) -> Result<bool, AddPlaneError>;
-        fn get_all_node_information(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::NodeInformationSequence, GetAllNodeInformationError>;
-        fn set_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, base: String, item: String, pose: super::Pose3D,
-        ) -> Result<bool, SetPoseError>;
-        fn set_pose_from_parent(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, pose: super::Pose3D,
-        ) -> Result<bool, SetPoseFromParentError>;
-        fn get_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, base: String, item: String,
-        ) -> Result<GetPoseAnswer, GetPoseError>;
-        fn get_pose_from_parent(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String,
-        ) -> Result<GetPoseFromParentAnswer, GetPoseFromParentError>;
-        fn set_plane(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, plane: super::Plane3D,
-        ) -> Result<bool, SetPlaneError>;
-        fn transform(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, base: String, item: String,
-            coord_in_item: super::Coord3D,
-        ) -> Result<TransformAnswer, TransformError>;
-        fn get_transformation_matrix(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, base: String, item: String,
-        ) -> Result<super::Matrix, GetTransformationMatrixError>;
-        fn set_scale(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String, scale_x: f32, scale_y: f32,
-            scale_z: f32,
-        ) -> Result<bool, SetScaleError>;
-        fn add_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id_node: String, name: String, type_: String,
-            value: String,
-        ) -> Result<bool, AddAttributeError>;
-        fn remove_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id_node: String, name: String,
-        ) -> Result<bool, RemoveAttributeError>;
-        fn set_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id_node: String, name: String, type_: String,
-            value: String,
-        ) -> Result<bool, SetAttributeError>;
-        fn get_attribute(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id_node: String, name: String,
-        ) -> Result<GetAttributeAnswer, GetAttributeError>;
-        fn remove_node(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, item: String,
-        ) -> Result<bool, RemoveNodeError>;
-        fn move_node(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, src: String, dst: String,
-        ) -> Result<bool, MoveNodeError>;
-        fn collide(&mut self, ctx: &mut C, member: &rc_middleware::Member, a: String, b: String) -> bool;
-        fn set_point_cloud_data(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, id: String, cloud: super::PointCloudVector,
-        );
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`InnerModelManagerMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeInnerModelManagerMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: InnerModelManagerMembers<C, S>> ServeInnerModelManagerMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &ADD_TRANSFORM, typed::read, typed::reply,
-                    |(item, engine, base, pose)| InnerModelManagerMembers::add_transform(
-                        self, ctx, member, item, engine, base, pose,
-                    ),
-                ),
-                Some(1) => request.try_answer(
-                    &ADD_JOINT, typed::read, typed::reply,
-                    |(item, base, j)| InnerModelManagerMembers::add_joint(self, ctx, member, item, base, j),
-                ),
-                Some(2) => request.try_answer(
-                    &ADD_MESH, typed::read, typed::reply,
-                    |(item, base, m)| InnerModelManagerMembers::add_mesh(self, ctx, member, item, base, m),
-                ),
-                Some(3) => request.try_answer(
-                    &ADD_PLANE, typed::read, typed::reply,
-                    |(item, base, plane)| InnerModelManagerMembers::add_plane(self, ctx, member, item, base, plane),
-                ),
-                Some(4) => request.try_answer(
-                    &GET_ALL_NODE_INFORMATION, typed::read, typed::reply,
-                    |()| InnerModelManagerMembers::get_all_node_information(self, ctx, member),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_POSE, typed::read, typed::reply,
-                    |(base, item, pose)| InnerModelManagerMembers::set_pose(self, ctx, member, base, item, pose),
-                ),
-                Some(6) => request.try_answer(
-                    &SET_POSE_FROM_PARENT, typed::read, typed::reply,
-                    |(item, pose)| InnerModelManagerMembers::set_pose_from_parent(self, ctx, member, item, pose),
-                ),
-                Some(7) => request.try_answer(
-                    &GET_POSE, typed::read, reply_get_pose,
-                    |(base, item)| InnerModelManagerMembers::get_pose(self, ctx, member, base, item),
-                ),
-                Some(8) => request.try_answer(
-                    &GET_POSE_FROM_PARENT, typed::read, reply_get_pose_from_parent,
-                    |(item,)| InnerModelManagerMembers::get_pose_from_parent(self, ctx, member, item),
-                ),
-                Some(9) => request.try_answer(
-                    &SET_PLANE, typed::read, typed::reply,
-                    |(item, plane)| InnerModelManagerMembers::set_plane(self, ctx, member, item, plane),
-                ),
-                Some(10) => request.try_answer(
-                    &TRANSFORM, typed::read, reply_transform,
-                    |(base, item, coord_in_item)| InnerModelManagerMembers::transform(
-                        self, ctx, member, base, item, coord_in_item,
-                    ),
-                ),
-                Some(11) => request.try_answer(
-                    &GET_TRANSFORMATION_MATRIX, typed::read, typed::reply,
-                    |(base, item)| InnerModelManagerMembers::get_transformation_matrix(self, ctx, member, base, item),
-                ),
-                Some(12) => request.try_answer(
-                    &SET_SCALE, typed::read, typed::reply,
-                    |(item, scale_x, scale_y, scale_z)| InnerModelManagerMembers::set_scale(
-                        self, ctx, member, item, scale_x, scale_y, scale_z,
-                    ),
-                ),
-                Some(13) => request.try_answer(
-                    &ADD_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name, type_, value)| InnerModelManagerMembers::add_attribute(
-                        self, ctx, member, id_node, name, type_, value,
-                    ),
-                ),
-                Some(14) => request.try_answer(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name)| InnerModelManagerMembers::remove_attribute(self, ctx, member, id_node, name),
-                ),
-                Some(15) => request.try_answer(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    |(id_node, name, type_, value)| InnerModelManagerMembers::set_attribute(
-                        self, ctx, member, id_node, name, type_, value,
-                    ),
-                ),
-                Some(16) => request.try_answer(
-                    &GET_ATTRIBUTE, typed::read, reply_get_attribute,
-                    |(id_node, name)| InnerModelManagerMembers::get_attribute(self, ctx, member, id_node, name),
-                ),
-                Some(17) => request.try_answer(
-                    &REMOVE_NODE, typed::read, typed::reply,
-                    |(item,)| InnerModelManagerMembers::remove_node(self, ctx, member, item),
-                ),
-                Some(18) => request.try_answer(
-                    &MOVE_NODE, typed::read, typed::reply,
-                    |(src, dst)| InnerModelManagerMembers::move_node(self, ctx, member, src, dst),
-                ),
-                Some(19) => request.answer(
-                    &COLLIDE, typed::read, typed::reply,
-                    |(a, b)| InnerModelManagerMembers::collide(self, ctx, member, a, b),
-                ),
-                Some(20) => request.command(
-                    &SET_POINT_CLOUD_DATA, typed::read,
-                    |(id, cloud)| InnerModelManagerMembers::set_point_cloud_data(self, ctx, member, id, cloud),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(InnerModelManagerClient);
 
@@ -1249,438 +969,6 @@ pub mod inner_model_manager {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `addTransform`
-            AddTransform { item: String, engine: String, base: String, pose: crate::robo_comp_inner_model_manager::Pose3D },
-            /// `addJoint`
-            AddJoint { item: String, base: String, j: crate::robo_comp_inner_model_manager::JointType },
-            /// `addMesh`
-            AddMesh { item: String, base: String, m: crate::robo_comp_inner_model_manager::MeshType },
-            /// `addPlane`
-            AddPlane { item: String, base: String, plane: crate::robo_comp_inner_model_manager::Plane3D },
-            /// `getAllNodeInformation`
-            GetAllNodeInformation,
-            /// `setPose`
-            SetPose { base: String, item: String, pose: crate::robo_comp_inner_model_manager::Pose3D },
-            /// `setPoseFromParent`
-            SetPoseFromParent { item: String, pose: crate::robo_comp_inner_model_manager::Pose3D },
-            /// `getPose`
-            GetPose { base: String, item: String },
-            /// `getPoseFromParent`
-            GetPoseFromParent { item: String },
-            /// `setPlane`
-            SetPlane { item: String, plane: crate::robo_comp_inner_model_manager::Plane3D },
-            /// `transform`
-            Transform { base: String, item: String, coord_in_item: crate::robo_comp_inner_model_manager::Coord3D },
-            /// `getTransformationMatrix`
-            GetTransformationMatrix { base: String, item: String },
-            /// `setScale`
-            SetScale { item: String, scale_x: f32, scale_y: f32, scale_z: f32 },
-            /// `addAttribute`
-            AddAttribute { id_node: String, name: String, type_: String, value: String },
-            /// `removeAttribute`
-            RemoveAttribute { id_node: String, name: String },
-            /// `setAttribute`
-            SetAttribute { id_node: String, name: String, type_: String, value: String },
-            /// `getAttribute`
-            GetAttribute { id_node: String, name: String },
-            /// `removeNode`
-            RemoveNode { item: String },
-            /// `moveNode`
-            MoveNode { src: String, dst: String },
-            /// `collide`
-            Collide { a: String, b: String },
-            /// `setPointCloudData`
-            SetPointCloudData { id: String, cloud: crate::robo_comp_inner_model_manager::PointCloudVector },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                ADD_TRANSFORM, ADD_JOINT, ADD_MESH, ADD_PLANE, GET_ALL_NODE_INFORMATION, SET_POSE, SET_POSE_FROM_PARENT,
-                GET_POSE, GET_POSE_FROM_PARENT, SET_PLANE, TRANSFORM, GET_TRANSFORMATION_MATRIX, SET_SCALE,
-                ADD_ATTRIBUTE, REMOVE_ATTRIBUTE, SET_ATTRIBUTE, GET_ATTRIBUTE, REMOVE_NODE, MOVE_NODE, COLLIDE,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&ADD_TRANSFORM, typed::read).map(
-                        |(item, engine, base, pose)| Self::AddTransform { item, engine, base, pose }
-                    ),
-                    Some(1) => request.arguments(&ADD_JOINT, typed::read).map(
-                        |(item, base, j)| Self::AddJoint { item, base, j }
-                    ),
-                    Some(2) => request.arguments(&ADD_MESH, typed::read).map(
-                        |(item, base, m)| Self::AddMesh { item, base, m }
-                    ),
-                    Some(3) => request.arguments(&ADD_PLANE, typed::read).map(
-                        |(item, base, plane)| Self::AddPlane { item, base, plane }
-                    ),
-                    Some(4) => request.arguments(
-                        &GET_ALL_NODE_INFORMATION, typed::read,
-                    ).map(|()| Self::GetAllNodeInformation),
-                    Some(5) => request.arguments(&SET_POSE, typed::read).map(
-                        |(base, item, pose)| Self::SetPose { base, item, pose }
-                    ),
-                    Some(6) => request.arguments(&SET_POSE_FROM_PARENT, typed::read).map(
-                        |(item, pose)| Self::SetPoseFromParent { item, pose }
-                    ),
-                    Some(7) => request.arguments(&GET_POSE, typed::read).map(
-                        |(base, item)| Self::GetPose { base, item }
-                    ),
-                    Some(8) => request.arguments(&GET_POSE_FROM_PARENT, typed::read).map(
-                        |(item,)| Self::GetPoseFromParent { item }
-                    ),
-                    Some(9) => request.arguments(&SET_PLANE, typed::read).map(
-                        |(item, plane)| Self::SetPlane { item, plane }
-                    ),
-                    Some(10) => request.arguments(&TRANSFORM, typed::read).map(
-                        |(base, item, coord_in_item)| Self::Transform { base, item, coord_in_item }
-                    ),
-                    Some(11) => request.arguments(&GET_TRANSFORMATION_MATRIX, typed::read).map(
-                        |(base, item)| Self::GetTransformationMatrix { base, item }
-                    ),
-                    Some(12) => request.arguments(&SET_SCALE, typed::read).map(
-                        |(item, scale_x, scale_y, scale_z)| Self::SetScale { item, scale_x, scale_y, scale_z }
-                    ),
-                    Some(13) => request.arguments(&ADD_ATTRIBUTE, typed::read).map(
-                        |(id_node, name, type_, value)| Self::AddAttribute { id_node, name, type_, value }
-                    ),
-                    Some(14) => request.arguments(&REMOVE_ATTRIBUTE, typed::read).map(
-                        |(id_node, name)| Self::RemoveAttribute { id_node, name }
-                    ),
-                    Some(15) => request.arguments(&SET_ATTRIBUTE, typed::read).map(
-                        |(id_node, name, type_, value)| Self::SetAttribute { id_node, name, type_, value }
-                    ),
-                    Some(16) => request.arguments(&GET_ATTRIBUTE, typed::read).map(
-                        |(id_node, name)| Self::GetAttribute { id_node, name }
-                    ),
-                    Some(17) => request.arguments(&REMOVE_NODE, typed::read).map(|(item,)| Self::RemoveNode { item }),
-                    Some(18) => request.arguments(&MOVE_NODE, typed::read).map(
-                        |(src, dst)| Self::MoveNode { src, dst }
-                    ),
-                    Some(19) => request.arguments(&COLLIDE, typed::read).map(|(a, b)| Self::Collide { a, b }),
-                    Some(20) => request.arguments(&SET_POINT_CLOUD_DATA, typed::read).map(
-                        |(id, cloud)| Self::SetPointCloudData { id, cloud }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &ADD_TRANSFORM, typed::read, typed::reply,
-                        |_: (
-                            String, String, String, crate::robo_comp_inner_model_manager::Pose3D,
-                        )| -> bool { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &ADD_JOINT, typed::read, typed::reply,
-                        |_: (
-                            String, String, crate::robo_comp_inner_model_manager::JointType,
-                        )| -> bool { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &ADD_MESH, typed::read, typed::reply,
-                        |_: (
-                            String, String, crate::robo_comp_inner_model_manager::MeshType,
-                        )| -> bool { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &ADD_PLANE, typed::read, typed::reply,
-                        |_: (
-                            String, String, crate::robo_comp_inner_model_manager::Plane3D,
-                        )| -> bool { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &GET_ALL_NODE_INFORMATION, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_inner_model_manager::NodeInformationSequence { Default::default() },
-                    ),
-                    Some(5) => request.answer(
-                        &SET_POSE, typed::read, typed::reply,
-                        |_: (
-                            String, String, crate::robo_comp_inner_model_manager::Pose3D,
-                        )| -> bool { Default::default() },
-                    ),
-                    Some(6) => request.answer(
-                        &SET_POSE_FROM_PARENT, typed::read, typed::reply,
-                        |_: (String, crate::robo_comp_inner_model_manager::Pose3D)| -> bool { Default::default() },
-                    ),
-                    Some(7) => request.answer(
-                        &GET_POSE, typed::read, reply_get_pose,
-                        |_: (String, String)| -> GetPoseAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(8) => request.answer(
-                        &GET_POSE_FROM_PARENT, typed::read, reply_get_pose_from_parent,
-                        |_: (String,)| -> GetPoseFromParentAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(9) => request.answer(
-                        &SET_PLANE, typed::read, typed::reply,
-                        |_: (String, crate::robo_comp_inner_model_manager::Plane3D)| -> bool { Default::default() },
-                    ),
-                    Some(10) => request.answer(
-                        &TRANSFORM, typed::read, reply_transform,
-                        |_: (
-                            String, String, crate::robo_comp_inner_model_manager::Coord3D,
-                        )| -> TransformAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(11) => request.answer(
-                        &GET_TRANSFORMATION_MATRIX, typed::read, typed::reply,
-                        |_: (String, String)| -> crate::robo_comp_inner_model_manager::Matrix { Default::default() },
-                    ),
-                    Some(12) => request.answer(
-                        &SET_SCALE, typed::read, typed::reply,
-                        |_: (String, f32, f32, f32)| -> bool { Default::default() },
-                    ),
-                    Some(13) => request.answer(
-                        &ADD_ATTRIBUTE, typed::read, typed::reply,
-                        |_: (String, String, String, String)| -> bool { Default::default() },
-                    ),
-                    Some(14) => request.answer(
-                        &REMOVE_ATTRIBUTE, typed::read, typed::reply,
-                        |_: (String, String)| -> bool { Default::default() },
-                    ),
-                    Some(15) => request.answer(
-                        &SET_ATTRIBUTE, typed::read, typed::reply,
-                        |_: (String, String, String, String)| -> bool { Default::default() },
-                    ),
-                    Some(16) => request.answer(
-                        &GET_ATTRIBUTE, typed::read, reply_get_attribute,
-                        |_: (String, String)| -> GetAttributeAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(17) => request.answer(
-                        &REMOVE_NODE, typed::read, typed::reply, |_: (String,)| -> bool { Default::default() },
-                    ),
-                    Some(18) => request.answer(
-                        &MOVE_NODE, typed::read, typed::reply, |_: (String, String)| -> bool { Default::default() },
-                    ),
-                    Some(19) => request.answer(
-                        &COLLIDE, typed::read, typed::reply, |_: (String, String)| -> bool { Default::default() },
-                    ),
-                    Some(20) => request.command(
-                        &SET_POINT_CLOUD_DATA, typed::read,
-                        |_: (String, crate::robo_comp_inner_model_manager::PointCloudVector)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `addTransform` with what `answer` returns.
-            pub fn on_add_transform(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, String, crate::robo_comp_inner_model_manager::Pose3D,
-                ) -> Result<bool, AddTransformError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &ADD_TRANSFORM, typed::read, typed::reply,
-                    move |(item, engine, base, pose)| answer(item, engine, base, pose),
-                );
-            }
-
-            /// Answers `addJoint` with what `answer` returns.
-            pub fn on_add_joint(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::robo_comp_inner_model_manager::JointType,
-                ) -> Result<bool, AddJointError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &ADD_JOINT, typed::read, typed::reply, move |(item, base, j)| answer(item, base, j),
-                );
-            }
-
-            /// Answers `addMesh` with what `answer` returns.
-            pub fn on_add_mesh(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::robo_comp_inner_model_manager::MeshType,
-                ) -> Result<bool, AddMeshError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &ADD_MESH, typed::read, typed::reply, move |(item, base, m)| answer(item, base, m),
-                );
-            }
-
-            /// Answers `addPlane` with what `answer` returns.
-            pub fn on_add_plane(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::robo_comp_inner_model_manager::Plane3D,
-                ) -> Result<bool, AddPlaneError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &ADD_PLANE, typed::read, typed::reply, move |(item, base, plane)| answer(item, base, plane),
-                );
-            }
-
-            /// Answers `getAllNodeInformation` with what `answer` returns.
-            pub fn on_get_all_node_information(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_inner_model_manager::NodeInformationSequence, GetAllNodeInformationError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_ALL_NODE_INFORMATION, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setPose` with what `answer` returns.
-            pub fn on_set_pose(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::robo_comp_inner_model_manager::Pose3D,
-                ) -> Result<bool, SetPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_POSE, typed::read, typed::reply, move |(base, item, pose)| answer(base, item, pose),
-                );
-            }
-
-            /// Answers `setPoseFromParent` with what `answer` returns.
-            pub fn on_set_pose_from_parent(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::robo_comp_inner_model_manager::Pose3D,
-                ) -> Result<bool, SetPoseFromParentError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_POSE_FROM_PARENT, typed::read, typed::reply, move |(item, pose)| answer(item, pose),
-                );
-            }
-
-            /// Answers `getPose` with what `answer` returns.
-            pub fn on_get_pose(
-                &self, mut answer: impl FnMut(String, String) -> Result<GetPoseAnswer, GetPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_POSE, typed::read, reply_get_pose, move |(base, item)| answer(base, item),
-                );
-            }
-
-            /// Answers `getPoseFromParent` with what `answer` returns.
-            pub fn on_get_pose_from_parent(
-                &self,
-                mut answer: impl FnMut(String) -> Result<GetPoseFromParentAnswer, GetPoseFromParentError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_POSE_FROM_PARENT, typed::read, reply_get_pose_from_parent, move |(item,)| answer(item),
-                );
-            }
-
-            /// Answers `setPlane` with what `answer` returns.
-            pub fn on_set_plane(
-                &self,
-                mut answer: impl FnMut(
-                    String, crate::robo_comp_inner_model_manager::Plane3D,
-                ) -> Result<bool, SetPlaneError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_PLANE, typed::read, typed::reply, move |(item, plane)| answer(item, plane),
-                );
-            }
-
-            /// Answers `transform` with what `answer` returns.
-            pub fn on_transform(
-                &self,
-                mut answer: impl FnMut(
-                    String, String, crate::robo_comp_inner_model_manager::Coord3D,
-                ) -> Result<TransformAnswer, TransformError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &TRANSFORM, typed::read, reply_transform,
-                    move |(base, item, coord_in_item)| answer(base, item, coord_in_item),
-                );
-            }
-
-            /// Answers `getTransformationMatrix` with what `answer` returns.
-            pub fn on_get_transformation_matrix(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<crate::robo_comp_inner_model_manager::Matrix, GetTransformationMatrixError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_TRANSFORMATION_MATRIX, typed::read, typed::reply, move |(base, item)| answer(base, item),
-                );
-            }
-
-            /// Answers `setScale` with what `answer` returns.
-            pub fn on_set_scale(
-                &self, mut answer: impl FnMut(String, f32, f32, f32) -> Result<bool, SetScaleError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_SCALE, typed::read, typed::reply,
-                    move |(item, scale_x, scale_y, scale_z)| answer(item, scale_x, scale_y, scale_z),
-                );
-            }
-
-            /// Answers `addAttribute` with what `answer` returns.
-            pub fn on_add_attribute(
-                &self,
-                mut answer: impl FnMut(String, String, String, String) -> Result<bool, AddAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &ADD_ATTRIBUTE, typed::read, typed::reply,
-                    move |(id_node, name, type_, value)| answer(id_node, name, type_, value),
-                );
-            }
-
-            /// Answers `removeAttribute` with what `answer` returns.
-            pub fn on_remove_attribute(
-                &self, mut answer: impl FnMut(String, String) -> Result<bool, RemoveAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &REMOVE_ATTRIBUTE, typed::read, typed::reply, move |(id_node, name)| answer(id_node, name),
-                );
-            }
-
-            /// Answers `setAttribute` with what `answer` returns.
-            pub fn on_set_attribute(
-                &self,
-                mut answer: impl FnMut(String, String, String, String) -> Result<bool, SetAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_ATTRIBUTE, typed::read, typed::reply,
-                    move |(id_node, name, type_, value)| answer(id_node, name, type_, value),
-                );
-            }
-
-            /// Answers `getAttribute` with what `answer` returns.
-            pub fn on_get_attribute(
-                &self,
-                mut answer: impl FnMut(String, String) -> Result<GetAttributeAnswer, GetAttributeError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_ATTRIBUTE, typed::read, reply_get_attribute, move |(id_node, name)| answer(id_node, name),
-                );
-            }
-
-            /// Answers `removeNode` with what `answer` returns.
-            pub fn on_remove_node(&self, mut answer: impl FnMut(String) -> Result<bool, RemoveNodeError> + 'static) {
-                self.0.on_throwing_query(&REMOVE_NODE, typed::read, typed::reply, move |(item,)| answer(item));
-            }
-
-            /// Answers `moveNode` with what `answer` returns.
-            pub fn on_move_node(
-                &self, mut answer: impl FnMut(String, String) -> Result<bool, MoveNodeError> + 'static,
-            ) {
-                self.0.on_throwing_query(&MOVE_NODE, typed::read, typed::reply, move |(src, dst)| answer(src, dst));
-            }
-
-            /// Answers `collide` with what `answer` returns.
-            pub fn on_collide(&self, mut answer: impl FnMut(String, String) -> bool + 'static) {
-                self.0.on_query(&COLLIDE, typed::read, typed::reply, move |(a, b)| answer(a, b));
-            }
-
-            /// Answers `setPointCloudData`, a command, by a call of `answer`.
-            pub fn on_set_point_cloud_data(
-                &self, mut answer: impl FnMut(String, crate::robo_comp_inner_model_manager::PointCloudVector) + 'static,
-            ) {
-                self.0.on_command(&SET_POINT_CLOUD_DATA, typed::read, move |(id, cloud)| answer(id, cloud));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -202,113 +202,6 @@ pub type MotorList = Vec<String>;
 pub mod joint_motor {
     use rc_middleware::typed;
 
-    /// `setPosition`
-    pub const SET_POSITION: typed::Operation = typed::Operation::query(
-        "setPosition", -800444418, 0xe09c460aa8a79918,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `setVelocity`
-    pub const SET_VELOCITY: typed::Operation = typed::Operation::query(
-        "setVelocity", -1167115710, 0x50e98f1000de6e6a,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `setZeroPos`
-    pub const SET_ZERO_POS: typed::Operation = typed::Operation::query(
-        "setZeroPos", 170082632, 0xebdf8f10f7897494,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `setSyncPosition`
-    pub const SET_SYNC_POSITION: typed::Operation = typed::Operation::query(
-        "setSyncPosition", -676275672, 0x4b8558d20a917c8a,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `setSyncVelocity`
-    pub const SET_SYNC_VELOCITY: typed::Operation = typed::Operation::query(
-        "setSyncVelocity", -390934193, 0xab995bcf6fc2e2c2,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `setSyncZeroPos`
-    pub const SET_SYNC_ZERO_POS: typed::Operation = typed::Operation::query(
-        "setSyncZeroPos", 1340080263, 0xd1cdef51753be283,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-        ],
-    );
-
-    /// `getMotorParams`
-    pub const GET_MOTOR_PARAMS: typed::Operation = typed::Operation::query(
-        "getMotorParams", -1266026689, 0x8b1333a0d502f92d,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::MotorParams>(0),
-        ],
-    );
-
-    /// `getMotorState`
-    pub const GET_MOTOR_STATE: typed::Operation = typed::Operation::query(
-        "getMotorState", 272966398, 0x663e2b8e510481cf,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::MotorState>(0),
-        ],
-    );
-
-    /// `getMotorStateMap`
-    pub const GET_MOTOR_STATE_MAP: typed::Operation = typed::Operation::query(
-        "getMotorStateMap", -1372387326, 0x3660e5db85dd2771,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::MotorStateMap>(0),
-        ],
-    );
-
-    /// `getAllMotorState`
-    pub const GET_ALL_MOTOR_STATE: typed::Operation = typed::Operation::query(
-        "getAllMotorState", -1828834478, 0x9bbd0a55c471c9c8,
-        &[
-            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::MotorStateMap>(0),
-        ],
-    );
-
-    /// `getAllMotorParams`
-    pub const GET_ALL_MOTOR_PARAMS: typed::Operation = typed::Operation::query(
-        "getAllMotorParams", 1210762503, 0x5e89995c0581884a, &[],
-    );
-
-    /// `getBusParams`
-    pub const GET_BUS_PARAMS: typed::Operation = typed::Operation::query(
-        "getBusParams", 2021444905, 0xd2acba91a96e27f2, &[],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        SET_POSITION, SET_VELOCITY, SET_ZERO_POS, SET_SYNC_POSITION, SET_SYNC_VELOCITY, SET_SYNC_ZERO_POS,
-        GET_MOTOR_PARAMS, GET_MOTOR_STATE, GET_MOTOR_STATE_MAP, GET_ALL_MOTOR_STATE, GET_ALL_MOTOR_PARAMS,
-        GET_BUS_PARAMS,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -356,203 +249,156 @@ pub mod joint_motor {
     /// The errors of `getAllMotorState`.
     pub type GetAllMotorStateError = UnknownMotorExceptionOrCall;
 
-    /// The handlers of `JointMotor`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Moves the motors of one bus. A goal holds until the next one for the same motor; an answer says that the goal
-    /// was accepted, the state tells when it is reached.
-    pub trait JointMotor<C, S = ()> {
-        /// The motor goes to this position and stays there.
-        fn set_position(&mut self, ctx: &mut C, goal: super::MotorGoalPosition) -> Result<(), SetPositionError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `JointMotor`.
+                ///
+                /// Moves the motors of one bus. A goal holds until the next one for the same motor; an answer says that the goal
+                /// was accepted, the state tells when it is reached.
+                JointMotor ServeJointMotor ReceiveJointMotor, JointMotorMembers ServeJointMotorMembers ReceiveJointMotorMembers;
 
-        /// The motor turns on at this speed until told otherwise, or until it is at a limit.
-        fn set_velocity(&mut self, ctx: &mut C, goal: super::MotorGoalVelocity) -> Result<(), SetVelocityError>;
+                /// The motor goes to this position and stays there.
+                fn set_position(goal: crate::robo_comp_joint_motor::MotorGoalPosition) -> Result<(), SetPositionError> {
+                    SET_POSITION.try_answer(typed::read, typed::reply)
+                    SetPosition on_set_position query(
+                        "setPosition", -800444418, 0xe09c460aa8a79918,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        /// Sends a motor to its zero position.
-        fn set_zero_pos(&mut self, ctx: &mut C, name: String) -> Result<(), SetZeroPosError>;
+                /// The motor turns on at this speed until told otherwise, or until it is at a limit.
+                fn set_velocity(goal: crate::robo_comp_joint_motor::MotorGoalVelocity) -> Result<(), SetVelocityError> {
+                    SET_VELOCITY.try_answer(typed::read, typed::reply)
+                    SetVelocity on_set_velocity query(
+                        "setVelocity", -1167115710, 0x50e98f1000de6e6a,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        /// Several motors start together; where one goal is refused, none of them moves.
-        fn set_sync_position(
-            &mut self, ctx: &mut C, list_goals: super::MotorGoalPositionList,
-        ) -> Result<(), SetSyncPositionError>;
+                /// Sends a motor to its zero position.
+                fn set_zero_pos(name: String) -> Result<(), SetZeroPosError> {
+                    SET_ZERO_POS.try_answer(typed::read, typed::reply)
+                    SetZeroPos on_set_zero_pos query(
+                        "setZeroPos", 170082632, 0xebdf8f10f7897494,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        /// The same for speeds.
-        fn set_sync_velocity(
-            &mut self, ctx: &mut C, list_goals: super::MotorGoalVelocityList,
-        ) -> Result<(), SetSyncVelocityError>;
+                /// Several motors start together; where one goal is refused, none of them moves.
+                fn set_sync_position(
+                    list_goals: crate::robo_comp_joint_motor::MotorGoalPositionList
+                ) -> Result<(), SetSyncPositionError> {
+                    SET_SYNC_POSITION.try_answer(typed::read, typed::reply)
+                    SetSyncPosition on_set_sync_position query(
+                        "setSyncPosition", -676275672, 0x4b8558d20a917c8a,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        /// Sends every motor to its zero position.
-        fn set_sync_zero_pos(&mut self, ctx: &mut C) -> Result<(), SetSyncZeroPosError>;
+                /// The same for speeds.
+                fn set_sync_velocity(
+                    list_goals: crate::robo_comp_joint_motor::MotorGoalVelocityList
+                ) -> Result<(), SetSyncVelocityError> {
+                    SET_SYNC_VELOCITY.try_answer(typed::read, typed::reply)
+                    SetSyncVelocity on_set_sync_velocity query(
+                        "setSyncVelocity", -390934193, 0xab995bcf6fc2e2c2,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        fn get_motor_params(&mut self, ctx: &mut C, motor: String) -> Result<super::MotorParams, GetMotorParamsError>;
-        fn get_motor_state(&mut self, ctx: &mut C, motor: String) -> Result<super::MotorState, GetMotorStateError>;
-        /// The states of some motors, all of one moment.
-        fn get_motor_state_map(
-            &mut self, ctx: &mut C, m_list: super::MotorList,
-        ) -> Result<super::MotorStateMap, GetMotorStateMapError>;
+                /// Sends every motor to its zero position.
+                fn set_sync_zero_pos -> Result<(), SetSyncZeroPosError> {
+                    SET_SYNC_ZERO_POS.try_answer(typed::read, typed::reply)
+                    SetSyncZeroPos on_set_sync_zero_pos query(
+                        "setSyncZeroPos", 1340080263, 0xd1cdef51753be283,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                        ],
+                    )
+                }
 
-        /// The states of all motors, all of one moment.
-        fn get_all_motor_state(&mut self, ctx: &mut C) -> Result<super::MotorStateMap, GetAllMotorStateError>;
+                fn get_motor_params(motor: String) -> Result<crate::robo_comp_joint_motor::MotorParams, GetMotorParamsError> {
+                    GET_MOTOR_PARAMS.try_answer(typed::read, typed::reply)
+                    GetMotorParams on_get_motor_params query(
+                        "getMotorParams", -1266026689, 0x8b1333a0d502f92d,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::MotorParams>(0),
+                        ],
+                    )
+                }
 
-        fn get_all_motor_params(&mut self, ctx: &mut C) -> super::MotorParamsList;
-        fn get_bus_params(&mut self, ctx: &mut C) -> super::BusParams;
-    }
+                fn get_motor_state(motor: String) -> Result<crate::robo_comp_joint_motor::MotorState, GetMotorStateError> {
+                    GET_MOTOR_STATE.try_answer(typed::read, typed::reply)
+                    GetMotorState on_get_motor_state query(
+                        "getMotorState", 272966398, 0x663e2b8e510481cf,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::MotorState>(0),
+                        ],
+                    )
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`JointMotor`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeJointMotor<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// The states of some motors, all of one moment.
+                fn get_motor_state_map(
+                    m_list: crate::robo_comp_joint_motor::MotorList
+                ) -> Result<crate::robo_comp_joint_motor::MotorStateMap, GetMotorStateMapError> {
+                    GET_MOTOR_STATE_MAP.try_answer(typed::read, typed::reply)
+                    GetMotorStateMap on_get_motor_state_map query(
+                        "getMotorStateMap", -1372387326, 0x3660e5db85dd2771,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::MotorStateMap>(0),
+                        ],
+                    )
+                }
 
-    impl<C, S, W: JointMotor<C, S>> ServeJointMotor<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &SET_POSITION, typed::read, typed::reply, |(goal,)| JointMotor::set_position(self, ctx, goal),
-                ),
-                Some(1) => request.try_answer(
-                    &SET_VELOCITY, typed::read, typed::reply, |(goal,)| JointMotor::set_velocity(self, ctx, goal),
-                ),
-                Some(2) => request.try_answer(
-                    &SET_ZERO_POS, typed::read, typed::reply, |(name,)| JointMotor::set_zero_pos(self, ctx, name),
-                ),
-                Some(3) => request.try_answer(
-                    &SET_SYNC_POSITION, typed::read, typed::reply,
-                    |(list_goals,)| JointMotor::set_sync_position(self, ctx, list_goals),
-                ),
-                Some(4) => request.try_answer(
-                    &SET_SYNC_VELOCITY, typed::read, typed::reply,
-                    |(list_goals,)| JointMotor::set_sync_velocity(self, ctx, list_goals),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_SYNC_ZERO_POS, typed::read, typed::reply, |()| JointMotor::set_sync_zero_pos(self, ctx),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_MOTOR_PARAMS, typed::read, typed::reply,
-                    |(motor,)| JointMotor::get_motor_params(self, ctx, motor),
-                ),
-                Some(7) => request.try_answer(
-                    &GET_MOTOR_STATE, typed::read, typed::reply,
-                    |(motor,)| JointMotor::get_motor_state(self, ctx, motor),
-                ),
-                Some(8) => request.try_answer(
-                    &GET_MOTOR_STATE_MAP, typed::read, typed::reply,
-                    |(m_list,)| JointMotor::get_motor_state_map(self, ctx, m_list),
-                ),
-                Some(9) => request.try_answer(
-                    &GET_ALL_MOTOR_STATE, typed::read, typed::reply, |()| JointMotor::get_all_motor_state(self, ctx),
-                ),
-                Some(10) => request.answer(
-                    &GET_ALL_MOTOR_PARAMS, typed::read, typed::reply, |()| JointMotor::get_all_motor_params(self, ctx),
-                ),
-                Some(11) => request.answer(
-                    &GET_BUS_PARAMS, typed::read, typed::reply, |()| JointMotor::get_bus_params(self, ctx),
-                ),
-                _ => request.unknown(),
+                /// The states of all motors, all of one moment.
+                fn get_all_motor_state -> Result<crate::robo_comp_joint_motor::MotorStateMap, GetAllMotorStateError> {
+                    GET_ALL_MOTOR_STATE.try_answer(typed::read, typed::reply)
+                    GetAllMotorState on_get_all_motor_state query(
+                        "getAllMotorState", -1828834478, 0x9bbd0a55c471c9c8,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownMotorException>(UNKNOWN_MOTOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::MotorStateMap>(0),
+                        ],
+                    )
+                }
+
+                fn get_all_motor_params -> crate::robo_comp_joint_motor::MotorParamsList {
+                    GET_ALL_MOTOR_PARAMS.answer(typed::read, typed::reply)
+                    GetAllMotorParams on_get_all_motor_params query(
+                        "getAllMotorParams", 1210762503, 0x5e89995c0581884a, &[],
+                    )
+                }
+
+                fn get_bus_params -> crate::robo_comp_joint_motor::BusParams {
+                    GET_BUS_PARAMS.answer(typed::read, typed::reply)
+                    GetBusParams on_get_bus_params query("getBusParams", 2021444905, 0xd2acba91a96e27f2, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `JointMotor` for the members of a slot array.
-    pub trait JointMotorMembers<C, S = ()> {
-        fn set_position(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, goal: super::MotorGoalPosition,
-        ) -> Result<(), SetPositionError>;
-        fn set_velocity(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, goal: super::MotorGoalVelocity,
-        ) -> Result<(), SetVelocityError>;
-        fn set_zero_pos(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String,
-        ) -> Result<(), SetZeroPosError>;
-        fn set_sync_position(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, list_goals: super::MotorGoalPositionList,
-        ) -> Result<(), SetSyncPositionError>;
-        fn set_sync_velocity(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, list_goals: super::MotorGoalVelocityList,
-        ) -> Result<(), SetSyncVelocityError>;
-        fn set_sync_zero_pos(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<(), SetSyncZeroPosError>;
-        fn get_motor_params(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, motor: String,
-        ) -> Result<super::MotorParams, GetMotorParamsError>;
-        fn get_motor_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, motor: String,
-        ) -> Result<super::MotorState, GetMotorStateError>;
-        fn get_motor_state_map(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, m_list: super::MotorList,
-        ) -> Result<super::MotorStateMap, GetMotorStateMapError>;
-        fn get_all_motor_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::MotorStateMap, GetAllMotorStateError>;
-        fn get_all_motor_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::MotorParamsList;
-        fn get_bus_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::BusParams;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`JointMotorMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeJointMotorMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: JointMotorMembers<C, S>> ServeJointMotorMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &SET_POSITION, typed::read, typed::reply,
-                    |(goal,)| JointMotorMembers::set_position(self, ctx, member, goal),
-                ),
-                Some(1) => request.try_answer(
-                    &SET_VELOCITY, typed::read, typed::reply,
-                    |(goal,)| JointMotorMembers::set_velocity(self, ctx, member, goal),
-                ),
-                Some(2) => request.try_answer(
-                    &SET_ZERO_POS, typed::read, typed::reply,
-                    |(name,)| JointMotorMembers::set_zero_pos(self, ctx, member, name),
-                ),
-                Some(3) => request.try_answer(
-                    &SET_SYNC_POSITION, typed::read, typed::reply,
-                    |(list_goals,)| JointMotorMembers::set_sync_position(self, ctx, member, list_goals),
-                ),
-                Some(4) => request.try_answer(
-                    &SET_SYNC_VELOCITY, typed::read, typed::reply,
-                    |(list_goals,)| JointMotorMembers::set_sync_velocity(self, ctx, member, list_goals),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_SYNC_ZERO_POS, typed::read, typed::reply,
-                    |()| JointMotorMembers::set_sync_zero_pos(self, ctx, member),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_MOTOR_PARAMS, typed::read, typed::reply,
-                    |(motor,)| JointMotorMembers::get_motor_params(self, ctx, member, motor),
-                ),
-                Some(7) => request.try_answer(
-                    &GET_MOTOR_STATE, typed::read, typed::reply,
-                    |(motor,)| JointMotorMembers::get_motor_state(self, ctx, member, motor),
-                ),
-                Some(8) => request.try_answer(
-                    &GET_MOTOR_STATE_MAP, typed::read, typed::reply,
-                    |(m_list,)| JointMotorMembers::get_motor_state_map(self, ctx, member, m_list),
-                ),
-                Some(9) => request.try_answer(
-                    &GET_ALL_MOTOR_STATE, typed::read, typed::reply,
-                    |()| JointMotorMembers::get_all_motor_state(self, ctx, member),
-                ),
-                Some(10) => request.answer(
-                    &GET_ALL_MOTOR_PARAMS, typed::read, typed::reply,
-                    |()| JointMotorMembers::get_all_motor_params(self, ctx, member),
-                ),
-                Some(11) => request.answer(
-                    &GET_BUS_PARAMS, typed::read, typed::reply,
-                    |()| JointMotorMembers::get_bus_params(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(JointMotorClient);
 
@@ -624,227 +470,6 @@ pub mod joint_motor {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `setPosition`
-            SetPosition { goal: crate::robo_comp_joint_motor::MotorGoalPosition },
-            /// `setVelocity`
-            SetVelocity { goal: crate::robo_comp_joint_motor::MotorGoalVelocity },
-            /// `setZeroPos`
-            SetZeroPos { name: String },
-            /// `setSyncPosition`
-            SetSyncPosition { list_goals: crate::robo_comp_joint_motor::MotorGoalPositionList },
-            /// `setSyncVelocity`
-            SetSyncVelocity { list_goals: crate::robo_comp_joint_motor::MotorGoalVelocityList },
-            /// `setSyncZeroPos`
-            SetSyncZeroPos,
-            /// `getMotorParams`
-            GetMotorParams { motor: String },
-            /// `getMotorState`
-            GetMotorState { motor: String },
-            /// `getMotorStateMap`
-            GetMotorStateMap { m_list: crate::robo_comp_joint_motor::MotorList },
-            /// `getAllMotorState`
-            GetAllMotorState,
-            /// `getAllMotorParams`
-            GetAllMotorParams,
-            /// `getBusParams`
-            GetBusParams,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_MOTOR_PARAMS, GET_MOTOR_STATE, GET_MOTOR_STATE_MAP, GET_ALL_MOTOR_STATE, GET_ALL_MOTOR_PARAMS,
-                GET_BUS_PARAMS,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SET_POSITION, typed::read).map(|(goal,)| Self::SetPosition { goal }),
-                    Some(1) => request.arguments(&SET_VELOCITY, typed::read).map(|(goal,)| Self::SetVelocity { goal }),
-                    Some(2) => request.arguments(&SET_ZERO_POS, typed::read).map(|(name,)| Self::SetZeroPos { name }),
-                    Some(3) => request.arguments(&SET_SYNC_POSITION, typed::read).map(
-                        |(list_goals,)| Self::SetSyncPosition { list_goals }
-                    ),
-                    Some(4) => request.arguments(&SET_SYNC_VELOCITY, typed::read).map(
-                        |(list_goals,)| Self::SetSyncVelocity { list_goals }
-                    ),
-                    Some(5) => request.arguments(&SET_SYNC_ZERO_POS, typed::read).map(|()| Self::SetSyncZeroPos),
-                    Some(6) => request.arguments(&GET_MOTOR_PARAMS, typed::read).map(
-                        |(motor,)| Self::GetMotorParams { motor }
-                    ),
-                    Some(7) => request.arguments(&GET_MOTOR_STATE, typed::read).map(
-                        |(motor,)| Self::GetMotorState { motor }
-                    ),
-                    Some(8) => request.arguments(&GET_MOTOR_STATE_MAP, typed::read).map(
-                        |(m_list,)| Self::GetMotorStateMap { m_list }
-                    ),
-                    Some(9) => request.arguments(&GET_ALL_MOTOR_STATE, typed::read).map(|()| Self::GetAllMotorState),
-                    Some(10) => request.arguments(&GET_ALL_MOTOR_PARAMS, typed::read).map(|()| Self::GetAllMotorParams),
-                    Some(11) => request.arguments(&GET_BUS_PARAMS, typed::read).map(|()| Self::GetBusParams),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &SET_POSITION, typed::read, typed::reply,
-                        |_: (crate::robo_comp_joint_motor::MotorGoalPosition,)| (),
-                    ),
-                    Some(1) => request.answer(
-                        &SET_VELOCITY, typed::read, typed::reply,
-                        |_: (crate::robo_comp_joint_motor::MotorGoalVelocity,)| (),
-                    ),
-                    Some(2) => request.answer(&SET_ZERO_POS, typed::read, typed::reply, |_: (String,)| ()),
-                    Some(3) => request.answer(
-                        &SET_SYNC_POSITION, typed::read, typed::reply,
-                        |_: (crate::robo_comp_joint_motor::MotorGoalPositionList,)| (),
-                    ),
-                    Some(4) => request.answer(
-                        &SET_SYNC_VELOCITY, typed::read, typed::reply,
-                        |_: (crate::robo_comp_joint_motor::MotorGoalVelocityList,)| (),
-                    ),
-                    Some(5) => request.answer(&SET_SYNC_ZERO_POS, typed::read, typed::reply, |_: ()| ()),
-                    Some(6) => request.answer(
-                        &GET_MOTOR_PARAMS, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_joint_motor::MotorParams { Default::default() },
-                    ),
-                    Some(7) => request.answer(
-                        &GET_MOTOR_STATE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_joint_motor::MotorState { Default::default() },
-                    ),
-                    Some(8) => request.answer(
-                        &GET_MOTOR_STATE_MAP, typed::read, typed::reply,
-                        |_: (
-                            crate::robo_comp_joint_motor::MotorList,
-                        )| -> crate::robo_comp_joint_motor::MotorStateMap { Default::default() },
-                    ),
-                    Some(9) => request.answer(
-                        &GET_ALL_MOTOR_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_joint_motor::MotorStateMap { Default::default() },
-                    ),
-                    Some(10) => request.answer(
-                        &GET_ALL_MOTOR_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_joint_motor::MotorParamsList { Default::default() },
-                    ),
-                    Some(11) => request.answer(
-                        &GET_BUS_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_joint_motor::BusParams { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `setPosition` with what `answer` returns.
-            pub fn on_set_position(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_joint_motor::MotorGoalPosition
-                ) -> Result<(), SetPositionError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_POSITION, typed::read, typed::reply, move |(goal,)| answer(goal));
-            }
-
-            /// Answers `setVelocity` with what `answer` returns.
-            pub fn on_set_velocity(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_joint_motor::MotorGoalVelocity
-                ) -> Result<(), SetVelocityError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_VELOCITY, typed::read, typed::reply, move |(goal,)| answer(goal));
-            }
-
-            /// Answers `setZeroPos` with what `answer` returns.
-            pub fn on_set_zero_pos(&self, mut answer: impl FnMut(String) -> Result<(), SetZeroPosError> + 'static) {
-                self.0.on_throwing_query(&SET_ZERO_POS, typed::read, typed::reply, move |(name,)| answer(name));
-            }
-
-            /// Answers `setSyncPosition` with what `answer` returns.
-            pub fn on_set_sync_position(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_joint_motor::MotorGoalPositionList
-                ) -> Result<(), SetSyncPositionError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_SYNC_POSITION, typed::read, typed::reply, move |(list_goals,)| answer(list_goals),
-                );
-            }
-
-            /// Answers `setSyncVelocity` with what `answer` returns.
-            pub fn on_set_sync_velocity(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_joint_motor::MotorGoalVelocityList
-                ) -> Result<(), SetSyncVelocityError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_SYNC_VELOCITY, typed::read, typed::reply, move |(list_goals,)| answer(list_goals),
-                );
-            }
-
-            /// Answers `setSyncZeroPos` with what `answer` returns.
-            pub fn on_set_sync_zero_pos(&self, mut answer: impl FnMut() -> Result<(), SetSyncZeroPosError> + 'static) {
-                self.0.on_throwing_query(&SET_SYNC_ZERO_POS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getMotorParams` with what `answer` returns.
-            pub fn on_get_motor_params(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_joint_motor::MotorParams, GetMotorParamsError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_MOTOR_PARAMS, typed::read, typed::reply, move |(motor,)| answer(motor));
-            }
-
-            /// Answers `getMotorState` with what `answer` returns.
-            pub fn on_get_motor_state(
-                &self,
-                mut answer: impl FnMut(String) -> Result<crate::robo_comp_joint_motor::MotorState, GetMotorStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_MOTOR_STATE, typed::read, typed::reply, move |(motor,)| answer(motor));
-            }
-
-            /// Answers `getMotorStateMap` with what `answer` returns.
-            pub fn on_get_motor_state_map(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_joint_motor::MotorList
-                ) -> Result<crate::robo_comp_joint_motor::MotorStateMap, GetMotorStateMapError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_MOTOR_STATE_MAP, typed::read, typed::reply, move |(m_list,)| answer(m_list),
-                );
-            }
-
-            /// Answers `getAllMotorState` with what `answer` returns.
-            pub fn on_get_all_motor_state(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_joint_motor::MotorStateMap, GetAllMotorStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_ALL_MOTOR_STATE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getAllMotorParams` with what `answer` returns.
-            pub fn on_get_all_motor_params(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_joint_motor::MotorParamsList + 'static,
-            ) {
-                self.0.on_query(&GET_ALL_MOTOR_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getBusParams` with what `answer` returns.
-            pub fn on_get_bus_params(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_joint_motor::BusParams + 'static,
-            ) {
-                self.0.on_query(&GET_BUS_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -98,24 +98,6 @@ pub type TLaserData = Vec<TData>;
 pub mod laser {
     use rc_middleware::typed;
 
-    /// `getLaserData`
-    pub const GET_LASER_DATA: typed::Operation = typed::Operation::query(
-        "getLaserData", -1813133903, 0x94aaf70d43c7deec, &[],
-    );
-
-    /// `getLaserAndBStateData`
-    pub const GET_LASER_AND_B_STATE_DATA: typed::Operation = typed::Operation::query(
-        "getLaserAndBStateData", 84382437, 0x6c4954ac5c18af2c, &[],
-    );
-
-    /// `getLaserConfData`
-    pub const GET_LASER_CONF_DATA: typed::Operation = typed::Operation::query(
-        "getLaserConfData", 1941542868, 0x33d972a9fa76c3fb, &[],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_LASER_DATA, GET_LASER_AND_B_STATE_DATA, GET_LASER_CONF_DATA];
-
     /// The reply of `getLaserAndBStateData`.
     pub type GetLaserAndBStateDataAnswer = (super::TLaserData, crate::robo_comp_generic_base::TBaseState);
 
@@ -134,80 +116,39 @@ pub mod laser {
         Ok((result, b_state))
     }
 
-    /// The handlers of `Laser`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A scanner that can be asked for its last scan.
-    pub trait Laser<C, S = ()> {
-        fn get_laser_data(&mut self, ctx: &mut C) -> super::TLaserData;
-        /// A scan, and where the base stood when it was taken.
-        fn get_laser_and_b_state_data(&mut self, ctx: &mut C) -> GetLaserAndBStateDataAnswer;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Laser`.
+                ///
+                /// A scanner that can be asked for its last scan.
+                Laser ServeLaser ReceiveLaser, LaserMembers ServeLaserMembers ReceiveLaserMembers;
 
-        fn get_laser_conf_data(&mut self, ctx: &mut C) -> super::LaserConfData;
-    }
+                fn get_laser_data -> crate::robo_comp_laser::TLaserData {
+                    GET_LASER_DATA.answer(typed::read, typed::reply)
+                    GetLaserData on_get_laser_data query("getLaserData", -1813133903, 0x94aaf70d43c7deec, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Laser`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLaser<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// A scan, and where the base stood when it was taken.
+                fn get_laser_and_b_state_data -> GetLaserAndBStateDataAnswer {
+                    GET_LASER_AND_B_STATE_DATA.answer(typed::read, reply_get_laser_and_b_state_data)
+                    GetLaserAndBStateData on_get_laser_and_b_state_data query(
+                        "getLaserAndBStateData", 84382437, 0x6c4954ac5c18af2c, &[],
+                    )
+                }
 
-    impl<C, S, W: Laser<C, S>> ServeLaser<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_LASER_DATA, typed::read, typed::reply, |()| Laser::get_laser_data(self, ctx),
-                ),
-                Some(1) => request.answer(
-                    &GET_LASER_AND_B_STATE_DATA, typed::read, reply_get_laser_and_b_state_data,
-                    |()| Laser::get_laser_and_b_state_data(self, ctx),
-                ),
-                Some(2) => request.answer(
-                    &GET_LASER_CONF_DATA, typed::read, typed::reply, |()| Laser::get_laser_conf_data(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_laser_conf_data -> crate::robo_comp_laser::LaserConfData {
+                    GET_LASER_CONF_DATA.answer(typed::read, typed::reply)
+                    GetLaserConfData on_get_laser_conf_data query(
+                        "getLaserConfData", 1941542868, 0x33d972a9fa76c3fb, &[],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Laser` for the members of a slot array.
-    pub trait LaserMembers<C, S = ()> {
-        fn get_laser_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::TLaserData;
-        fn get_laser_and_b_state_data(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> GetLaserAndBStateDataAnswer;
-        fn get_laser_conf_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::LaserConfData;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`LaserMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLaserMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LaserMembers<C, S>> ServeLaserMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_LASER_DATA, typed::read, typed::reply, |()| LaserMembers::get_laser_data(self, ctx, member),
-                ),
-                Some(1) => request.answer(
-                    &GET_LASER_AND_B_STATE_DATA, typed::read, reply_get_laser_and_b_state_data,
-                    |()| LaserMembers::get_laser_and_b_state_data(self, ctx, member),
-                ),
-                Some(2) => request.answer(
-                    &GET_LASER_CONF_DATA, typed::read, typed::reply,
-                    |()| LaserMembers::get_laser_conf_data(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(LaserClient);
 
@@ -233,76 +174,6 @@ pub mod laser {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getLaserData`
-            GetLaserData,
-            /// `getLaserAndBStateData`
-            GetLaserAndBStateData,
-            /// `getLaserConfData`
-            GetLaserConfData,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_LASER_DATA, GET_LASER_AND_B_STATE_DATA, GET_LASER_CONF_DATA,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_LASER_DATA, typed::read).map(|()| Self::GetLaserData),
-                    Some(1) => request.arguments(
-                        &GET_LASER_AND_B_STATE_DATA, typed::read,
-                    ).map(|()| Self::GetLaserAndBStateData),
-                    Some(2) => request.arguments(&GET_LASER_CONF_DATA, typed::read).map(|()| Self::GetLaserConfData),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_LASER_DATA, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_laser::TLaserData { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_LASER_AND_B_STATE_DATA, typed::read, reply_get_laser_and_b_state_data,
-                        |_: ()| -> GetLaserAndBStateDataAnswer { (Default::default(), Default::default()) },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_LASER_CONF_DATA, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_laser::LaserConfData { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getLaserData` with what `answer` returns.
-            pub fn on_get_laser_data(&self, mut answer: impl FnMut() -> crate::robo_comp_laser::TLaserData + 'static) {
-                self.0.on_query(&GET_LASER_DATA, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getLaserAndBStateData` with what `answer` returns.
-            pub fn on_get_laser_and_b_state_data(
-                &self, mut answer: impl FnMut() -> GetLaserAndBStateDataAnswer + 'static,
-            ) {
-                self.0.on_query(
-                    &GET_LASER_AND_B_STATE_DATA, typed::read, reply_get_laser_and_b_state_data, move |()| answer(),
-                );
-            }
-
-            /// Answers `getLaserConfData` with what `answer` returns.
-            pub fn on_get_laser_conf_data(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_laser::LaserConfData + 'static,
-            ) {
-                self.0.on_query(&GET_LASER_CONF_DATA, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -13,118 +13,25 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompLaserPub","types":[],"int
 pub mod laser_pub {
     use rc_middleware::typed;
 
-    /// `pushLaserData`
-    pub const PUSH_LASER_DATA: typed::Operation = typed::Operation::one_way(
-        "pushLaserData", -1012867455, 0xd213d6e6ff641804,
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `LaserPub`.
+                ///
+                /// The scans of one scanner, as they are taken.
+                LaserPub ServeLaserPub ReceiveLaserPub, LaserPubMembers ServeLaserPubMembers ReceiveLaserPubMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[PUSH_LASER_DATA];
-
-    /// The handlers of `LaserPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// The scans of one scanner, as they are taken.
-    pub trait LaserPub<C, S = ()> {
-        fn push_laser_data(&mut self, ctx: &mut C, laser_data: crate::robo_comp_laser::TLaserData);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`LaserPub`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLaserPub<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LaserPub<C, S>> ServeLaserPub<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &PUSH_LASER_DATA, typed::read, |(laser_data,)| LaserPub::push_laser_data(self, ctx, laser_data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`LaserPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveLaserPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LaserPub<C, S>> ReceiveLaserPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (laser_data,) = typed::read(reader)?;
-                    LaserPub::push_laser_data(self, ctx, laser_data);
+                fn push_laser_data(laser_data: crate::robo_comp_laser::TLaserData) {
+                    PUSH_LASER_DATA.command(typed::read)
+                    PushLaserData on_push_laser_data one_way("pushLaserData", -1012867455, 0xd213d6e6ff641804)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `LaserPub` for the members of a slot array.
-    pub trait LaserPubMembers<C, S = ()> {
-        fn push_laser_data(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, laser_data: crate::robo_comp_laser::TLaserData,
-        );
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`LaserPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLaserPubMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LaserPubMembers<C, S>> ServeLaserPubMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.command(
-                    &PUSH_LASER_DATA, typed::read,
-                    |(laser_data,)| LaserPubMembers::push_laser_data(self, ctx, member, laser_data),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`LaserPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveLaserPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: LaserPubMembers<C, S>> ReceiveLaserPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (laser_data,) = typed::read(reader)?;
-                    LaserPubMembers::push_laser_data(self, ctx, member, laser_data);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
 
     rc_middleware::client!(LaserPubClient);
 
@@ -150,59 +57,7 @@ pub mod laser_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `pushLaserData`
-            PushLaserData { laser_data: crate::robo_comp_laser::TLaserData },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&PUSH_LASER_DATA, typed::read).map(
-                        |(laser_data,)| Self::PushLaserData { laser_data }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.command(
-                        &PUSH_LASER_DATA, typed::read, |_: (crate::robo_comp_laser::TLaserData,)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `pushLaserData`, a command, by a call of `answer`.
-            pub fn on_push_laser_data(&self, mut answer: impl FnMut(crate::robo_comp_laser::TLaserData) + 'static) {
-                self.0.on_command(&PUSH_LASER_DATA, typed::read, move |(laser_data,)| answer(laser_data));
-            }
-        }
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `pushLaserData`
-            PushLaserData { laser_data: crate::robo_comp_laser::TLaserData },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(laser_data,)| Self::PushLaserData { laser_data }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
     }
 }

@@ -136,150 +136,59 @@ rc_middleware::cdr_struct!(TData: points, period, timestamp);
 pub mod lidar3_d {
     use rc_middleware::typed;
 
-    /// `getLidarData`
-    pub const GET_LIDAR_DATA: typed::Operation = typed::Operation::query(
-        "getLidarData", -1313766164, 0xa47cc28662ade8be, &[],
-    );
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Lidar3D`.
+                ///
+                /// A scanner that can be asked for its last turn. `name` is that of one scanner among several; empty for the only one.
+                Lidar3D ServeLidar3D ReceiveLidar3D, Lidar3DMembers ServeLidar3DMembers ReceiveLidar3DMembers;
 
-    /// `getLidarDataWithThreshold2d`
-    pub const GET_LIDAR_DATA_WITH_THRESHOLD2D: typed::Operation = typed::Operation::query(
-        "getLidarDataWithThreshold2d", -1069567284, 0x3c10752f7c16c434, &[],
-    );
+                /// The points whose horizontal angle is from `start` to `start` + `len`. Of each ring, one point in
+                /// `decimationDegreeFactor` is left; 0 and 1 leave all.
+                ///
+                /// - `start`: in rad
+                /// - `len`: in rad
+                fn get_lidar_data(
+                    name: String, start: f32, len: f32, decimation_degree_factor: i32,
+                ) -> crate::robo_comp_lidar3_d::TData {
+                    GET_LIDAR_DATA.answer(typed::read, typed::reply)
+                    GetLidarData on_get_lidar_data query("getLidarData", -1313766164, 0xa47cc28662ade8be, &[])
+                }
 
-    /// `getLidarDataProyectedInImage`
-    pub const GET_LIDAR_DATA_PROYECTED_IN_IMAGE: typed::Operation = typed::Operation::query(
-        "getLidarDataProyectedInImage", 275010763, 0x91147ee1becf6513, &[],
-    );
+                /// The points that are at most `distance` away in the plane.
+                ///
+                /// - `distance`: in mm
+                fn get_lidar_data_with_threshold2d(
+                    name: String, distance: f32, decimation_degree_factor: i32,
+                ) -> crate::robo_comp_lidar3_d::TData {
+                    GET_LIDAR_DATA_WITH_THRESHOLD2D.answer(typed::read, typed::reply)
+                    GetLidarDataWithThreshold2d on_get_lidar_data_with_threshold2d query(
+                        "getLidarDataWithThreshold2d", -1069567284, 0x3c10752f7c16c434, &[],
+                    )
+                }
 
-    /// `getLidarDataArrayProyectedInImage`
-    pub const GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE: typed::Operation = typed::Operation::query(
-        "getLidarDataArrayProyectedInImage", 1528658539, 0x299d6da3f1674bb7, &[],
-    );
+                /// The points that an image shows.
+                fn get_lidar_data_proyected_in_image(name: String) -> crate::robo_comp_lidar3_d::TData {
+                    GET_LIDAR_DATA_PROYECTED_IN_IMAGE.answer(typed::read, typed::reply)
+                    GetLidarDataProyectedInImage on_get_lidar_data_proyected_in_image query(
+                        "getLidarDataProyectedInImage", 275010763, 0x91147ee1becf6513, &[],
+                    )
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_LIDAR_DATA, GET_LIDAR_DATA_WITH_THRESHOLD2D, GET_LIDAR_DATA_PROYECTED_IN_IMAGE,
-        GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE,
-    ];
-
-    /// The handlers of `Lidar3D`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A scanner that can be asked for its last turn. `name` is that of one scanner among several; empty for the only one.
-    pub trait Lidar3D<C, S = ()> {
-        /// The points whose horizontal angle is from `start` to `start` + `len`. Of each ring, one point in
-        /// `decimationDegreeFactor` is left; 0 and 1 leave all.
-        ///
-        /// - `start`: in rad
-        /// - `len`: in rad
-        fn get_lidar_data(
-            &mut self, ctx: &mut C, name: String, start: f32, len: f32, decimation_degree_factor: i32,
-        ) -> super::TData;
-
-        /// The points that are at most `distance` away in the plane.
-        ///
-        /// - `distance`: in mm
-        fn get_lidar_data_with_threshold2d(
-            &mut self, ctx: &mut C, name: String, distance: f32, decimation_degree_factor: i32,
-        ) -> super::TData;
-
-        /// The points that an image shows.
-        fn get_lidar_data_proyected_in_image(&mut self, ctx: &mut C, name: String) -> super::TData;
-
-        /// The same as lists.
-        fn get_lidar_data_array_proyected_in_image(&mut self, ctx: &mut C, name: String) -> super::TDataImage;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Lidar3D`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLidar3D<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Lidar3D<C, S>> ServeLidar3D<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_LIDAR_DATA, typed::read, typed::reply,
-                    |(name, start, len, decimation_degree_factor)| Lidar3D::get_lidar_data(
-                        self, ctx, name, start, len, decimation_degree_factor,
-                    ),
-                ),
-                Some(1) => request.answer(
-                    &GET_LIDAR_DATA_WITH_THRESHOLD2D, typed::read, typed::reply,
-                    |(name, distance, decimation_degree_factor)| Lidar3D::get_lidar_data_with_threshold2d(
-                        self, ctx, name, distance, decimation_degree_factor,
-                    ),
-                ),
-                Some(2) => request.answer(
-                    &GET_LIDAR_DATA_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                    |(name,)| Lidar3D::get_lidar_data_proyected_in_image(self, ctx, name),
-                ),
-                Some(3) => request.answer(
-                    &GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                    |(name,)| Lidar3D::get_lidar_data_array_proyected_in_image(self, ctx, name),
-                ),
-                _ => request.unknown(),
+                /// The same as lists.
+                fn get_lidar_data_array_proyected_in_image(name: String) -> crate::robo_comp_lidar3_d::TDataImage {
+                    GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE.answer(typed::read, typed::reply)
+                    GetLidarDataArrayProyectedInImage on_get_lidar_data_array_proyected_in_image query(
+                        "getLidarDataArrayProyectedInImage", 1528658539, 0x299d6da3f1674bb7, &[],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Lidar3D` for the members of a slot array.
-    pub trait Lidar3DMembers<C, S = ()> {
-        fn get_lidar_data(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String, start: f32, len: f32,
-            decimation_degree_factor: i32,
-        ) -> super::TData;
-        fn get_lidar_data_with_threshold2d(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String, distance: f32,
-            decimation_degree_factor: i32,
-        ) -> super::TData;
-        fn get_lidar_data_proyected_in_image(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String,
-        ) -> super::TData;
-        fn get_lidar_data_array_proyected_in_image(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, name: String,
-        ) -> super::TDataImage;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Lidar3DMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeLidar3DMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Lidar3DMembers<C, S>> ServeLidar3DMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_LIDAR_DATA, typed::read, typed::reply,
-                    |(name, start, len, decimation_degree_factor)| Lidar3DMembers::get_lidar_data(
-                        self, ctx, member, name, start, len, decimation_degree_factor,
-                    ),
-                ),
-                Some(1) => request.answer(
-                    &GET_LIDAR_DATA_WITH_THRESHOLD2D, typed::read, typed::reply,
-                    |(name, distance, decimation_degree_factor)| Lidar3DMembers::get_lidar_data_with_threshold2d(
-                        self, ctx, member, name, distance, decimation_degree_factor,
-                    ),
-                ),
-                Some(2) => request.answer(
-                    &GET_LIDAR_DATA_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                    |(name,)| Lidar3DMembers::get_lidar_data_proyected_in_image(self, ctx, member, name),
-                ),
-                Some(3) => request.answer(
-                    &GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                    |(name,)| Lidar3DMembers::get_lidar_data_array_proyected_in_image(self, ctx, member, name),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(Lidar3DClient);
 
@@ -319,113 +228,6 @@ pub mod lidar3_d {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getLidarData`
-            GetLidarData { name: String, start: f32, len: f32, decimation_degree_factor: i32 },
-            /// `getLidarDataWithThreshold2d`
-            GetLidarDataWithThreshold2d { name: String, distance: f32, decimation_degree_factor: i32 },
-            /// `getLidarDataProyectedInImage`
-            GetLidarDataProyectedInImage { name: String },
-            /// `getLidarDataArrayProyectedInImage`
-            GetLidarDataArrayProyectedInImage { name: String },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_LIDAR_DATA, GET_LIDAR_DATA_WITH_THRESHOLD2D, GET_LIDAR_DATA_PROYECTED_IN_IMAGE,
-                GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_LIDAR_DATA, typed::read).map(
-                        |(
-                            name, start, len, decimation_degree_factor,
-                        )| Self::GetLidarData { name, start, len, decimation_degree_factor }
-                    ),
-                    Some(1) => request.arguments(&GET_LIDAR_DATA_WITH_THRESHOLD2D, typed::read).map(
-                        |(
-                            name, distance, decimation_degree_factor,
-                        )| Self::GetLidarDataWithThreshold2d { name, distance, decimation_degree_factor }
-                    ),
-                    Some(2) => request.arguments(&GET_LIDAR_DATA_PROYECTED_IN_IMAGE, typed::read).map(
-                        |(name,)| Self::GetLidarDataProyectedInImage { name }
-                    ),
-                    Some(3) => request.arguments(&GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE, typed::read).map(
-                        |(name,)| Self::GetLidarDataArrayProyectedInImage { name }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_LIDAR_DATA, typed::read, typed::reply,
-                        |_: (String, f32, f32, i32)| -> crate::robo_comp_lidar3_d::TData { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_LIDAR_DATA_WITH_THRESHOLD2D, typed::read, typed::reply,
-                        |_: (String, f32, i32)| -> crate::robo_comp_lidar3_d::TData { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_LIDAR_DATA_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_lidar3_d::TData { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_lidar3_d::TDataImage { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getLidarData` with what `answer` returns.
-            pub fn on_get_lidar_data(
-                &self, mut answer: impl FnMut(String, f32, f32, i32) -> crate::robo_comp_lidar3_d::TData + 'static,
-            ) {
-                self.0.on_query(
-                    &GET_LIDAR_DATA, typed::read, typed::reply,
-                    move |(
-                        name, start, len, decimation_degree_factor,
-                    )| answer(name, start, len, decimation_degree_factor),
-                );
-            }
-
-            /// Answers `getLidarDataWithThreshold2d` with what `answer` returns.
-            pub fn on_get_lidar_data_with_threshold2d(
-                &self, mut answer: impl FnMut(String, f32, i32) -> crate::robo_comp_lidar3_d::TData + 'static,
-            ) {
-                self.0.on_query(
-                    &GET_LIDAR_DATA_WITH_THRESHOLD2D, typed::read, typed::reply,
-                    move |(name, distance, decimation_degree_factor)| answer(name, distance, decimation_degree_factor),
-                );
-            }
-
-            /// Answers `getLidarDataProyectedInImage` with what `answer` returns.
-            pub fn on_get_lidar_data_proyected_in_image(
-                &self, mut answer: impl FnMut(String) -> crate::robo_comp_lidar3_d::TData + 'static,
-            ) {
-                self.0.on_query(
-                    &GET_LIDAR_DATA_PROYECTED_IN_IMAGE, typed::read, typed::reply, move |(name,)| answer(name),
-                );
-            }
-
-            /// Answers `getLidarDataArrayProyectedInImage` with what `answer` returns.
-            pub fn on_get_lidar_data_array_proyected_in_image(
-                &self, mut answer: impl FnMut(String) -> crate::robo_comp_lidar3_d::TDataImage + 'static,
-            ) {
-                self.0.on_query(
-                    &GET_LIDAR_DATA_ARRAY_PROYECTED_IN_IMAGE, typed::read, typed::reply, move |(name,)| answer(name),
-                );
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

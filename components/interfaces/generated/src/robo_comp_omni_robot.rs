@@ -54,66 +54,6 @@ rc_middleware::cdr_struct!(TMechParams: temp, device, handler, max_vel_adv, max_
 pub mod omni_robot {
     use rc_middleware::typed;
 
-    /// `getBaseState`
-    pub const GET_BASE_STATE: typed::Operation = typed::Operation::query(
-        "getBaseState", 1652238603, 0xdf2011d396949ec8,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getBasePose`
-    pub const GET_BASE_POSE: typed::Operation = typed::Operation::query(
-        "getBasePose", 1764853400, 0xc4432282ba35342c,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<f32>(0),
-        ],
-    );
-
-    /// `setSpeedBase`
-    pub const SET_SPEED_BASE: typed::Operation = typed::Operation::query(
-        "setSpeedBase", 813783100, 0xa08cedf9ce902b0e,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `stopBase`
-    pub const STOP_BASE: typed::Operation = typed::Operation::query(
-        "stopBase", 1982418655, 0xa07fcc5b62e990f6,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `resetOdometer`
-    pub const RESET_ODOMETER: typed::Operation = typed::Operation::query(
-        "resetOdometer", 1723657111, 0x382d74a8fc6741c7,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `setOdometer`
-    pub const SET_ODOMETER: typed::Operation = typed::Operation::query(
-        "setOdometer", -2082011004, 0x7d8189617dd2a66e,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `setOdometerPose`
-    pub const SET_ODOMETER_POSE: typed::Operation = typed::Operation::query(
-        "setOdometerPose", -163556198, 0x5eda0f88dd0298c3,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `correctOdometer`
-    pub const CORRECT_ODOMETER: typed::Operation = typed::Operation::query(
-        "correctOdometer", -595828834, 0x96ae6ce7b62dd6ad,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_BASE_STATE, GET_BASE_POSE, SET_SPEED_BASE, STOP_BASE, RESET_ODOMETER, SET_ODOMETER, SET_ODOMETER_POSE,
-        CORRECT_ODOMETER,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -150,157 +90,106 @@ pub mod omni_robot {
     /// The errors of `correctOdometer`.
     pub type CorrectOdometerError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `OmniRobot`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait OmniRobot<C, S = ()> {
-        fn get_base_state(&mut self, ctx: &mut C) -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError>;
-        /// The position and heading by the wheels alone, rounded to whole millimetres.
-        ///
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn get_base_pose(&mut self, ctx: &mut C) -> Result<GetBasePoseAnswer, GetBasePoseError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `OmniRobot`.
+                OmniRobot ServeOmniRobot ReceiveOmniRobot, OmniRobotMembers ServeOmniRobotMembers ReceiveOmniRobotMembers;
 
-        /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until told otherwise.
-        ///
-        /// - `advx`: in mm/s
-        /// - `advz`: in mm/s
-        /// - `rot`: in rad/s
-        fn set_speed_base(&mut self, ctx: &mut C, advx: f32, advz: f32, rot: f32) -> Result<(), SetSpeedBaseError>;
+                fn get_base_state -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> {
+                    GET_BASE_STATE.try_answer(typed::read, typed::reply)
+                    GetBaseState on_get_base_state query(
+                        "getBaseState", 1652238603, 0xdf2011d396949ec8,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
 
-        /// Ends every motion.
-        fn stop_base(&mut self, ctx: &mut C) -> Result<(), StopBaseError>;
+                /// The position and heading by the wheels alone, rounded to whole millimetres.
+                ///
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn get_base_pose -> Result<GetBasePoseAnswer, GetBasePoseError> {
+                    GET_BASE_POSE.try_answer(typed::read, typed::reply)
+                    GetBasePose on_get_base_pose query(
+                        "getBasePose", 1764853400, 0xc4432282ba35342c,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<i32>(0), typed::ReplyVariant::of::<i32>(0),
+                            typed::ReplyVariant::of::<f32>(0),
+                        ],
+                    )
+                }
 
-        /// Calls the place where the base stands the origin.
-        fn reset_odometer(&mut self, ctx: &mut C) -> Result<(), ResetOdometerError>;
+                /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until told otherwise.
+                ///
+                /// - `advx`: in mm/s
+                /// - `advz`: in mm/s
+                /// - `rot`: in rad/s
+                fn set_speed_base(advx: f32, advz: f32, rot: f32) -> Result<(), SetSpeedBaseError> {
+                    SET_SPEED_BASE.try_answer(typed::read, typed::reply)
+                    SetSpeedBase on_set_speed_base query(
+                        "setSpeedBase", 813783100, 0xa08cedf9ce902b0e,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
 
-        fn set_odometer(
-            &mut self, ctx: &mut C, state: crate::robo_comp_generic_base::TBaseState,
-        ) -> Result<(), SetOdometerError>;
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn set_odometer_pose(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32) -> Result<(), SetOdometerPoseError>;
+                /// Ends every motion.
+                fn stop_base -> Result<(), StopBaseError> {
+                    STOP_BASE.try_answer(typed::read, typed::reply)
+                    StopBase on_stop_base query(
+                        "stopBase", 1982418655, 0xa07fcc5b62e990f6,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
 
-        /// - `x`: in mm
-        /// - `z`: in mm
-        /// - `alpha`: in rad
-        fn correct_odometer(&mut self, ctx: &mut C, x: i32, z: i32, alpha: f32) -> Result<(), CorrectOdometerError>;
-    }
+                /// Calls the place where the base stands the origin.
+                fn reset_odometer -> Result<(), ResetOdometerError> {
+                    RESET_ODOMETER.try_answer(typed::read, typed::reply)
+                    ResetOdometer on_reset_odometer query(
+                        "resetOdometer", 1723657111, 0x382d74a8fc6741c7,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`OmniRobot`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOmniRobot<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn set_odometer(state: crate::robo_comp_generic_base::TBaseState) -> Result<(), SetOdometerError> {
+                    SET_ODOMETER.try_answer(typed::read, typed::reply)
+                    SetOdometer on_set_odometer query(
+                        "setOdometer", -2082011004, 0x7d8189617dd2a66e,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
 
-    impl<C, S, W: OmniRobot<C, S>> ServeOmniRobot<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply, |()| OmniRobot::get_base_state(self, ctx),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply, |()| OmniRobot::get_base_pose(self, ctx),
-                ),
-                Some(2) => request.try_answer(
-                    &SET_SPEED_BASE, typed::read, typed::reply,
-                    |(advx, advz, rot)| OmniRobot::set_speed_base(self, ctx, advx, advz, rot),
-                ),
-                Some(3) => request.try_answer(
-                    &STOP_BASE, typed::read, typed::reply, |()| OmniRobot::stop_base(self, ctx),
-                ),
-                Some(4) => request.try_answer(
-                    &RESET_ODOMETER, typed::read, typed::reply, |()| OmniRobot::reset_odometer(self, ctx),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_ODOMETER, typed::read, typed::reply, |(state,)| OmniRobot::set_odometer(self, ctx, state),
-                ),
-                Some(6) => request.try_answer(
-                    &SET_ODOMETER_POSE, typed::read, typed::reply,
-                    |(x, z, alpha)| OmniRobot::set_odometer_pose(self, ctx, x, z, alpha),
-                ),
-                Some(7) => request.try_answer(
-                    &CORRECT_ODOMETER, typed::read, typed::reply,
-                    |(x, z, alpha)| OmniRobot::correct_odometer(self, ctx, x, z, alpha),
-                ),
-                _ => request.unknown(),
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn set_odometer_pose(x: i32, z: i32, alpha: f32) -> Result<(), SetOdometerPoseError> {
+                    SET_ODOMETER_POSE.try_answer(typed::read, typed::reply)
+                    SetOdometerPose on_set_odometer_pose query(
+                        "setOdometerPose", -163556198, 0x5eda0f88dd0298c3,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
+
+                /// - `x`: in mm
+                /// - `z`: in mm
+                /// - `alpha`: in rad
+                fn correct_odometer(x: i32, z: i32, alpha: f32) -> Result<(), CorrectOdometerError> {
+                    CORRECT_ODOMETER.try_answer(typed::read, typed::reply)
+                    CorrectOdometer on_correct_odometer query(
+                        "correctOdometer", -595828834, 0x96ae6ce7b62dd6ad,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `OmniRobot` for the members of a slot array.
-    pub trait OmniRobotMembers<C, S = ()> {
-        fn get_base_state(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError>;
-        fn get_base_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<GetBasePoseAnswer, GetBasePoseError>;
-        fn set_speed_base(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, advx: f32, advz: f32, rot: f32,
-        ) -> Result<(), SetSpeedBaseError>;
-        fn stop_base(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<(), StopBaseError>;
-        fn reset_odometer(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<(), ResetOdometerError>;
-        fn set_odometer(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, state: crate::robo_comp_generic_base::TBaseState,
-        ) -> Result<(), SetOdometerError>;
-        fn set_odometer_pose(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, x: i32, z: i32, alpha: f32,
-        ) -> Result<(), SetOdometerPoseError>;
-        fn correct_odometer(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, x: i32, z: i32, alpha: f32,
-        ) -> Result<(), CorrectOdometerError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`OmniRobotMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeOmniRobotMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: OmniRobotMembers<C, S>> ServeOmniRobotMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.try_answer(
-                    &GET_BASE_STATE, typed::read, typed::reply,
-                    |()| OmniRobotMembers::get_base_state(self, ctx, member),
-                ),
-                Some(1) => request.try_answer(
-                    &GET_BASE_POSE, typed::read, typed::reply, |()| OmniRobotMembers::get_base_pose(self, ctx, member),
-                ),
-                Some(2) => request.try_answer(
-                    &SET_SPEED_BASE, typed::read, typed::reply,
-                    |(advx, advz, rot)| OmniRobotMembers::set_speed_base(self, ctx, member, advx, advz, rot),
-                ),
-                Some(3) => request.try_answer(
-                    &STOP_BASE, typed::read, typed::reply, |()| OmniRobotMembers::stop_base(self, ctx, member),
-                ),
-                Some(4) => request.try_answer(
-                    &RESET_ODOMETER, typed::read, typed::reply,
-                    |()| OmniRobotMembers::reset_odometer(self, ctx, member),
-                ),
-                Some(5) => request.try_answer(
-                    &SET_ODOMETER, typed::read, typed::reply,
-                    |(state,)| OmniRobotMembers::set_odometer(self, ctx, member, state),
-                ),
-                Some(6) => request.try_answer(
-                    &SET_ODOMETER_POSE, typed::read, typed::reply,
-                    |(x, z, alpha)| OmniRobotMembers::set_odometer_pose(self, ctx, member, x, z, alpha),
-                ),
-                Some(7) => request.try_answer(
-                    &CORRECT_ODOMETER, typed::read, typed::reply,
-                    |(x, z, alpha)| OmniRobotMembers::correct_odometer(self, ctx, member, x, z, alpha),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(OmniRobotClient);
 
@@ -362,140 +251,6 @@ pub mod omni_robot {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getBaseState`
-            GetBaseState,
-            /// `getBasePose`
-            GetBasePose,
-            /// `setSpeedBase`
-            SetSpeedBase { advx: f32, advz: f32, rot: f32 },
-            /// `stopBase`
-            StopBase,
-            /// `resetOdometer`
-            ResetOdometer,
-            /// `setOdometer`
-            SetOdometer { state: crate::robo_comp_generic_base::TBaseState },
-            /// `setOdometerPose`
-            SetOdometerPose { x: i32, z: i32, alpha: f32 },
-            /// `correctOdometer`
-            CorrectOdometer { x: i32, z: i32, alpha: f32 },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_BASE_STATE, GET_BASE_POSE];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_BASE_STATE, typed::read).map(|()| Self::GetBaseState),
-                    Some(1) => request.arguments(&GET_BASE_POSE, typed::read).map(|()| Self::GetBasePose),
-                    Some(2) => request.arguments(&SET_SPEED_BASE, typed::read).map(
-                        |(advx, advz, rot)| Self::SetSpeedBase { advx, advz, rot }
-                    ),
-                    Some(3) => request.arguments(&STOP_BASE, typed::read).map(|()| Self::StopBase),
-                    Some(4) => request.arguments(&RESET_ODOMETER, typed::read).map(|()| Self::ResetOdometer),
-                    Some(5) => request.arguments(&SET_ODOMETER, typed::read).map(
-                        |(state,)| Self::SetOdometer { state }
-                    ),
-                    Some(6) => request.arguments(&SET_ODOMETER_POSE, typed::read).map(
-                        |(x, z, alpha)| Self::SetOdometerPose { x, z, alpha }
-                    ),
-                    Some(7) => request.arguments(&CORRECT_ODOMETER, typed::read).map(
-                        |(x, z, alpha)| Self::CorrectOdometer { x, z, alpha }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_BASE_STATE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_generic_base::TBaseState { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_BASE_POSE, typed::read, typed::reply,
-                        |_: ()| -> GetBasePoseAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(2) => request.answer(&SET_SPEED_BASE, typed::read, typed::reply, |_: (f32, f32, f32)| ()),
-                    Some(3) => request.answer(&STOP_BASE, typed::read, typed::reply, |_: ()| ()),
-                    Some(4) => request.answer(&RESET_ODOMETER, typed::read, typed::reply, |_: ()| ()),
-                    Some(5) => request.answer(
-                        &SET_ODOMETER, typed::read, typed::reply, |_: (crate::robo_comp_generic_base::TBaseState,)| (),
-                    ),
-                    Some(6) => request.answer(&SET_ODOMETER_POSE, typed::read, typed::reply, |_: (i32, i32, f32)| ()),
-                    Some(7) => request.answer(&CORRECT_ODOMETER, typed::read, typed::reply, |_: (i32, i32, f32)| ()),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getBaseState` with what `answer` returns.
-            pub fn on_get_base_state(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_generic_base::TBaseState, GetBaseStateError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_STATE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getBasePose` with what `answer` returns.
-            pub fn on_get_base_pose(
-                &self, mut answer: impl FnMut() -> Result<GetBasePoseAnswer, GetBasePoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_BASE_POSE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setSpeedBase` with what `answer` returns.
-            pub fn on_set_speed_base(
-                &self, mut answer: impl FnMut(f32, f32, f32) -> Result<(), SetSpeedBaseError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_SPEED_BASE, typed::read, typed::reply, move |(advx, advz, rot)| answer(advx, advz, rot),
-                );
-            }
-
-            /// Answers `stopBase` with what `answer` returns.
-            pub fn on_stop_base(&self, mut answer: impl FnMut() -> Result<(), StopBaseError> + 'static) {
-                self.0.on_throwing_query(&STOP_BASE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `resetOdometer` with what `answer` returns.
-            pub fn on_reset_odometer(&self, mut answer: impl FnMut() -> Result<(), ResetOdometerError> + 'static) {
-                self.0.on_throwing_query(&RESET_ODOMETER, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setOdometer` with what `answer` returns.
-            pub fn on_set_odometer(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_generic_base::TBaseState
-                ) -> Result<(), SetOdometerError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_ODOMETER, typed::read, typed::reply, move |(state,)| answer(state));
-            }
-
-            /// Answers `setOdometerPose` with what `answer` returns.
-            pub fn on_set_odometer_pose(
-                &self, mut answer: impl FnMut(i32, i32, f32) -> Result<(), SetOdometerPoseError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &SET_ODOMETER_POSE, typed::read, typed::reply, move |(x, z, alpha)| answer(x, z, alpha),
-                );
-            }
-
-            /// Answers `correctOdometer` with what `answer` returns.
-            pub fn on_correct_odometer(
-                &self, mut answer: impl FnMut(i32, i32, f32) -> Result<(), CorrectOdometerError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &CORRECT_ODOMETER, typed::read, typed::reply, move |(x, z, alpha)| answer(x, z, alpha),
-                );
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

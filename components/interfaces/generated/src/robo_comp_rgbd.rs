@@ -226,99 +226,6 @@ rc_middleware::cdr_struct!(TRGBDParams: color, depth, timer_period, talk_to_base
 pub mod rgbd {
     use rc_middleware::typed;
 
-    /// `getRGBDParams`
-    pub const GET_RGBD_PARAMS: typed::Operation = typed::Operation::query(
-        "getRGBDParams", 402937677, 0xe0087d4e9603192d, &[],
-    );
-
-    /// `setRegistration`
-    pub const SET_REGISTRATION: typed::Operation = typed::Operation::query(
-        "setRegistration", 1487457670, 0x8fdd131f2b40d287,
-        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
-    );
-
-    /// `getRegistration`
-    pub const GET_REGISTRATION: typed::Operation = typed::Operation::query(
-        "getRegistration", -722789838, 0x68be2ae970550ad5,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::Registration>(0),
-        ],
-    );
-
-    /// `getData`
-    pub const GET_DATA: typed::Operation = typed::Operation::query(
-        "getData", -31262524, 0x6a24f5f4a554fa9a,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::ImgType>(0), typed::ReplyVariant::of::<super::DepthType>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getDepthInIR`
-    pub const GET_DEPTH_IN_IR: typed::Operation = typed::Operation::query(
-        "getDepthInIR", 431207386, 0xb87a05154b142ddd,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::DepthType>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getImage`
-    pub const GET_IMAGE: typed::Operation = typed::Operation::query(
-        "getImage", -1513590890, 0xc03dc40e0dbe66df,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::ColorSeq>(0), typed::ReplyVariant::of::<super::DepthSeq>(0),
-            typed::ReplyVariant::of::<super::PointSeq>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getDepth`
-    pub const GET_DEPTH: typed::Operation = typed::Operation::query(
-        "getDepth", 1181519480, 0xec19f78ae961ee80,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::DepthSeq>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getRGB`
-    pub const GET_RGB: typed::Operation = typed::Operation::query(
-        "getRGB", -1970015950, 0x676210a32ac421da,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::ColorSeq>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// `getXYZ`
-    pub const GET_XYZ: typed::Operation = typed::Operation::query(
-        "getXYZ", -549817087, 0xf0b49795f2ffa154,
-        &[
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::PointSeq>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
-            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_RGBD_PARAMS, SET_REGISTRATION, GET_REGISTRATION, GET_DATA, GET_DEPTH_IN_IR, GET_IMAGE, GET_DEPTH, GET_RGB,
-        GET_XYZ,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -384,120 +291,125 @@ pub mod rgbd {
     /// The errors of `getXYZ`.
     pub type GetXYZError = HardwareFailedExceptionOrCall;
 
-    /// The handlers of `RGBD`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A camera that can be asked for its last images, with the state of motors and base at that moment.
-    pub trait Rgbd<C, S = ()> {
-        fn get_rgbd_params(&mut self, ctx: &mut C) -> super::TRGBDParams;
-        fn set_registration(&mut self, ctx: &mut C, value: super::Registration) -> Result<(), SetRegistrationError>;
-        fn get_registration(&mut self, ctx: &mut C) -> Result<super::Registration, GetRegistrationError>;
-        /// Colours as three bytes a pixel, and depths.
-        fn get_data(&mut self, ctx: &mut C) -> Result<GetDataAnswer, GetDataError>;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `RGBD`.
+                ///
+                /// A camera that can be asked for its last images, with the state of motors and base at that moment.
+                Rgbd ServeRgbd ReceiveRgbd, RgbdMembers ServeRgbdMembers ReceiveRgbdMembers;
 
-        fn get_depth_in_ir(&mut self, ctx: &mut C) -> Result<GetDepthInIRAnswer, GetDepthInIRError>;
-        fn get_image(&mut self, ctx: &mut C) -> Result<GetImageAnswer, GetImageError>;
-        fn get_depth(&mut self, ctx: &mut C) -> Result<GetDepthAnswer, GetDepthError>;
-        fn get_rgb(&mut self, ctx: &mut C) -> Result<GetRGBAnswer, GetRGBError>;
-        fn get_xyz(&mut self, ctx: &mut C) -> Result<GetXYZAnswer, GetXYZError>;
-    }
+                fn get_rgbd_params -> crate::robo_comp_rgbd::TRGBDParams {
+                    GET_RGBD_PARAMS.answer(typed::read, typed::reply)
+                    GetRgbdParams on_get_rgbd_params query("getRGBDParams", 402937677, 0xe0087d4e9603192d, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Rgbd`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeRgbd<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                fn set_registration(value: crate::robo_comp_rgbd::Registration) -> Result<(), SetRegistrationError> {
+                    SET_REGISTRATION.try_answer(typed::read, typed::reply)
+                    SetRegistration on_set_registration query(
+                        "setRegistration", 1487457670, 0x8fdd131f2b40d287,
+                        &[typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION)],
+                    )
+                }
 
-    impl<C, S, W: Rgbd<C, S>> ServeRgbd<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_RGBD_PARAMS, typed::read, typed::reply, |()| Rgbd::get_rgbd_params(self, ctx),
-                ),
-                Some(1) => request.try_answer(
-                    &SET_REGISTRATION, typed::read, typed::reply, |(value,)| Rgbd::set_registration(self, ctx, value),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_REGISTRATION, typed::read, typed::reply, |()| Rgbd::get_registration(self, ctx),
-                ),
-                Some(3) => request.try_answer(&GET_DATA, typed::read, typed::reply, |()| Rgbd::get_data(self, ctx)),
-                Some(4) => request.try_answer(
-                    &GET_DEPTH_IN_IR, typed::read, typed::reply, |()| Rgbd::get_depth_in_ir(self, ctx),
-                ),
-                Some(5) => request.try_answer(&GET_IMAGE, typed::read, typed::reply, |()| Rgbd::get_image(self, ctx)),
-                Some(6) => request.try_answer(&GET_DEPTH, typed::read, typed::reply, |()| Rgbd::get_depth(self, ctx)),
-                Some(7) => request.try_answer(&GET_RGB, typed::read, typed::reply, |()| Rgbd::get_rgb(self, ctx)),
-                Some(8) => request.try_answer(&GET_XYZ, typed::read, typed::reply, |()| Rgbd::get_xyz(self, ctx)),
-                _ => request.unknown(),
+                fn get_registration -> Result<crate::robo_comp_rgbd::Registration, GetRegistrationError> {
+                    GET_REGISTRATION.try_answer(typed::read, typed::reply)
+                    GetRegistration on_get_registration query(
+                        "getRegistration", -722789838, 0x68be2ae970550ad5,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::Registration>(0),
+                        ],
+                    )
+                }
+
+                /// Colours as three bytes a pixel, and depths.
+                fn get_data -> Result<GetDataAnswer, GetDataError> {
+                    GET_DATA.try_answer(typed::read, typed::reply)
+                    GetData on_get_data query(
+                        "getData", -31262524, 0x6a24f5f4a554fa9a,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::ImgType>(0),
+                            typed::ReplyVariant::of::<super::DepthType>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
+
+                fn get_depth_in_ir -> Result<GetDepthInIRAnswer, GetDepthInIRError> {
+                    GET_DEPTH_IN_IR.try_answer(typed::read, typed::reply)
+                    GetDepthInIr on_get_depth_in_ir query(
+                        "getDepthInIR", 431207386, 0xb87a05154b142ddd,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::DepthType>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
+
+                fn get_image -> Result<GetImageAnswer, GetImageError> {
+                    GET_IMAGE.try_answer(typed::read, typed::reply)
+                    GetImage on_get_image query(
+                        "getImage", -1513590890, 0xc03dc40e0dbe66df,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::ColorSeq>(0),
+                            typed::ReplyVariant::of::<super::DepthSeq>(0),
+                            typed::ReplyVariant::of::<super::PointSeq>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
+
+                fn get_depth -> Result<GetDepthAnswer, GetDepthError> {
+                    GET_DEPTH.try_answer(typed::read, typed::reply)
+                    GetDepth on_get_depth query(
+                        "getDepth", 1181519480, 0xec19f78ae961ee80,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::DepthSeq>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
+
+                fn get_rgb -> Result<GetRGBAnswer, GetRGBError> {
+                    GET_RGB.try_answer(typed::read, typed::reply)
+                    GetRgb on_get_rgb query(
+                        "getRGB", -1970015950, 0x676210a32ac421da,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::ColorSeq>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
+
+                fn get_xyz -> Result<GetXYZAnswer, GetXYZError> {
+                    GET_XYZ.try_answer(typed::read, typed::reply)
+                    GetXyz on_get_xyz query(
+                        "getXYZ", -549817087, 0xf0b49795f2ffa154,
+                        &[
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::PointSeq>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_joint_motor::MotorStateMap>(0),
+                            typed::ReplyVariant::of::<crate::robo_comp_generic_base::TBaseState>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `RGBD` for the members of a slot array.
-    pub trait RgbdMembers<C, S = ()> {
-        fn get_rgbd_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::TRGBDParams;
-        fn set_registration(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, value: super::Registration,
-        ) -> Result<(), SetRegistrationError>;
-        fn get_registration(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::Registration, GetRegistrationError>;
-        fn get_data(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetDataAnswer, GetDataError>;
-        fn get_depth_in_ir(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<GetDepthInIRAnswer, GetDepthInIRError>;
-        fn get_image(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetImageAnswer, GetImageError>;
-        fn get_depth(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetDepthAnswer, GetDepthError>;
-        fn get_rgb(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetRGBAnswer, GetRGBError>;
-        fn get_xyz(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> Result<GetXYZAnswer, GetXYZError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`RgbdMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeRgbdMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: RgbdMembers<C, S>> ServeRgbdMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_RGBD_PARAMS, typed::read, typed::reply, |()| RgbdMembers::get_rgbd_params(self, ctx, member),
-                ),
-                Some(1) => request.try_answer(
-                    &SET_REGISTRATION, typed::read, typed::reply,
-                    |(value,)| RgbdMembers::set_registration(self, ctx, member, value),
-                ),
-                Some(2) => request.try_answer(
-                    &GET_REGISTRATION, typed::read, typed::reply, |()| RgbdMembers::get_registration(self, ctx, member),
-                ),
-                Some(3) => request.try_answer(
-                    &GET_DATA, typed::read, typed::reply, |()| RgbdMembers::get_data(self, ctx, member),
-                ),
-                Some(4) => request.try_answer(
-                    &GET_DEPTH_IN_IR, typed::read, typed::reply, |()| RgbdMembers::get_depth_in_ir(self, ctx, member),
-                ),
-                Some(5) => request.try_answer(
-                    &GET_IMAGE, typed::read, typed::reply, |()| RgbdMembers::get_image(self, ctx, member),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_DEPTH, typed::read, typed::reply, |()| RgbdMembers::get_depth(self, ctx, member),
-                ),
-                Some(7) => request.try_answer(
-                    &GET_RGB, typed::read, typed::reply, |()| RgbdMembers::get_rgb(self, ctx, member),
-                ),
-                Some(8) => request.try_answer(
-                    &GET_XYZ, typed::read, typed::reply, |()| RgbdMembers::get_xyz(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(RgbdClient);
 
@@ -544,151 +456,6 @@ pub mod rgbd {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getRGBDParams`
-            GetRgbdParams,
-            /// `setRegistration`
-            SetRegistration { value: crate::robo_comp_rgbd::Registration },
-            /// `getRegistration`
-            GetRegistration,
-            /// `getData`
-            GetData,
-            /// `getDepthInIR`
-            GetDepthInIr,
-            /// `getImage`
-            GetImage,
-            /// `getDepth`
-            GetDepth,
-            /// `getRGB`
-            GetRgb,
-            /// `getXYZ`
-            GetXyz,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_RGBD_PARAMS, GET_REGISTRATION, GET_DATA, GET_DEPTH_IN_IR, GET_IMAGE, GET_DEPTH, GET_RGB, GET_XYZ,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_RGBD_PARAMS, typed::read).map(|()| Self::GetRgbdParams),
-                    Some(1) => request.arguments(&SET_REGISTRATION, typed::read).map(
-                        |(value,)| Self::SetRegistration { value }
-                    ),
-                    Some(2) => request.arguments(&GET_REGISTRATION, typed::read).map(|()| Self::GetRegistration),
-                    Some(3) => request.arguments(&GET_DATA, typed::read).map(|()| Self::GetData),
-                    Some(4) => request.arguments(&GET_DEPTH_IN_IR, typed::read).map(|()| Self::GetDepthInIr),
-                    Some(5) => request.arguments(&GET_IMAGE, typed::read).map(|()| Self::GetImage),
-                    Some(6) => request.arguments(&GET_DEPTH, typed::read).map(|()| Self::GetDepth),
-                    Some(7) => request.arguments(&GET_RGB, typed::read).map(|()| Self::GetRgb),
-                    Some(8) => request.arguments(&GET_XYZ, typed::read).map(|()| Self::GetXyz),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_RGBD_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_rgbd::TRGBDParams { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &SET_REGISTRATION, typed::read, typed::reply, |_: (crate::robo_comp_rgbd::Registration,)| (),
-                    ),
-                    Some(2) => request.answer(
-                        &GET_REGISTRATION, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_rgbd::Registration { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_DATA, typed::read, typed::reply,
-                        |_: ()| -> GetDataAnswer { (Default::default(), Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(4) => request.answer(
-                        &GET_DEPTH_IN_IR, typed::read, typed::reply,
-                        |_: ()| -> GetDepthInIRAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(5) => request.answer(
-                        &GET_IMAGE, typed::read, typed::reply,
-                        |_: ()| -> GetImageAnswer { (Default::default(), Default::default(), Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(6) => request.answer(
-                        &GET_DEPTH, typed::read, typed::reply,
-                        |_: ()| -> GetDepthAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(7) => request.answer(
-                        &GET_RGB, typed::read, typed::reply,
-                        |_: ()| -> GetRGBAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    Some(8) => request.answer(
-                        &GET_XYZ, typed::read, typed::reply,
-                        |_: ()| -> GetXYZAnswer { (Default::default(), Default::default(), Default::default()) },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getRGBDParams` with what `answer` returns.
-            pub fn on_get_rgbd_params(&self, mut answer: impl FnMut() -> crate::robo_comp_rgbd::TRGBDParams + 'static) {
-                self.0.on_query(&GET_RGBD_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `setRegistration` with what `answer` returns.
-            pub fn on_set_registration(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_rgbd::Registration
-                ) -> Result<(), SetRegistrationError> + 'static,
-            ) {
-                self.0.on_throwing_query(&SET_REGISTRATION, typed::read, typed::reply, move |(value,)| answer(value));
-            }
-
-            /// Answers `getRegistration` with what `answer` returns.
-            pub fn on_get_registration(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_rgbd::Registration, GetRegistrationError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_REGISTRATION, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getData` with what `answer` returns.
-            pub fn on_get_data(&self, mut answer: impl FnMut() -> Result<GetDataAnswer, GetDataError> + 'static) {
-                self.0.on_throwing_query(&GET_DATA, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getDepthInIR` with what `answer` returns.
-            pub fn on_get_depth_in_ir(
-                &self, mut answer: impl FnMut() -> Result<GetDepthInIRAnswer, GetDepthInIRError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_DEPTH_IN_IR, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getImage` with what `answer` returns.
-            pub fn on_get_image(&self, mut answer: impl FnMut() -> Result<GetImageAnswer, GetImageError> + 'static) {
-                self.0.on_throwing_query(&GET_IMAGE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getDepth` with what `answer` returns.
-            pub fn on_get_depth(&self, mut answer: impl FnMut() -> Result<GetDepthAnswer, GetDepthError> + 'static) {
-                self.0.on_throwing_query(&GET_DEPTH, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getRGB` with what `answer` returns.
-            pub fn on_get_rgb(&self, mut answer: impl FnMut() -> Result<GetRGBAnswer, GetRGBError> + 'static) {
-                self.0.on_throwing_query(&GET_RGB, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getXYZ` with what `answer` returns.
-            pub fn on_get_xyz(&self, mut answer: impl FnMut() -> Result<GetXYZAnswer, GetXYZError> + 'static) {
-                self.0.on_throwing_query(&GET_XYZ, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

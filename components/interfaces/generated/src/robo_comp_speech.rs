@@ -58,96 +58,39 @@ rc_middleware::cdr_struct!(Dataresponse: result, reason);
 pub mod speech {
     use rc_middleware::typed;
 
-    /// `say`
-    pub const SAY: typed::Operation = typed::Operation::query("say", 1324760997, 0x789ba98f7c190330, &[]);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Speech`.
+                ///
+                /// A voice that says one text after the other.
+                Speech ServeSpeech ReceiveSpeech, SpeechMembers ServeSpeechMembers ReceiveSpeechMembers;
 
-    /// `isBusy`
-    pub const IS_BUSY: typed::Operation = typed::Operation::query("isBusy", -228285889, 0x8b94f2f5a52ee7d3, &[]);
+                /// Queues a text; the answer is whether it will be said.
+                fn say(request_: crate::robo_comp_speech::Datasayin) -> crate::robo_comp_speech::Dataresponse {
+                    SAY.answer(typed::read, typed::reply)
+                    Say on_say query("say", 1324760997, 0x789ba98f7c190330, &[])
+                }
 
-    /// `enableSynchronization`
-    pub const ENABLE_SYNCHRONIZATION: typed::Operation = typed::Operation::one_way(
-        "enableSynchronization", 1135797090, 0xe4bdfa3a6c4eb122,
-    );
+                /// Whether something is being said or waits to be said.
+                fn is_busy -> crate::robo_comp_speech::Dataresponse {
+                    IS_BUSY.answer(typed::read, typed::reply)
+                    IsBusy on_is_busy query("isBusy", -228285889, 0x8b94f2f5a52ee7d3, &[])
+                }
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[SAY, IS_BUSY, ENABLE_SYNCHRONIZATION];
-
-    /// The handlers of `Speech`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// A voice that says one text after the other.
-    pub trait Speech<C, S = ()> {
-        /// Queues a text; the answer is whether it will be said.
-        fn say(&mut self, ctx: &mut C, request_: super::Datasayin) -> super::Dataresponse;
-
-        /// Whether something is being said or waits to be said.
-        fn is_busy(&mut self, ctx: &mut C) -> super::Dataresponse;
-
-        /// Announces every word when it is spoken, so that a mouth can move with it, instead of whole texts.
-        fn enable_synchronization(&mut self, ctx: &mut C, request_: super::DataenableSynchronizationin);
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`Speech`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSpeech<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: Speech<C, S>> ServeSpeech<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SAY, typed::read, typed::reply, |(request_,)| Speech::say(self, ctx, request_),
-                ),
-                Some(1) => request.answer(&IS_BUSY, typed::read, typed::reply, |()| Speech::is_busy(self, ctx)),
-                Some(2) => request.command(
-                    &ENABLE_SYNCHRONIZATION, typed::read,
-                    |(request_,)| Speech::enable_synchronization(self, ctx, request_),
-                ),
-                _ => request.unknown(),
+                /// Announces every word when it is spoken, so that a mouth can move with it, instead of whole texts.
+                fn enable_synchronization(request_: crate::robo_comp_speech::DataenableSynchronizationin) {
+                    ENABLE_SYNCHRONIZATION.command(typed::read)
+                    EnableSynchronization on_enable_synchronization one_way(
+                        "enableSynchronization", 1135797090, 0xe4bdfa3a6c4eb122,
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Speech` for the members of a slot array.
-    pub trait SpeechMembers<C, S = ()> {
-        fn say(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request_: super::Datasayin,
-        ) -> super::Dataresponse;
-        fn is_busy(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::Dataresponse;
-        fn enable_synchronization(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request_: super::DataenableSynchronizationin,
-        );
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`SpeechMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeSpeechMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: SpeechMembers<C, S>> ServeSpeechMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &SAY, typed::read, typed::reply, |(request_,)| SpeechMembers::say(self, ctx, member, request_),
-                ),
-                Some(1) => request.answer(
-                    &IS_BUSY, typed::read, typed::reply, |()| SpeechMembers::is_busy(self, ctx, member),
-                ),
-                Some(2) => request.command(
-                    &ENABLE_SYNCHRONIZATION, typed::read,
-                    |(request_,)| SpeechMembers::enable_synchronization(self, ctx, member, request_),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(SpeechClient);
 
@@ -174,77 +117,6 @@ pub mod speech {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `say`
-            Say { request_: crate::robo_comp_speech::Datasayin },
-            /// `isBusy`
-            IsBusy,
-            /// `enableSynchronization`
-            EnableSynchronization { request_: crate::robo_comp_speech::DataenableSynchronizationin },
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[SAY, IS_BUSY];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&SAY, typed::read).map(|(request_,)| Self::Say { request_ }),
-                    Some(1) => request.arguments(&IS_BUSY, typed::read).map(|()| Self::IsBusy),
-                    Some(2) => request.arguments(&ENABLE_SYNCHRONIZATION, typed::read).map(
-                        |(request_,)| Self::EnableSynchronization { request_ }
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &SAY, typed::read, typed::reply,
-                        |_: (
-                            crate::robo_comp_speech::Datasayin,
-                        )| -> crate::robo_comp_speech::Dataresponse { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &IS_BUSY, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_speech::Dataresponse { Default::default() },
-                    ),
-                    Some(2) => request.command(
-                        &ENABLE_SYNCHRONIZATION, typed::read,
-                        |_: (crate::robo_comp_speech::DataenableSynchronizationin,)| {},
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `say` with what `answer` returns.
-            pub fn on_say(
-                &self,
-                mut answer: impl FnMut(
-                    crate::robo_comp_speech::Datasayin
-                ) -> crate::robo_comp_speech::Dataresponse + 'static,
-            ) {
-                self.0.on_query(&SAY, typed::read, typed::reply, move |(request_,)| answer(request_));
-            }
-
-            /// Answers `isBusy` with what `answer` returns.
-            pub fn on_is_busy(&self, mut answer: impl FnMut() -> crate::robo_comp_speech::Dataresponse + 'static) {
-                self.0.on_query(&IS_BUSY, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `enableSynchronization`, a command, by a call of `answer`.
-            pub fn on_enable_synchronization(
-                &self, mut answer: impl FnMut(crate::robo_comp_speech::DataenableSynchronizationin) + 'static,
-            ) {
-                self.0.on_command(&ENABLE_SYNCHRONIZATION, typed::read, move |(request_,)| answer(request_));
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -27,61 +27,22 @@ pub type SensorMap = std::collections::BTreeMap<String, SensorState>;
 pub mod touch_sensor {
     use rc_middleware::typed;
 
-    /// `getValues`
-    pub const GET_VALUES: typed::Operation = typed::Operation::query("getValues", -944407840, 0x08bdb956158936af, &[]);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `TouchSensor`.
+                TouchSensor ServeTouchSensor ReceiveTouchSensor, TouchSensorMembers ServeTouchSensorMembers ReceiveTouchSensorMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[GET_VALUES];
-
-    /// The handlers of `TouchSensor`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait TouchSensor<C, S = ()> {
-        fn get_values(&mut self, ctx: &mut C) -> super::SensorMap;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TouchSensor`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTouchSensor<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TouchSensor<C, S>> ServeTouchSensor<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_VALUES, typed::read, typed::reply, |()| TouchSensor::get_values(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_values -> crate::robo_comp_touch_sensor::SensorMap {
+                    GET_VALUES.answer(typed::read, typed::reply)
+                    GetValues on_get_values query("getValues", -944407840, 0x08bdb956158936af, &[])
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `TouchSensor` for the members of a slot array.
-    pub trait TouchSensorMembers<C, S = ()> {
-        fn get_values(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SensorMap;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`TouchSensorMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeTouchSensorMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TouchSensorMembers<C, S>> ServeTouchSensorMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_VALUES, typed::read, typed::reply, |()| TouchSensorMembers::get_values(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(TouchSensorClient);
 
@@ -95,44 +56,6 @@ pub mod touch_sensor {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getValues`
-            GetValues,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[GET_VALUES];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_VALUES, typed::read).map(|()| Self::GetValues),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_VALUES, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_touch_sensor::SensorMap { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getValues` with what `answer` returns.
-            pub fn on_get_values(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_touch_sensor::SensorMap + 'static,
-            ) {
-                self.0.on_query(&GET_VALUES, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

@@ -130,57 +130,6 @@ pub type SonarPoseList = Vec<SonarPose>;
 pub mod ultrasound {
     use rc_middleware::typed;
 
-    /// `getBusParams`
-    pub const GET_BUS_PARAMS: typed::Operation = typed::Operation::query(
-        "getBusParams", 2021444905, 0xbe0c425d130b82d2, &[],
-    );
-
-    /// `getSensorParams`
-    pub const GET_SENSOR_PARAMS: typed::Operation = typed::Operation::query(
-        "getSensorParams", 1031166101, 0x93fef8c2bb079d83, &[],
-    );
-
-    /// `getAllSensorParams`
-    pub const GET_ALL_SENSOR_PARAMS: typed::Operation = typed::Operation::query(
-        "getAllSensorParams", 384168169, 0xb67373e564f274f0, &[],
-    );
-
-    /// `getAllSonarPose`
-    pub const GET_ALL_SONAR_POSE: typed::Operation = typed::Operation::query(
-        "getAllSonarPose", -1165907843, 0xaf578d9e54f0f3b1, &[],
-    );
-
-    /// `getSonarsNumber`
-    pub const GET_SONARS_NUMBER: typed::Operation = typed::Operation::query(
-        "getSonarsNumber", -1717342168, 0x3ca89fbeccd4a0a9, &[],
-    );
-
-    /// `getSensorDistance`
-    pub const GET_SENSOR_DISTANCE: typed::Operation = typed::Operation::query(
-        "getSensorDistance", -643903197, 0x67a670d2c684ce35,
-        &[
-            typed::ReplyVariant::of::<super::UnknownSensorException>(UNKNOWN_SENSOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<i32>(0),
-        ],
-    );
-
-    /// `getAllSensorDistances`
-    pub const GET_ALL_SENSOR_DISTANCES: typed::Operation = typed::Operation::query(
-        "getAllSensorDistances", -1421747203, 0xabdbe29d9b9cc338,
-        &[
-            typed::ReplyVariant::of::<super::UnknownSensorException>(UNKNOWN_SENSOR_EXCEPTION),
-            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
-            typed::ReplyVariant::of::<super::SensorsState>(0),
-        ],
-    );
-
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[
-        GET_BUS_PARAMS, GET_SENSOR_PARAMS, GET_ALL_SENSOR_PARAMS, GET_ALL_SONAR_POSE, GET_SONARS_NUMBER,
-        GET_SENSOR_DISTANCE, GET_ALL_SENSOR_DISTANCES,
-    ];
-
     /// The discriminator of a reply that holds this exception.
     pub const HARDWARE_FAILED_EXCEPTION: i32 = 1023798054;
 
@@ -200,122 +149,69 @@ pub mod ultrasound {
     /// The errors of `getAllSensorDistances`.
     pub type GetAllSensorDistancesError = UnknownSensorExceptionOrHardwareFailedExceptionOrCall;
 
-    /// The handlers of `Ultrasound`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    pub trait Ultrasound<C, S = ()> {
-        fn get_bus_params(&mut self, ctx: &mut C) -> super::BusParams;
-        /// Parameters of one sensor; with empty names if there is none of this name.
-        fn get_sensor_params(&mut self, ctx: &mut C, sensor: String) -> super::SensorParams;
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Ultrasound`.
+                Ultrasound ServeUltrasound ReceiveUltrasound, UltrasoundMembers ServeUltrasoundMembers ReceiveUltrasoundMembers;
 
-        fn get_all_sensor_params(&mut self, ctx: &mut C) -> super::SensorParamsList;
-        fn get_all_sonar_pose(&mut self, ctx: &mut C) -> super::SonarPoseList;
-        fn get_sonars_number(&mut self, ctx: &mut C) -> i32;
-        fn get_sensor_distance(&mut self, ctx: &mut C, sensor: String) -> Result<i32, GetSensorDistanceError>;
-        fn get_all_sensor_distances(&mut self, ctx: &mut C) -> Result<super::SensorsState, GetAllSensorDistancesError>;
-    }
+                fn get_bus_params -> crate::robo_comp_ultrasound::BusParams {
+                    GET_BUS_PARAMS.answer(typed::read, typed::reply)
+                    GetBusParams on_get_bus_params query("getBusParams", 2021444905, 0xbe0c425d130b82d2, &[])
+                }
 
-    /// Answers the requests of a slot. Each implementor of [`Ultrasound`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeUltrasound<C, S = ()> {
-        /// Answers one request.
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError>;
-    }
+                /// Parameters of one sensor; with empty names if there is none of this name.
+                fn get_sensor_params(sensor: String) -> crate::robo_comp_ultrasound::SensorParams {
+                    GET_SENSOR_PARAMS.answer(typed::read, typed::reply)
+                    GetSensorParams on_get_sensor_params query("getSensorParams", 1031166101, 0x93fef8c2bb079d83, &[])
+                }
 
-    impl<C, S, W: Ultrasound<C, S>> ServeUltrasound<C, S> for W {
-        fn serve(&mut self, ctx: &mut C, request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_BUS_PARAMS, typed::read, typed::reply, |()| Ultrasound::get_bus_params(self, ctx),
-                ),
-                Some(1) => request.answer(
-                    &GET_SENSOR_PARAMS, typed::read, typed::reply,
-                    |(sensor,)| Ultrasound::get_sensor_params(self, ctx, sensor),
-                ),
-                Some(2) => request.answer(
-                    &GET_ALL_SENSOR_PARAMS, typed::read, typed::reply,
-                    |()| Ultrasound::get_all_sensor_params(self, ctx),
-                ),
-                Some(3) => request.answer(
-                    &GET_ALL_SONAR_POSE, typed::read, typed::reply, |()| Ultrasound::get_all_sonar_pose(self, ctx),
-                ),
-                Some(4) => request.answer(
-                    &GET_SONARS_NUMBER, typed::read, typed::reply, |()| Ultrasound::get_sonars_number(self, ctx),
-                ),
-                Some(5) => request.try_answer(
-                    &GET_SENSOR_DISTANCE, typed::read, typed::reply,
-                    |(sensor,)| Ultrasound::get_sensor_distance(self, ctx, sensor),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_ALL_SENSOR_DISTANCES, typed::read, typed::reply,
-                    |()| Ultrasound::get_all_sensor_distances(self, ctx),
-                ),
-                _ => request.unknown(),
+                fn get_all_sensor_params -> crate::robo_comp_ultrasound::SensorParamsList {
+                    GET_ALL_SENSOR_PARAMS.answer(typed::read, typed::reply)
+                    GetAllSensorParams on_get_all_sensor_params query(
+                        "getAllSensorParams", 384168169, 0xb67373e564f274f0, &[],
+                    )
+                }
+
+                fn get_all_sonar_pose -> crate::robo_comp_ultrasound::SonarPoseList {
+                    GET_ALL_SONAR_POSE.answer(typed::read, typed::reply)
+                    GetAllSonarPose on_get_all_sonar_pose query("getAllSonarPose", -1165907843, 0xaf578d9e54f0f3b1, &[])
+                }
+
+                fn get_sonars_number -> i32 {
+                    GET_SONARS_NUMBER.answer(typed::read, typed::reply)
+                    GetSonarsNumber on_get_sonars_number query("getSonarsNumber", -1717342168, 0x3ca89fbeccd4a0a9, &[])
+                }
+
+                fn get_sensor_distance(sensor: String) -> Result<i32, GetSensorDistanceError> {
+                    GET_SENSOR_DISTANCE.try_answer(typed::read, typed::reply)
+                    GetSensorDistance on_get_sensor_distance query(
+                        "getSensorDistance", -643903197, 0x67a670d2c684ce35,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownSensorException>(UNKNOWN_SENSOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<i32>(0),
+                        ],
+                    )
+                }
+
+                fn get_all_sensor_distances -> Result<crate::robo_comp_ultrasound::SensorsState, GetAllSensorDistancesError> {
+                    GET_ALL_SENSOR_DISTANCES.try_answer(typed::read, typed::reply)
+                    GetAllSensorDistances on_get_all_sensor_distances query(
+                        "getAllSensorDistances", -1421747203, 0xabdbe29d9b9cc338,
+                        &[
+                            typed::ReplyVariant::of::<super::UnknownSensorException>(UNKNOWN_SENSOR_EXCEPTION),
+                            typed::ReplyVariant::of::<super::HardwareFailedException>(HARDWARE_FAILED_EXCEPTION),
+                            typed::ReplyVariant::of::<super::SensorsState>(0),
+                        ],
+                    )
+                }
             }
-        }
+        };
     }
-
-    /// The handlers of `Ultrasound` for the members of a slot array.
-    pub trait UltrasoundMembers<C, S = ()> {
-        fn get_bus_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::BusParams;
-        fn get_sensor_params(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, sensor: String,
-        ) -> super::SensorParams;
-        fn get_all_sensor_params(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SensorParamsList;
-        fn get_all_sonar_pose(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> super::SonarPoseList;
-        fn get_sonars_number(&mut self, ctx: &mut C, member: &rc_middleware::Member) -> i32;
-        fn get_sensor_distance(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, sensor: String,
-        ) -> Result<i32, GetSensorDistanceError>;
-        fn get_all_sensor_distances(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member,
-        ) -> Result<super::SensorsState, GetAllSensorDistancesError>;
-    }
-
-    /// Answers the requests of a slot. Each implementor of [`UltrasoundMembers`] has this trait. A worker may implement it directly, and
-    /// let a value answer.
-    pub trait ServeUltrasoundMembers<C, S = ()> {
-        /// Answers one request.
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: UltrasoundMembers<C, S>> ServeUltrasoundMembers<C, S> for W {
-        fn serve(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, request: &mut typed::Request<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match request.place(OPERATIONS) {
-                Some(0) => request.answer(
-                    &GET_BUS_PARAMS, typed::read, typed::reply,
-                    |()| UltrasoundMembers::get_bus_params(self, ctx, member),
-                ),
-                Some(1) => request.answer(
-                    &GET_SENSOR_PARAMS, typed::read, typed::reply,
-                    |(sensor,)| UltrasoundMembers::get_sensor_params(self, ctx, member, sensor),
-                ),
-                Some(2) => request.answer(
-                    &GET_ALL_SENSOR_PARAMS, typed::read, typed::reply,
-                    |()| UltrasoundMembers::get_all_sensor_params(self, ctx, member),
-                ),
-                Some(3) => request.answer(
-                    &GET_ALL_SONAR_POSE, typed::read, typed::reply,
-                    |()| UltrasoundMembers::get_all_sonar_pose(self, ctx, member),
-                ),
-                Some(4) => request.answer(
-                    &GET_SONARS_NUMBER, typed::read, typed::reply,
-                    |()| UltrasoundMembers::get_sonars_number(self, ctx, member),
-                ),
-                Some(5) => request.try_answer(
-                    &GET_SENSOR_DISTANCE, typed::read, typed::reply,
-                    |(sensor,)| UltrasoundMembers::get_sensor_distance(self, ctx, member, sensor),
-                ),
-                Some(6) => request.try_answer(
-                    &GET_ALL_SENSOR_DISTANCES, typed::read, typed::reply,
-                    |()| UltrasoundMembers::get_all_sensor_distances(self, ctx, member),
-                ),
-                _ => request.unknown(),
-            }
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
 
     rc_middleware::client!(UltrasoundClient);
 
@@ -354,138 +250,6 @@ pub mod ultrasound {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A call.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Call {
-            /// `getBusParams`
-            GetBusParams,
-            /// `getSensorParams`
-            GetSensorParams { sensor: String },
-            /// `getAllSensorParams`
-            GetAllSensorParams,
-            /// `getAllSonarPose`
-            GetAllSonarPose,
-            /// `getSonarsNumber`
-            GetSonarsNumber,
-            /// `getSensorDistance`
-            GetSensorDistance { sensor: String },
-            /// `getAllSensorDistances`
-            GetAllSensorDistances,
-        }
-
-        impl rc_runtime::testing::FakeCall for Call {
-            const ANSWERED: &'static [typed::Operation] = &[
-                GET_BUS_PARAMS, GET_SENSOR_PARAMS, GET_ALL_SENSOR_PARAMS, GET_ALL_SONAR_POSE, GET_SONARS_NUMBER,
-                GET_SENSOR_DISTANCE, GET_ALL_SENSOR_DISTANCES,
-            ];
-
-            fn read(request: &mut typed::Request<'_>) -> Result<Self, typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.arguments(&GET_BUS_PARAMS, typed::read).map(|()| Self::GetBusParams),
-                    Some(1) => request.arguments(&GET_SENSOR_PARAMS, typed::read).map(
-                        |(sensor,)| Self::GetSensorParams { sensor }
-                    ),
-                    Some(2) => request.arguments(
-                        &GET_ALL_SENSOR_PARAMS, typed::read,
-                    ).map(|()| Self::GetAllSensorParams),
-                    Some(3) => request.arguments(&GET_ALL_SONAR_POSE, typed::read).map(|()| Self::GetAllSonarPose),
-                    Some(4) => request.arguments(&GET_SONARS_NUMBER, typed::read).map(|()| Self::GetSonarsNumber),
-                    Some(5) => request.arguments(&GET_SENSOR_DISTANCE, typed::read).map(
-                        |(sensor,)| Self::GetSensorDistance { sensor }
-                    ),
-                    Some(6) => request.arguments(
-                        &GET_ALL_SENSOR_DISTANCES, typed::read,
-                    ).map(|()| Self::GetAllSensorDistances),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-
-            fn default_reply(request: &mut typed::Request<'_>) -> Result<(), typed::HandlerError> {
-                match request.place(OPERATIONS) {
-                    Some(0) => request.answer(
-                        &GET_BUS_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_ultrasound::BusParams { Default::default() },
-                    ),
-                    Some(1) => request.answer(
-                        &GET_SENSOR_PARAMS, typed::read, typed::reply,
-                        |_: (String,)| -> crate::robo_comp_ultrasound::SensorParams { Default::default() },
-                    ),
-                    Some(2) => request.answer(
-                        &GET_ALL_SENSOR_PARAMS, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_ultrasound::SensorParamsList { Default::default() },
-                    ),
-                    Some(3) => request.answer(
-                        &GET_ALL_SONAR_POSE, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_ultrasound::SonarPoseList { Default::default() },
-                    ),
-                    Some(4) => request.answer(
-                        &GET_SONARS_NUMBER, typed::read, typed::reply, |_: ()| -> i32 { Default::default() },
-                    ),
-                    Some(5) => request.answer(
-                        &GET_SENSOR_DISTANCE, typed::read, typed::reply, |_: (String,)| -> i32 { Default::default() },
-                    ),
-                    Some(6) => request.answer(
-                        &GET_ALL_SENSOR_DISTANCES, typed::read, typed::reply,
-                        |_: ()| -> crate::robo_comp_ultrasound::SensorsState { Default::default() },
-                    ),
-                    _ => Err(rc_runtime::testing::unknown(request)),
-                }
-            }
-        }
-
-        rc_runtime::fake_server!(Fake: Call);
-
-        impl Fake {
-            /// Answers `getBusParams` with what `answer` returns.
-            pub fn on_get_bus_params(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_ultrasound::BusParams + 'static,
-            ) {
-                self.0.on_query(&GET_BUS_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getSensorParams` with what `answer` returns.
-            pub fn on_get_sensor_params(
-                &self, mut answer: impl FnMut(String) -> crate::robo_comp_ultrasound::SensorParams + 'static,
-            ) {
-                self.0.on_query(&GET_SENSOR_PARAMS, typed::read, typed::reply, move |(sensor,)| answer(sensor));
-            }
-
-            /// Answers `getAllSensorParams` with what `answer` returns.
-            pub fn on_get_all_sensor_params(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_ultrasound::SensorParamsList + 'static,
-            ) {
-                self.0.on_query(&GET_ALL_SENSOR_PARAMS, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getAllSonarPose` with what `answer` returns.
-            pub fn on_get_all_sonar_pose(
-                &self, mut answer: impl FnMut() -> crate::robo_comp_ultrasound::SonarPoseList + 'static,
-            ) {
-                self.0.on_query(&GET_ALL_SONAR_POSE, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getSonarsNumber` with what `answer` returns.
-            pub fn on_get_sonars_number(&self, mut answer: impl FnMut() -> i32 + 'static) {
-                self.0.on_query(&GET_SONARS_NUMBER, typed::read, typed::reply, move |()| answer());
-            }
-
-            /// Answers `getSensorDistance` with what `answer` returns.
-            pub fn on_get_sensor_distance(
-                &self, mut answer: impl FnMut(String) -> Result<i32, GetSensorDistanceError> + 'static,
-            ) {
-                self.0.on_throwing_query(
-                    &GET_SENSOR_DISTANCE, typed::read, typed::reply, move |(sensor,)| answer(sensor),
-                );
-            }
-
-            /// Answers `getAllSensorDistances` with what `answer` returns.
-            pub fn on_get_all_sensor_distances(
-                &self,
-                mut answer: impl FnMut() -> Result<crate::robo_comp_ultrasound::SensorsState, GetAllSensorDistancesError> + 'static,
-            ) {
-                self.0.on_throwing_query(&GET_ALL_SENSOR_DISTANCES, typed::read, typed::reply, move |()| answer());
-            }
-        }
+        interface!(rc_runtime::fake_server);
     }
 }

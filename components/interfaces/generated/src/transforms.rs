@@ -126,73 +126,24 @@ rc_middleware::cdr_struct!(TransformStamped: header, child_frame_id, transform);
 pub mod transform_pub {
     use rc_middleware::typed;
 
-    /// `transforms`
-    pub const TRANSFORMS: typed::Operation = typed::Operation::one_way("transforms", 1271285859, 0xd31ec2b03197b132);
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `TransformPub`.
+                ///
+                /// Transforms from child to parent frames. Axes are right-handed with x forward and z up.
+                TransformPub ServeTransformPub ReceiveTransformPub, TransformPubMembers ServeTransformPubMembers ReceiveTransformPubMembers;
 
-    /// All operations, in the order of the IDSL.
-    pub const OPERATIONS: &[typed::Operation] = &[TRANSFORMS];
-
-    /// The handlers of `TransformPub`, over the context `C` of a worker. `S` tells slots of one interface apart.
-    ///
-    /// Transforms from child to parent frames. Axes are right-handed with x forward and z up.
-    pub trait TransformPub<C, S = ()> {
-        fn transforms(&mut self, ctx: &mut C, transforms: Vec<super::TransformStamped>);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`TransformPub`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTransformPub<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TransformPub<C, S>> ReceiveTransformPub<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, topic: usize, reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (transforms,) = typed::read(reader)?;
-                    TransformPub::transforms(self, ctx, transforms);
+                fn transforms(transforms: Vec<crate::transforms::TransformStamped>) {
+                    TRANSFORMS.command(typed::read)
+                    Transforms on_transforms one_way("transforms", 1271285859, 0xd31ec2b03197b132)
                 }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
             }
-            Ok(())
-        }
+        };
     }
-
-    /// The handlers of `TransformPub` for the members of a slot array.
-    pub trait TransformPubMembers<C, S = ()> {
-        fn transforms(&mut self, ctx: &mut C, member: &rc_middleware::Member, transforms: Vec<super::TransformStamped>);
-    }
-
-    /// Takes the samples of a slot. Each implementor of [`TransformPubMembers`] has this trait. A worker may implement it directly, and
-    /// let a value take them.
-    pub trait ReceiveTransformPubMembers<C, S = ()> {
-        /// Takes one sample of the topic with this number.
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError>;
-    }
-
-    impl<C, S, W: TransformPubMembers<C, S>> ReceiveTransformPubMembers<C, S> for W {
-        fn receive(
-            &mut self, ctx: &mut C, member: &rc_middleware::Member, topic: usize,
-            reader: &mut rc_middleware::Reader<'_>,
-        ) -> Result<(), typed::HandlerError> {
-            match topic {
-                0 => {
-                    let (transforms,) = typed::read(reader)?;
-                    TransformPubMembers::transforms(self, ctx, member, transforms);
-                }
-                _ => return Err(typed::HandlerError("the slot has no such topic".to_owned())),
-            }
-            Ok(())
-        }
-    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::receive);
 
     rc_middleware::publisher!(TransformPubPublisher: transforms);
 
@@ -206,21 +157,6 @@ pub mod transform_pub {
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;
-
-        /// A sample.
-        #[derive(Clone, Debug, PartialEq)]
-        pub enum Sample {
-            /// `transforms`
-            Transforms { transforms: Vec<crate::transforms::TransformStamped> },
-        }
-
-        impl rc_runtime::testing::FakeSample for Sample {
-            fn read(topic: usize, reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-                match topic {
-                    0 => typed::read(reader).map(|(transforms,)| Self::Transforms { transforms }),
-                    _ => Err(rc_middleware::DecodeError::Unknown("topic")),
-                }
-            }
-        }
+        interface!(rc_runtime::fake_subscriber);
     }
 }
