@@ -25,7 +25,8 @@ fn describe(block: &Block, page: &[Block]) -> Result<(), String> {
         None => write(&format!("page.{}", block.tag), &block.text),
     };
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
-    let loader = FileLoader::new(&[Path::new(ROOT).join("components/networks")]);
+    let folders = ["components/networks", "kinematics/examples"];
+    let loader = FileLoader::new(&folders.map(|folder| Path::new(ROOT).join(folder)));
     rcgen::check::file(&path, false, &mut sources, &loader, &[], &mut found).expect("a file");
     match render(&sources, &found, Format::Short) {
         told if told.is_empty() => Ok(()),

@@ -10,7 +10,7 @@ use rc_kinematics::Cell;
 use rc_syntax::MemoryLoader;
 
 /// An arm with a joint of each kind, a joint that follows, and masses.
-const ARM: &str = include_str!("arm.urdf");
+const ARM: &str = include_str!("../../examples/arm.urdf");
 
 /// Loads a text beside the arm. Returns what it is and its findings.
 fn load(text: &str) -> (Option<Cell>, String) {
