@@ -1,9 +1,10 @@
 //! CDSL: a component, its interfaces and how it is built.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads the imported
-//! interfaces and resolves all names into the [`model`].
+//! interfaces and resolves all names into the [`model`]; [`meanings`] reads its data prototypes.
 
 pub mod ast;
+mod meanings;
 pub mod model;
 mod parse;
 mod python;
@@ -12,6 +13,7 @@ mod resolve;
 mod resolver;
 mod slot_names;
 
+pub use meanings::meanings;
 pub use model::Component;
 pub use parse::parse;
 pub use qos::settings;

@@ -6,6 +6,7 @@ use rc_idsl::model::InterfaceId;
 use rc_syntax::Name;
 use rc_vocabulary::qos::{Policies, Qos};
 pub use rc_vocabulary::{Language, Middleware, Role};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// One component.
@@ -40,6 +41,11 @@ pub struct Component {
     pub scene_slots: Option<Span>,
     /// All imported modules, directly or indirectly.
     pub library: Library,
+    /// The `.dproto` files that it imports, as written.
+    pub prototype_imports: Vec<Name>,
+    /// What its values mean: the prototypes of these files, once [`meanings`](crate::meanings) read
+    /// them.
+    pub prototypes: Arc<rc_prototypes::model::Library>,
 }
 
 /// A crate that the worker uses.

@@ -11,6 +11,8 @@ use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId};
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
 use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Loads a `.cdsl` text with its imports.
@@ -27,7 +29,13 @@ pub fn load(
     let mut session = Session::new(sources, loader);
     let mut imports: Vec<(ModuleId, Span)> = Vec::new();
     let mut failed_imports = Vec::new();
+    let mut prototype_imports = Vec::new();
     for import in &file.imports {
+        let ending = Path::new(&import.text).extension();
+        if ending.is_some_and(|ending| ending == "dproto") {
+            prototype_imports.push(import.clone());
+            continue;
+        }
         match session.import(&path, &import.text, import.span) {
             Some(module) if imports.iter().any(|(m, _)| *m == module) => {}
             Some(module) => imports.push((module, import.span)),
@@ -46,7 +54,10 @@ pub fn load(
             import_lookups: 0,
             found: &mut found,
         };
-        resolver.component(&tree)
+        Component {
+            prototype_imports,
+            ..resolver.component(&tree)
+        }
     });
     (component, found)
 }
@@ -183,6 +194,8 @@ impl Resolver<'_> {
             viewer,
             scene_slots,
             library: std::mem::take(&mut self.library),
+            prototype_imports: Vec::new(),
+            prototypes: Arc::default(),
         }
     }
 

@@ -35,6 +35,21 @@ pub struct Project {
     code: OnceLock<PathBuf>,
 }
 
+/// The text of a component without the imports that say what its values mean: they are no part of
+/// its code.
+fn without_prototypes(component: &Component, text: &str) -> String {
+    let mut out = text.to_owned();
+    for import in component.prototype_imports.iter().rev() {
+        let (start, end) = (import.span.start, import.span.end);
+        let before = out.get(..start).and_then(|before| before.rfind("import"));
+        let behind = out.get(end..).and_then(|behind| behind.find(';'));
+        if let (Some(before), Some(behind)) = (before, behind) {
+            out.replace_range(before..=end + behind, "");
+        }
+    }
+    out
+}
+
 impl Project {
     /// Compares the worker that is there with the description.
     ///
@@ -60,7 +75,7 @@ impl Project {
         let first = sources.ids().count();
         let source = sources.add(path, text);
         let (component, mut found) = rc_cdsl::load(sources, loader, source);
-        let Some(component) = component else {
+        let Some(mut component) = component else {
             return Ok((None, found));
         };
         if let Some(language) = Language::from_file(&component.language.text) {
@@ -89,6 +104,10 @@ impl Project {
             .skip(first)
             .map(|id| Trivia::new(sources.text(id)).significant())
             .collect();
+        if let Some(first) = texts.first_mut() {
+            *first =
+                Trivia::new(&without_prototypes(&component, sources.text(source))).significant();
+        }
         // The order in which imports are written changes nothing.
         texts[1..].sort();
         let before_machine = sources.ids().count();
@@ -114,6 +133,8 @@ impl Project {
         }));
         let hash = rc_idsl::canonical::hash(&texts.join("\n"));
         let origins = Origin::all(&component.library, sources);
+        // What values mean is no part of the code, so these files do not count.
+        found.extend(rc_cdsl::meanings(&mut component, sources, loader, source));
         Ok((
             Some(Self {
                 path: path.to_path_buf(),

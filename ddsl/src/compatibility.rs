@@ -122,6 +122,7 @@ impl<'a> CompatibilityChecker<'a> {
             Some(units::End {
                 name,
                 library: &component.library,
+                prototypes: &component.prototypes,
                 interface: slot.interface,
                 subscribes: slot.role == Role::SubscribesTo,
             })

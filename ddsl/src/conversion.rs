@@ -2,6 +2,7 @@
 //! consumer.
 
 use crate::image::image_items;
+use crate::meaning::{Chosen, Meaning, chosen, meaning, prototype};
 use crate::units::End;
 use rc_conversion::{Item, Number, Part, Place, Plan};
 use rc_idsl::Library;
@@ -20,33 +21,45 @@ pub struct Conversion {
 
 /// A member that is converted.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Converted {
-    /// `push.x` for a parameter, `Module::Struct.x` for a member.
-    pub path: String,
-    /// The unit of the sender, as written.
-    pub from: String,
-    /// The unit of the receiver, as written.
-    pub to: String,
-    /// The conversion.
-    pub factor: Factor,
-    /// The type of its numbers.
-    pub number: Primitive,
+pub enum Converted {
+    /// Numbers in another unit.
+    Unit {
+        /// `push.x` for a parameter, `Module::Struct.x` for a member.
+        path: String,
+        /// The unit of the sender, as written.
+        from: String,
+        /// The unit of the receiver, as written.
+        to: String,
+        /// The conversion.
+        factor: Factor,
+        /// The type of its numbers.
+        number: Primitive,
+    },
+    /// Values of a structure that mean the same in another representation.
+    Meaning {
+        /// `Module::Struct`
+        path: String,
+        /// What changes, and what it costs.
+        what: String,
+    },
 }
 
 impl fmt::Display for Converted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            path,
-            from,
-            to,
-            factor,
-            number,
-        } = self;
-        write!(
-            f,
-            "{path} {from} {factor} = {to}, {}",
-            effort(factor, *number)
-        )
+        match self {
+            Self::Unit {
+                path,
+                from,
+                to,
+                factor,
+                number,
+            } => write!(
+                f,
+                "{path} {from} {factor} = {to}, {}",
+                effort(factor, *number)
+            ),
+            Self::Meaning { path, what } => write!(f, "{path} {what}"),
+        }
     }
 }
 
@@ -81,6 +94,8 @@ const MOST: usize = 8192;
 pub(crate) enum NoPlan {
     /// The types have too many values, or are too deep.
     TooLarge,
+    /// This type has a prototype with numbers at places that no plan has.
+    Place(String),
 }
 
 /// The plan of a connection whose types are equal and whose units convert.
@@ -94,16 +109,16 @@ pub(crate) fn plan(consumer: End<'_>, provider: End<'_>) -> Result<Conversion, N
         let mut parts = Vec::new();
         let mut left = MOST;
         let back = Pair {
-            from: provider.library,
-            to: consumer.library,
+            from: provider,
+            to: consumer,
         };
         // Requests travel to the provider, samples and replies to the consumer.
         let there = if consumer.subscribes {
             back
         } else {
             Pair {
-                from: consumer.library,
-                to: provider.library,
+                from: consumer,
+                to: provider,
             }
         };
         let ours = &consumer.library.interface(consumer.interface).operations[at];
@@ -117,29 +132,46 @@ pub(crate) fn plan(consumer: End<'_>, provider: End<'_>) -> Result<Conversion, N
         let mut members = Members {
             out: &mut out.members,
             left: &mut left,
+            marks: None,
         };
-        let inputs = there.members(&path, &sent.inputs, &taken.inputs, &mut members)?;
+        let inputs = there.members(
+            &path,
+            (None, None),
+            &sent.inputs,
+            &taken.inputs,
+            &mut members,
+        )?;
         parts.push((Place::Input, inputs));
         if let (Some(one), Some(other)) = (
-            sent.topic_in_place(there.from),
-            taken.topic_in_place(there.to),
+            sent.topic_in_place(there.from.library),
+            taken.topic_in_place(there.to.library),
         ) {
-            parts.push((Place::InputImage, image_items(&there, one, other)));
+            let chosen = there.chosen_in(&sent.inputs, &taken.inputs);
+            let items = image_items(&there, (one, other), chosen);
+            parts.push((Place::InputImage, items));
         }
         if !consumer.subscribes {
-            let mut outputs = back.members(&path, &theirs.outputs, &ours.outputs, &mut members)?;
+            let mut outputs = back.members(
+                &path,
+                (None, None),
+                &theirs.outputs,
+                &ours.outputs,
+                &mut members,
+            )?;
             if let (Some(one), Some(other)) = (&theirs.result, &ours.result) {
-                outputs.extend(back.values(one, other, None, "", &mut members)?);
+                outputs.extend(back.values(one, other, None, "", (None, None), &mut members)?);
             }
             parts.push((Place::Output, outputs));
             if let (Some(one), Some(other)) = (
-                theirs.result_in_place(back.from),
-                ours.result_in_place(back.to),
+                theirs.result_in_place(back.from.library),
+                ours.result_in_place(back.to.library),
             ) {
-                parts.push((Place::OutputImage, image_items(&back, one, other)));
+                let chosen = back.chosen_in(&theirs.outputs, &ours.outputs);
+                let items = image_items(&back, (one, other), chosen);
+                parts.push((Place::OutputImage, items));
             }
             for (number, (one, other)) in (0..).zip(theirs.throws.iter().zip(&ours.throws)) {
-                let items = back.declared(*one, *other, &mut members)?;
+                let items = back.declared(*one, *other, (None, None), &mut members)?;
                 parts.push((Place::Exception(number), items));
             }
         }
@@ -217,8 +249,20 @@ fn joined(items: Vec<Item>) -> Vec<Item> {
                 stride,
                 items: joined(items),
             },
+            Item::Group { items, formula } => Item::Group {
+                items: joined(items),
+                formula,
+            },
             item => item,
         };
+        if let (Some(Item::Marked(count, number)), Item::Marked(more, next)) =
+            (out.last_mut(), &item)
+            && number == next
+            && let Some(sum) = count.checked_add(*more)
+        {
+            *count = sum;
+            continue;
+        }
         if let (
             Some(Item::Numbers(count, number, conversion)),
             Item::Numbers(more, next, following),
@@ -234,38 +278,124 @@ fn joined(items: Vec<Item>) -> Vec<Item> {
     out
 }
 
-/// The libraries of sender and receiver.
+/// Sender and receiver.
 #[derive(Clone, Copy)]
 pub(crate) struct Pair<'a> {
-    pub(crate) from: &'a Library,
-    pub(crate) to: &'a Library,
+    pub(crate) from: End<'a>,
+    pub(crate) to: End<'a>,
 }
+
+/// The prototypes that the sender and the receiver choose for a type.
+pub(crate) type ChosenPair<'a> = (Chosen<'a>, Chosen<'a>);
 
 /// The members that are found, and how many values the plan may still have.
 struct Members<'o> {
     out: &'o mut Vec<Converted>,
     left: &'o mut usize,
+    /// Those of the structure that is converted as a whole.
+    marks: Option<Marks>,
 }
 
-impl Pair<'_> {
+/// The numbers of a structure that its formula converts, in the order of the message.
+pub(crate) struct Marks {
+    pub(crate) meaning: Meaning,
+    pub(crate) found: Vec<String>,
+    /// The path of the members that come next, with a dot.
+    pub(crate) prefix: String,
+}
+
+impl Marks {
+    pub(crate) fn new(meaning: Meaning) -> Self {
+        Self {
+            meaning,
+            found: Vec::new(),
+            prefix: String::new(),
+        }
+    }
+
+    /// Whether the value at the prefix, or a part of it, belongs to the formula.
+    pub(crate) fn has(&self) -> bool {
+        let members = &self.meaning.members;
+        members.contains(self.prefix.trim_end_matches('.'))
+            || members.iter().any(|path| path.starts_with(&self.prefix))
+    }
+
+    /// Takes the number at the prefix, or the numbers of an array there.
+    pub(crate) fn take(&mut self, array: Option<u32>) {
+        let path = self.prefix.trim_end_matches('.');
+        match array {
+            None => self.found.push(path.to_owned()),
+            Some(count) => {
+                let all = (0..count).map(|at| format!("{path}.{at}"));
+                self.found.extend(all);
+            }
+        }
+    }
+
+    /// The values with their formula. `None` if not all numbers were found.
+    pub(crate) fn group(self, items: Vec<Item>) -> Option<Item> {
+        let mut wanted = self.meaning.members.iter();
+        let formula = self.meaning.formula(&self.found);
+        wanted
+            .all(|path| self.found.contains(path))
+            .then_some(Item::Group { items, formula })
+    }
+}
+
+impl<'a> Pair<'a> {
+    /// What a structure becomes. `None` if its members are converted by themselves.
+    pub(crate) fn meaning(
+        &self,
+        from: TypeId,
+        to: TypeId,
+        chosen: ChosenPair<'a>,
+    ) -> Option<Meaning> {
+        let own = prototype(self.from, from, chosen.0).ok().flatten()?;
+        let their = prototype(self.to, to, chosen.1).ok().flatten()?;
+        meaning((self.from, own), (self.to, their)).ok()
+    }
+
+    /// What the only parameter chooses for its type.
+    fn chosen_in(&self, from: &[Member], to: &[Member]) -> ChosenPair<'a> {
+        let one = |end, members: &[Member]| chosen(end, None, members.first()?);
+        (one(self.from, from), one(self.to, to))
+    }
+
     fn members(
         &self,
         path: &str,
+        whole: (Option<TypeId>, Option<TypeId>),
         from: &[Member],
         to: &[Member],
         found: &mut Members<'_>,
     ) -> Result<Vec<Item>, NoPlan> {
         let mut items = Vec::new();
+        let start = found.marks.as_ref().map_or(0, |marks| marks.prefix.len());
         for (one, other) in from.iter().zip(to) {
             let units = (one.unit.as_deref(), other.unit.as_deref());
             let factor = between(units.0, units.1).zip(units.0.zip(units.1));
             let path = format!("{path}.{}", one.name.text);
-            let values = self.values(&one.ty, &other.ty, factor, &path, found)?;
-            if one.optional {
-                items.push(Item::Sequence(values));
-            } else {
-                items.extend(values);
+            if let Some(marks) = &mut found.marks {
+                marks.prefix.truncate(start);
+                marks.prefix.push_str(&one.name.text);
+                marks.prefix.push('.');
             }
+            let chosen = (
+                chosen(self.from, whole.0, one),
+                chosen(self.to, whole.1, other),
+            );
+            let values = if one.optional {
+                let marks = found.marks.take();
+                let values = self.values(&one.ty, &other.ty, factor, &path, chosen, found)?;
+                found.marks = marks;
+                vec![Item::Sequence(values)]
+            } else {
+                self.values(&one.ty, &other.ty, factor, &path, chosen, found)?
+            };
+            items.extend(values);
+        }
+        if let Some(marks) = &mut found.marks {
+            marks.prefix.truncate(start);
         }
         Ok(items)
     }
@@ -274,15 +404,47 @@ impl Pair<'_> {
         &self,
         from: TypeId,
         to: TypeId,
+        chosen: ChosenPair<'a>,
         found: &mut Members<'_>,
     ) -> Result<Vec<Item>, NoPlan> {
-        match (&self.from.ty(from).kind, &self.to.ty(to).kind) {
-            (
-                TypeDeclKind::Struct(one) | TypeDeclKind::Exception(one),
-                TypeDeclKind::Struct(other) | TypeDeclKind::Exception(other),
-            ) => self.members(&self.from.type_path(from), one, other, found),
-            _ => Ok(vec![Item::Numbers(1, Number::I32, None)]),
+        let (
+            TypeDeclKind::Struct(one) | TypeDeclKind::Exception(one),
+            TypeDeclKind::Struct(other) | TypeDeclKind::Exception(other),
+        ) = (
+            &self.from.library.ty(from).kind,
+            &self.to.library.ty(to).kind,
+        )
+        else {
+            return Ok(vec![Item::Numbers(1, Number::I32, None)]);
+        };
+        let path = self.from.library.type_path(from);
+        let whole = (Some(from), Some(to));
+        // A part of a value belongs to the value.
+        if found.marks.as_ref().is_some_and(Marks::has) {
+            return self.members(&path, whole, one, other, found);
         }
+        let outer = found.marks.take();
+        let meaning = self.meaning(from, to, chosen);
+        let what = meaning.as_ref().map(|meaning| meaning.what.clone());
+        let is_identity = meaning.as_ref().is_some_and(|meaning| meaning.is_identity);
+        found.marks = meaning.map(Marks::new);
+        let mut items = self.members(&path, whole, one, other, found)?;
+        let marks = std::mem::replace(&mut found.marks, outer);
+        let (Some(marks), Some(what)) = (marks, what) else {
+            return Ok(items);
+        };
+        if is_identity {
+            items.iter_mut().for_each(unmark);
+            return Ok(items);
+        }
+        let converted = Converted::Meaning {
+            path: path.clone(),
+            what,
+        };
+        if !found.out.contains(&converted) {
+            found.out.push(converted);
+        }
+        Ok(vec![marks.group(items).ok_or(NoPlan::Place(path))?])
     }
 
     /// The values of a type. `factor` converts its own numbers, which `path` names: elements of
@@ -293,10 +455,20 @@ impl Pair<'_> {
         to: &Type,
         factor: Option<(Factor, (&str, &str))>,
         path: &str,
+        chosen: ChosenPair<'a>,
         found: &mut Members<'_>,
     ) -> Result<Vec<Item>, NoPlan> {
         *found.left = found.left.checked_sub(1).ok_or(NoPlan::TooLarge)?;
-        let (from, to) = (self.from.resolved(from), self.to.resolved(to));
+        let (from, to) = (
+            self.from.library.resolved(from),
+            self.to.library.resolved(to),
+        );
+        if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
+            && let Some((array, number)) = numbers(self.from.library, from)
+        {
+            marks.take(array);
+            return Ok(vec![Item::Marked(array.unwrap_or(1), number)]);
+        }
         Ok(match (from, to) {
             (Type::Primitive(number), _) => {
                 let own = kind(*number).unwrap_or(Number::U8);
@@ -304,7 +476,7 @@ impl Pair<'_> {
                 else {
                     return Ok(vec![Item::Numbers(1, own, None)]);
                 };
-                let converted = Converted {
+                let converted = Converted::Unit {
                     path: path.to_owned(),
                     from: unit.to_owned(),
                     to: wanted.to_owned(),
@@ -317,22 +489,61 @@ impl Pair<'_> {
                 }
                 vec![Item::Numbers(1, own, Some(factor))]
             }
+            (Type::Named(one), Type::Named(other)) => self.declared(*one, *other, chosen, found)?,
+            (from, to) => {
+                // How many values these have is known later, so none of them belong to the formula
+                // around them.
+                let marks = found.marks.take();
+                let items = self.several(from, to, (factor, path), chosen, found)?;
+                found.marks = marks;
+                items
+            }
+        })
+    }
+
+    fn several(
+        &self,
+        from: &Type,
+        to: &Type,
+        (factor, path): (Option<(Factor, (&str, &str))>, &str),
+        chosen: ChosenPair<'a>,
+        found: &mut Members<'_>,
+    ) -> Result<Vec<Item>, NoPlan> {
+        Ok(match (from, to) {
             (Type::Sequence(one, _), Type::Sequence(other, _)) => {
                 vec![Item::Sequence(
-                    self.values(one, other, factor, path, found)?,
+                    self.values(one, other, factor, path, chosen, found)?,
                 )]
             }
             (Type::Array(one, count), Type::Array(other, _)) => {
-                let items = self.values(one, other, factor, path, found)?;
+                let items = self.values(one, other, factor, path, chosen, found)?;
                 vec![Item::Array(*count, items)]
             }
             (Type::Dictionary(key, value), Type::Dictionary(other_key, other_value)) => {
-                let mut items = self.values(key, other_key, None, path, found)?;
-                items.extend(self.values(value, other_value, factor, path, found)?);
+                let mut items = self.values(key, other_key, None, path, (None, None), found)?;
+                items.extend(self.values(value, other_value, factor, path, chosen, found)?);
                 vec![Item::Sequence(items)]
             }
-            (Type::Named(one), Type::Named(other)) => self.declared(*one, *other, found)?,
             _ => vec![Item::Text],
         })
+    }
+}
+
+/// A number, or an array of so many numbers.
+pub(crate) fn numbers(library: &Library, ty: &Type) -> Option<(Option<u32>, Number)> {
+    match ty {
+        Type::Primitive(number) => Some((None, kind(*number)?)),
+        Type::Array(element, count) => match library.resolved(element) {
+            Type::Primitive(number) => Some((Some(*count), kind(*number)?)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Numbers that stay as they are, because both ends mean the same.
+pub(crate) fn unmark(item: &mut Item) {
+    if let Item::Marked(count, number) = item {
+        *item = Item::Numbers(*count, *number, None);
     }
 }

@@ -1,15 +1,20 @@
 //! The plan for values that travel in place, as memory images.
 
-use crate::conversion::{Pair, between, kind};
+use crate::conversion::{ChosenPair, Marks, Pair, between, kind, numbers, unmark};
+use crate::meaning::chosen;
 use rc_conversion::Item;
 use rc_idsl::model::{Layout, Member, Type, TypeDeclKind, TypeId};
 use rc_quantity::Conversion as Factor;
 use rc_vocabulary::layout::aligned;
 
 /// The values of the image of a plain structure, whose bytes between converted numbers are skipped.
-pub(crate) fn image_items(pair: &Pair<'_>, from: TypeId, to: TypeId) -> Vec<Item> {
+pub(crate) fn image_items<'a>(
+    pair: &Pair<'a>,
+    (from, to): (TypeId, TypeId),
+    chosen: ChosenPair<'a>,
+) -> Vec<Item> {
     let mut image = Image::default();
-    image.declared(pair, from, to, 0);
+    image.declared(pair, (from, to), chosen, 0);
     image.items
 }
 
@@ -18,6 +23,8 @@ pub(crate) fn image_items(pair: &Pair<'_>, from: TypeId, to: TypeId) -> Vec<Item
 struct Image {
     items: Vec<Item>,
     at: usize,
+    /// Those of the structure that is converted as a whole.
+    marks: Option<Marks>,
 }
 
 /// A size of a plain type, which travels only if it is below 2^30.
@@ -34,43 +41,109 @@ impl Image {
         }
     }
 
-    fn declared(&mut self, pair: &Pair<'_>, from: TypeId, to: TypeId, offset: usize) {
-        if let (
+    fn declared<'a>(
+        &mut self,
+        pair: &Pair<'a>,
+        (from, to): (TypeId, TypeId),
+        chosen: ChosenPair<'a>,
+        offset: usize,
+    ) {
+        let (
             TypeDeclKind::Struct(one) | TypeDeclKind::Exception(one),
             TypeDeclKind::Struct(other) | TypeDeclKind::Exception(other),
-        ) = (&pair.from.ty(from).kind, &pair.to.ty(to).kind)
-        {
-            self.members(pair, one, other, offset);
+        ) = (
+            &pair.from.library.ty(from).kind,
+            &pair.to.library.ty(to).kind,
+        )
+        else {
+            return;
+        };
+        let whole = (Some(from), Some(to));
+        if self.marks.as_ref().is_some_and(Marks::has) {
+            self.members(pair, whole, (one, other), offset);
+            return;
+        }
+        let outer = self.marks.take();
+        let meaning = pair.meaning(from, to, chosen);
+        let is_identity = meaning.as_ref().is_some_and(|meaning| meaning.is_identity);
+        self.marks = meaning.map(Marks::new);
+        let start = self.items.len();
+        self.members(pair, whole, (one, other), offset);
+        let marks = std::mem::replace(&mut self.marks, outer);
+        let Some(marks) = marks else {
+            return;
+        };
+        let mut items = self.items.split_off(start);
+        if is_identity {
+            items.iter_mut().for_each(unmark);
+            self.items.extend(items);
+        } else {
+            // The plan of the encoded message has the same numbers, and reports missing ones.
+            self.items.extend(marks.group(items));
         }
     }
 
-    fn members(&mut self, pair: &Pair<'_>, from: &[Member], to: &[Member], start: usize) {
+    fn members(
+        &mut self,
+        pair: &Pair<'_>,
+        whole: (Option<TypeId>, Option<TypeId>),
+        (from, to): (&[Member], &[Member]),
+        start: usize,
+    ) {
         let mut offset = 0;
+        let prefix = self.marks.as_ref().map_or(0, |marks| marks.prefix.len());
         for (one, other) in from.iter().zip(to) {
-            let Some(layout) = pair.from.member_image(one) else {
+            let Some(layout) = pair.from.library.member_image(one) else {
                 return;
             };
             offset = aligned(offset, layout.align);
             let factor = between(one.unit.as_deref(), other.unit.as_deref());
             let at = start + offset;
+            if let Some(marks) = &mut self.marks {
+                marks.prefix.truncate(prefix);
+                marks.prefix.push_str(&one.name.text);
+                marks.prefix.push('.');
+            }
+            let chosen = (
+                chosen(pair.from, whole.0, one),
+                chosen(pair.to, whole.1, other),
+            );
             if one.optional {
-                self.bounded(pair, (&one.ty, &other.ty), 1, factor, at);
+                self.bounded(pair, (&one.ty, &other.ty), 1, (factor, chosen), at);
             } else {
-                self.value(pair, (&one.ty, &other.ty), factor, at);
+                self.value(pair, (&one.ty, &other.ty), (factor, chosen), at);
             }
             offset += layout.size;
+        }
+        if let Some(marks) = &mut self.marks {
+            marks.prefix.truncate(prefix);
         }
     }
 
     /// The values of a type at a byte, which is a multiple of its alignment.
-    fn value(
+    fn value<'a>(
         &mut self,
-        pair: &Pair<'_>,
+        pair: &Pair<'a>,
         (from, to): (&Type, &Type),
-        factor: Option<Factor>,
+        (factor, chosen): (Option<Factor>, ChosenPair<'a>),
         offset: usize,
     ) {
-        let (from, to) = (pair.from.resolved(from), pair.to.resolved(to));
+        let (from, to) = (
+            pair.from.library.resolved(from),
+            pair.to.library.resolved(to),
+        );
+        if self.marks.as_ref().is_some_and(Marks::has)
+            && let Some((array, number)) = numbers(pair.from.library, from)
+        {
+            self.skip_to(offset);
+            let count = array.unwrap_or(1);
+            if let Some(marks) = &mut self.marks {
+                marks.take(array);
+            }
+            self.items.push(Item::Marked(count, number));
+            self.at = offset + number.size() * count as usize;
+            return;
+        }
         match (from, to) {
             (Type::Primitive(number), _) => {
                 if let (Some(own), Some(factor)) = (kind(*number), factor) {
@@ -80,10 +153,10 @@ impl Image {
                 }
             }
             (Type::Array(one, count), Type::Array(other, _)) => {
-                let Some(element) = pair.from.image(one) else {
+                let Some(element) = pair.from.library.image(one) else {
                     return;
                 };
-                let items = element_items(pair, (one, other), factor, element);
+                let items = element_items(pair, (one, other), (factor, chosen), element);
                 if !items.iter().any(Item::converts) {
                     return;
                 }
@@ -95,23 +168,31 @@ impl Image {
                 self.at = offset + element.times(*count).size;
             }
             (Type::Sequence(one, bound), Type::Sequence(other, _)) => {
-                self.bounded(pair, (one, other), bound.unwrap_or(0), factor, offset);
+                self.bounded(
+                    pair,
+                    (one, other),
+                    bound.unwrap_or(0),
+                    (factor, chosen),
+                    offset,
+                );
             }
-            (Type::Named(one), Type::Named(other)) => self.declared(pair, *one, *other, offset),
+            (Type::Named(one), Type::Named(other)) => {
+                self.declared(pair, (*one, *other), chosen, offset);
+            }
             _ => {}
         }
     }
 
     /// A length, and space for `bound` elements.
-    fn bounded(
+    fn bounded<'a>(
         &mut self,
-        pair: &Pair<'_>,
+        pair: &Pair<'a>,
         types: (&Type, &Type),
         bound: u32,
-        factor: Option<Factor>,
+        factor: (Option<Factor>, ChosenPair<'a>),
         offset: usize,
     ) {
-        let Some(element) = pair.from.image(types.0) else {
+        let Some(element) = pair.from.library.image(types.0) else {
             return;
         };
         let items = element_items(pair, types, factor, element);
@@ -131,10 +212,10 @@ impl Image {
 }
 
 /// The values of one element, with the bytes up to the next one.
-fn element_items(
-    pair: &Pair<'_>,
+fn element_items<'a>(
+    pair: &Pair<'a>,
     types: (&Type, &Type),
-    factor: Option<Factor>,
+    factor: (Option<Factor>, ChosenPair<'a>),
     element: Layout,
 ) -> Vec<Item> {
     let mut image = Image::default();

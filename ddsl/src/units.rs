@@ -1,12 +1,13 @@
-//! Whether the two ends of a connection mean the same units. The wire and its hashes know no
-//! units, so ends whose types are equal can differ in them.
+//! Whether the two ends of a connection mean the same. The wire and its hashes know no units and no
+//! prototypes, so ends whose types are equal can differ in them.
 
 use crate::conversion::{Conversion, NoPlan, effort, kind, plan};
+use crate::meaning::{Ambiguous, Chosen, Unmeant, chosen, described, meaning, prototype};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_quantity::Unit;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 /// One end of a connection.
 #[derive(Clone, Copy)]
@@ -14,6 +15,8 @@ pub(crate) struct End<'a> {
     /// `INSTANCE.SLOT`
     pub(crate) name: &'a str,
     pub(crate) library: &'a Library,
+    /// What its types mean.
+    pub(crate) prototypes: &'a rc_prototypes::model::Library,
     pub(crate) interface: InterfaceId,
     /// Whether it is a consumer of topics, which receives all values.
     pub(crate) subscribes: bool,
@@ -43,7 +46,11 @@ pub(crate) fn compare(
         members: Vec::new(),
         plan: rc_conversion::Plan::default(),
     };
-    if declared(consumer) == declared(provider) {
+    let says_nothing = |end: End| end.prototypes.prototypes.is_empty();
+    if declared(consumer) == declared(provider)
+        && (says_nothing(consumer) && says_nothing(provider)
+            || std::ptr::eq(consumer.prototypes, provider.prototypes))
+    {
         // One declaration in one file.
         warn_without_effect(line, found);
         return Some(nothing);
@@ -53,6 +60,7 @@ pub(crate) fn compare(
         consumer,
         provider,
         seen: HashSet::new(),
+        is_sent_by_consumer: false,
         agree: true,
         found,
     };
@@ -73,14 +81,24 @@ pub(crate) fn compare(
             }
             Some(conversion)
         }
-        Err(NoPlan::TooLarge) => {
-            let message = format!(
-                "`{}` has an interface of too many members to convert",
-                consumer.name
-            );
+        Err(reason) => {
+            let (message, help) = match reason {
+                NoPlan::TooLarge => (
+                    format!(
+                        "`{}` has an interface of too many members to convert",
+                        consumer.name
+                    ),
+                    "a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface",
+                ),
+                NoPlan::Place(path) => (
+                    format!(
+                        "`{path}` has a prototype whose numbers are not where a connection can convert them"
+                    ),
+                    "its numbers must be members of the structure, of structures in it, or of arrays of numbers",
+                ),
+            };
             let span = line.convert.unwrap_or(line.span);
-            let error = Diagnostic::error("not-convertible", span, message);
-            found.push(error.help("a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface"));
+            found.push(Diagnostic::error("not-convertible", span, message).help(help));
             None
         }
     }
@@ -89,7 +107,7 @@ pub(crate) fn compare(
 /// Warns of a `convert;` that converts nothing.
 fn warn_without_effect(line: Line<'_>, found: &mut Diagnostics) {
     if let Some(span) = line.convert {
-        let message = "`convert` has no effect: both ends have the same units";
+        let message = "`convert` has no effect: both ends mean the same";
         found.push(Diagnostic::warning("nothing-to-convert", span, message).help("remove it"));
     }
 }
@@ -98,10 +116,21 @@ struct Comparison<'a, 'f> {
     line: Line<'a>,
     consumer: End<'a>,
     provider: End<'a>,
-    /// Types whose members are compared, by their number in the consumer's library.
-    seen: HashSet<TypeId>,
+    /// Types whose members are compared, by their number in the consumer's library, with the
+    /// prototypes that a member chooses, and the direction.
+    seen: HashSet<(TypeId, [Option<&'a str>; 2], bool)>,
+    /// Whether the values that are compared travel from the consumer to the provider.
+    is_sent_by_consumer: bool,
     agree: bool,
     found: &'f mut Diagnostics,
+}
+
+/// Members of a structure that a formula converts: their units belong to its prototype.
+#[derive(Clone, Copy)]
+struct Meant<'m> {
+    members: &'m BTreeSet<String>,
+    /// The path of the members that are compared.
+    prefix: &'m str,
 }
 
 impl<'a> Comparison<'a, '_> {
@@ -109,39 +138,85 @@ impl<'a> Comparison<'a, '_> {
         let operation = |end: End<'a>| &end.library.interface(end.interface).operations[at];
         let (ours, theirs) = (operation(self.consumer), operation(self.provider));
         let path = ours.name.text.as_str();
-        self.members(path, &ours.inputs, &theirs.inputs);
-        self.members(path, &ours.outputs, &theirs.outputs);
+        self.is_sent_by_consumer = !self.consumer.subscribes;
+        self.members(path, (None, None), &ours.inputs, &theirs.inputs, None);
+        self.is_sent_by_consumer = false;
+        self.members(path, (None, None), &ours.outputs, &theirs.outputs, None);
         if let (Some(one), Some(other)) = (&ours.result, &theirs.result) {
-            self.types(one, other);
+            self.types(one, other, (None, None), None);
         }
         for (one, other) in ours.throws.iter().zip(&theirs.throws) {
-            self.declarations(*one, *other);
+            self.declarations(*one, *other, (None, None), None);
         }
     }
 
     /// Compares members of equal types, which are those of `path`.
-    fn members(&mut self, path: &str, ours: &[Member], theirs: &[Member]) {
+    fn members(
+        &mut self,
+        path: &str,
+        whole: (Option<TypeId>, Option<TypeId>),
+        ours: &'a [Member],
+        theirs: &'a [Member],
+        meant: Option<Meant<'_>>,
+    ) {
         for (one, other) in ours.iter().zip(theirs) {
-            self.member(path, one, other);
-            self.types(&one.ty, &other.ty);
+            let own = meant.map(|of| format!("{}{}", of.prefix, one.name.text));
+            let below = own.as_ref().map(|own| format!("{own}."));
+            let inner = meant.zip(below.as_deref()).map(|(of, prefix)| Meant {
+                members: of.members,
+                prefix,
+            });
+            let has_parts = inner.is_some_and(|of| {
+                let mut members = of.members.iter();
+                members.any(|path| path.starts_with(of.prefix))
+            });
+            let is_number = meant
+                .zip(own.as_ref())
+                .is_some_and(|(of, own)| of.members.contains(own));
+            if !is_number && !has_parts {
+                self.member(path, one, other);
+            }
+            let chosen = (
+                chosen(self.consumer, whole.0, one),
+                chosen(self.provider, whole.1, other),
+            );
+            self.types(&one.ty, &other.ty, chosen, inner.filter(|_| has_parts));
         }
     }
 
-    fn types(&mut self, one: &Type, other: &Type) {
+    fn types(
+        &mut self,
+        one: &'a Type,
+        other: &'a Type,
+        chosen: (Chosen<'a>, Chosen<'a>),
+        meant: Option<Meant<'_>>,
+    ) {
         match (one, other) {
-            (Type::Named(one), Type::Named(other)) => self.declarations(*one, *other),
+            (Type::Named(one), Type::Named(other)) => {
+                self.declarations(*one, *other, chosen, meant);
+            }
             (Type::Sequence(one, _), Type::Sequence(other, _))
-            | (Type::Array(one, _), Type::Array(other, _)) => self.types(one, other),
+            | (Type::Array(one, _), Type::Array(other, _)) => {
+                self.types(one, other, chosen, None);
+            }
             (Type::Dictionary(key, value), Type::Dictionary(other_key, other_value)) => {
-                self.types(key, other_key);
-                self.types(value, other_value);
+                self.types(key, other_key, (None, None), None);
+                self.types(value, other_value, chosen, None);
             }
             _ => {}
         }
     }
 
-    fn declarations(&mut self, one: TypeId, other: TypeId) {
-        if !self.seen.insert(one) {
+    fn declarations(
+        &mut self,
+        one: TypeId,
+        other: TypeId,
+        chosen: (Chosen<'a>, Chosen<'a>),
+        meant: Option<Meant<'_>>,
+    ) {
+        let names = [chosen.0, chosen.1].map(|of| of.map(|of| of.name.as_str()));
+        // Members of a part that belongs to a whole are compared with the whole.
+        if meant.is_none() && !self.seen.insert((one, names, self.is_sent_by_consumer)) {
             return;
         }
         let (ours, theirs) = (self.consumer.library, self.provider.library);
@@ -149,10 +224,128 @@ impl<'a> Comparison<'a, '_> {
             (
                 TypeDeclKind::Struct(a) | TypeDeclKind::Exception(a),
                 TypeDeclKind::Struct(b) | TypeDeclKind::Exception(b),
-            ) => self.members(&ours.type_path(one), a, b),
-            (TypeDeclKind::Alias(a), TypeDeclKind::Alias(b)) => self.types(a, b),
+            ) => {
+                let path = ours.type_path(one);
+                let whole = (Some(one), Some(other));
+                if meant.is_some() {
+                    self.members(&path, whole, a, b, meant);
+                    return;
+                }
+                let members = self.meaning(&path, (one, other), chosen);
+                let meant = members.as_ref().map(|members| Meant {
+                    members,
+                    prefix: "",
+                });
+                self.members(&path, whole, a, b, meant);
+            }
+            (TypeDeclKind::Alias(a), TypeDeclKind::Alias(b)) => self.types(a, b, chosen, meant),
             _ => {}
         }
+    }
+
+    /// Compares what a structure means. Returns the members whose units belong to its prototypes.
+    fn meaning(
+        &mut self,
+        path: &str,
+        (one, other): (TypeId, TypeId),
+        chosen: (Chosen<'a>, Chosen<'a>),
+    ) -> Option<BTreeSet<String>> {
+        let (consumer, provider) = (self.consumer, self.provider);
+        let own = prototype(consumer, one, chosen.0);
+        let their = prototype(provider, other, chosen.1);
+        let declarations = (
+            consumer.library.ty(one).name.span,
+            provider.library.ty(other).name.span,
+        );
+        let (own, their) = match (own, their) {
+            (Ok(None), Ok(None) | Err(_)) | (Err(_), Ok(None)) => return None,
+            (Ok(own), Ok(their)) => (own, their),
+            (Err(Ambiguous(names)), _) => return self.ambiguous(consumer, path, &names),
+            (_, Err(Ambiguous(names))) => return self.ambiguous(provider, path, &names),
+        };
+        let (Some(own), Some(their)) = (own, their) else {
+            let (with, without) = if own.is_some() {
+                (consumer, provider)
+            } else {
+                (provider, consumer)
+            };
+            let says = own
+                .or(their)
+                .map_or(String::new(), |of| described(with, of));
+            let message = format!(
+                "`{}` has `{path}` as {says}, but `{}` does not say what it means",
+                with.name, without.name
+            );
+            let warning = Diagnostic::warning("meaning-missing", self.line.span, message).help(
+                "let the other component import a `.dproto` with a prototype of this type, too",
+            );
+            self.report_at(warning, declarations);
+            return None;
+        };
+        let (from, to) = if self.is_sent_by_consumer {
+            ((consumer, own), (provider, their))
+        } else {
+            ((provider, their), (consumer, own))
+        };
+        let (wants, sends) = if consumer.subscribes {
+            ("expects", "sends")
+        } else {
+            ("has", "has")
+        };
+        let message = format!(
+            "`{}` {wants} `{path}` as {}, but `{}` {sends} it as {}",
+            consumer.name,
+            described(consumer, own),
+            provider.name,
+            described(provider, their)
+        );
+        let error = match meaning(from, to) {
+            Ok(meaning) => {
+                if !meaning.is_identity && self.line.convert.is_none() {
+                    let help = format!(
+                        "they mean the same: `{} {{ convert; }};` converts ({})",
+                        self.line.text, meaning.what
+                    );
+                    let error = Diagnostic::error(meaning.code, self.line.span, message);
+                    self.agree = false;
+                    self.report_at(error.help(help), declarations);
+                }
+                return Some(meaning.members);
+            }
+            Err(Unmeant::Refused(refusal)) => {
+                let message = format!("{message}: {refusal}");
+                Diagnostic::error(refusal.code(), self.line.span, message)
+            }
+            Err(Unmeant::Function(function)) => {
+                let message = format!("{message}: the function `{function}` would have to convert");
+                let error = Diagnostic::error("no-conversion", self.line.span, message);
+                error.help("a connection calls no function: convert in a component")
+            }
+        };
+        self.agree = false;
+        self.report_at(error, declarations);
+        None
+    }
+
+    /// Reports several prototypes of one type, of which none is chosen.
+    fn ambiguous(
+        &mut self,
+        end: End<'_>,
+        path: &str,
+        names: &[String],
+    ) -> Option<BTreeSet<String>> {
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        let message = format!(
+            "`{}` has several prototypes of `{path}`: {}",
+            end.name,
+            names.join(", ")
+        );
+        let error = Diagnostic::error("ambiguous-prototype", self.line.span, message);
+        self.found.push(error.help(
+            "choose one in the `.idsl`: `@dproto(\"NAME\")` before the structure, the member or the parameter",
+        ));
+        self.agree = false;
+        None
     }
 
     fn member(&mut self, path: &str, ours: &Member, theirs: &Member) {
@@ -240,9 +433,13 @@ impl<'a> Comparison<'a, '_> {
     }
 
     fn report(&mut self, diagnostic: Diagnostic, ours: &Member, theirs: &Member) {
+        self.report_at(diagnostic, (ours.name.span, theirs.name.span));
+    }
+
+    fn report_at(&mut self, diagnostic: Diagnostic, (ours, theirs): (Span, Span)) {
         let diagnostic = diagnostic
-            .label(ours.name.span, "the consumer's declaration")
-            .label(theirs.name.span, "the provider's declaration");
+            .label(ours, "the consumer's declaration")
+            .label(theirs, "the provider's declaration");
         self.found.push(diagnostic);
     }
 }

@@ -1,4 +1,4 @@
-//! Annotations: `@unit`, `@range`, `@default`, `@optional` and `@ros`.
+//! Annotations: `@unit`, `@dproto`, `@range`, `@default`, `@optional` and `@ros`.
 
 use crate::ast::{self, Decl, DeclKind};
 use crate::check;
@@ -8,9 +8,9 @@ use rc_diagnostics::Diagnostic;
 use rc_syntax::{Literal, LiteralKind, Name};
 
 /// The annotations that members and parameters accept.
-const MEMBER_ANNOTATIONS: [&str; 4] = ["unit", "range", "default", "optional"];
+const MEMBER_ANNOTATIONS: [&str; 5] = ["unit", "dproto", "range", "default", "optional"];
 /// The annotations that modules, structs and operations accept.
-const ALL_ANNOTATIONS: [&str; 5] = ["unit", "range", "default", "optional", "ros"];
+const ALL_ANNOTATIONS: [&str; 6] = ["unit", "dproto", "range", "default", "optional", "ros"];
 
 impl ModuleResolver<'_> {
     pub(crate) fn annotate(&mut self, member: &mut Member, annotation: &ast::Annotation) {
@@ -30,6 +30,13 @@ impl ModuleResolver<'_> {
                 }
                 member.unit = Some(unit);
             }
+            (
+                "dproto",
+                Some(Literal {
+                    kind: LiteralKind::String(name),
+                    span,
+                }),
+            ) => member.prototype = Some(Name::new(name, span)),
             ("default", Some(value)) => member.default = Some(value),
             ("range", Some(_)) => {
                 let end = |wanted: &str| {
@@ -47,10 +54,11 @@ impl ModuleResolver<'_> {
                     member.range = Some(range);
                 }
             }
-            ("optional" | "unit" | "default" | "range", _) => {
+            ("optional" | "unit" | "dproto" | "default" | "range", _) => {
                 let message = match text {
                     "optional" => "`@optional` takes no argument",
                     "unit" => "`@unit` takes one string: `@unit(\"m/s\")`",
+                    "dproto" => "`@dproto` takes one string: `@dproto(\"point\")`",
                     "default" => "`@default` takes one value: `@default(0)`",
                     _ => "`@range` takes `min=` and `max=`: `@range(min=0, max=100)`",
                 };
@@ -130,6 +138,27 @@ impl ModuleResolver<'_> {
         for annotation in &decl.annotations {
             self.warn_ignored(annotation, &MEMBER_ANNOTATIONS);
         }
+        None
+    }
+
+    /// The data prototype that a struct names with `@dproto`. Other types have none, which
+    /// [`Self::ros_type`] reports.
+    pub(crate) fn prototype(&mut self, decl: &Decl) -> Option<Name> {
+        if !matches!(decl.kind, DeclKind::Struct(_)) {
+            return None;
+        }
+        let mut named = decl.annotations.iter().filter(|a| a.name.text == "dproto");
+        let annotation = named.next()?;
+        if let ([(None, literal)], None) = (annotation.args.as_slice(), named.next())
+            && let LiteralKind::String(name) = &literal.kind
+        {
+            return Some(Name::new(name.clone(), literal.span));
+        }
+        self.report(Diagnostic::error(
+            "annotation-arguments",
+            annotation.name.span,
+            "`@dproto` takes one string, and stands once: `@dproto(\"point\")`",
+        ));
         None
     }
 }

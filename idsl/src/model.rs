@@ -92,6 +92,8 @@ pub struct TypeDecl {
     pub image: Option<Layout>,
     /// `@ros("sensor_msgs/msg/LaserScan")` on a struct: its ROS 2 type, as written.
     pub ros_type: Option<Name>,
+    /// `@dproto("point")` on a struct: its data prototype.
+    pub prototype: Option<Name>,
 }
 
 /// The kinds of named types.
@@ -131,6 +133,8 @@ pub struct Member {
     pub optional: bool,
     /// `@unit("m/s")`
     pub unit: Option<String>,
+    /// `@dproto("point")`: the data prototype of its type.
+    pub prototype: Option<Name>,
     /// `@range(min=…, max=…)`, limits included.
     pub range: Option<Range>,
     /// `= value` or `@default(value)`

@@ -156,6 +156,7 @@ impl ModuleResolver<'_> {
             ty,
             optional: false,
             unit: None,
+            prototype: None,
             range: None,
             default: None,
         };
@@ -277,6 +278,7 @@ impl ModuleResolver<'_> {
             ty: ty.clone(),
             optional: false,
             unit: None,
+            prototype: None,
             range: None,
             default: None,
         };

@@ -182,6 +182,7 @@ impl<'a> Session<'a> {
                 nesting_depth: 0,
                 image: None,
                 ros_type: None,
+                prototype: None,
             });
         }
         let types = module.types.clone();
@@ -201,9 +202,11 @@ impl<'a> Session<'a> {
         in_order.sort_by_key(|(decl, _)| depth(decl));
         for (decl, ty) in in_order {
             let ros_type = resolver.ros_type(decl);
+            let prototype = resolver.prototype(decl);
             let kind = resolver.type_decl(decl);
             let declared = &mut resolver.library.types[ty.0];
             (declared.kind, declared.ros_type) = (kind, ros_type);
+            declared.prototype = prototype;
         }
         resolver.bases(&tree.decls, &types);
         check::nesting(&mut self.library, &types, &mut self.found);

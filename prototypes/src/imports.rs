@@ -54,7 +54,8 @@ impl<'a> Imports<'a> {
         self.files.push(file);
     }
 
-    fn import(&mut self, from: &Path, wanted: &Name) {
+    /// Reads the file that another one imports.
+    pub(crate) fn import(&mut self, from: &Path, wanted: &Name) {
         let ending = Path::new(&wanted.text).extension();
         if ending.is_some_and(|ending| ending == "idsl") {
             self.session.import(from, &wanted.text, wanted.span);

@@ -14,6 +14,7 @@ use rc_idsl::Session;
 use rc_quantity::Axes;
 use rc_syntax::{Loader, Name, unknown_unit};
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 
 /// The most values of an abstract type.
 const MOST_VALUES: u32 = 1024;
@@ -26,6 +27,23 @@ pub fn load(
 ) -> (Library, Diagnostics) {
     let mut imports = Imports::new(Session::new(sources, loader));
     texts.iter().for_each(|text| imports.root(*text));
+    resolved(imports)
+}
+
+/// Loads the `.dproto` files that the file `from` imports. Use the library only if no diagnostic is
+/// an error.
+pub fn import(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    from: &Path,
+    wanted: &[Name],
+) -> (Library, Diagnostics) {
+    let mut imports = Imports::new(Session::new(sources, loader));
+    wanted.iter().for_each(|file| imports.import(from, file));
+    resolved(imports)
+}
+
+fn resolved(imports: Imports<'_>) -> (Library, Diagnostics) {
     let files = imports.files;
     let mut resolver = Resolver {
         idsl: &imports.session.library,

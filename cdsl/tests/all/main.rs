@@ -1,3 +1,4 @@
 //! All integration tests of CDSL in one program.
 
 mod language;
+mod meanings;

@@ -105,6 +105,7 @@ impl Writer<'_> {
                     ty: ty.clone(),
                     optional: false,
                     unit: None,
+                    prototype: None,
                     range: None,
                     default: None,
                 };

@@ -115,6 +115,7 @@ fn returned(operation: &Operation, ty: &Type) -> Member {
         ty: ty.clone(),
         optional: false,
         unit: None,
+        prototype: None,
         range: None,
         default: None,
     }

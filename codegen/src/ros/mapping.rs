@@ -488,6 +488,7 @@ pub(super) fn member(name: &str, ty: &Type, at: &Name) -> Member {
         ty: ty.clone(),
         optional: false,
         unit: None,
+        prototype: None,
         range: None,
         default: None,
     }

@@ -1,6 +1,7 @@
 //! All integration tests of DDSL in one program.
 
 mod language;
+mod meanings;
 mod members;
 mod network;
 mod page;

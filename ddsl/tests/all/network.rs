@@ -21,15 +21,21 @@ const INTERFACES: [(&str, &str); 2] = [
 ];
 
 /// A component named `name`. Its communications may begin with `[` and another definition of
-/// `Laser`, which ends with `]`. One whose name ends with `_python` is in Python.
+/// `Laser`, which ends with `]`; behind `|||` stand its prototypes. One whose name ends with `_python` is in Python.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
-    let mut interfaces = INTERFACES;
+    let mut interfaces = INTERFACES.to_vec();
+    let mut prototypes = "";
     let own = communications
         .strip_prefix('[')
         .and_then(|rest| rest.rsplit_once(']'));
     let communications = match own {
         Some((laser, rest)) => {
+            let (laser, meanings) = laser.split_once("|||").unwrap_or((laser, ""));
             interfaces[0].1 = laser;
+            if !meanings.is_empty() {
+                interfaces.push(("Laser.dproto", meanings));
+                prototypes = "import \"Laser.dproto\";";
+            }
             rest
         }
         None => communications,
@@ -44,19 +50,28 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         "rust"
     };
     let cdsl = format!(
-        "{imports}\nComponent {name} {{ Communications {{ {communications} }}; language {language}; }};"
+        "{imports}{prototypes}\nComponent {name} {{ Communications {{ {communications} }}; language {language}; }};"
     );
     let source = sources.add(format!("{name}.cdsl"), cdsl);
     let loader = MemoryLoader::new(interfaces);
-    let (component, found) = rc_cdsl::load(sources, &loader, source);
+    let (component, mut found) = rc_cdsl::load(sources, &loader, source);
+    let mut component = component.expect("a component");
+    found.extend(rc_cdsl::meanings(&mut component, sources, &loader, source));
     let found = render(sources, &found, Format::Short);
     assert!(!found.contains("error["), "{found}");
-    component.expect("a component")
+    component
 }
 
 /// Checks the diagnostics for a deployment of the components `(cdsl, communications)`, and returns
 /// its connections.
 pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect) -> Vec<String> {
+    let (connections, found) = connected(body, described);
+    expected.assert_eq(&found);
+    connections
+}
+
+/// The connections of a deployment, and its diagnostics.
+fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
     let mut sources = SourceMap::new();
     let components: HashMap<&str, Component> = described
         .iter()
@@ -68,7 +83,7 @@ pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect)
     let mut all = found;
     assert!(deployment.is_some(), "a deployment");
     let Some(mut deployment) = deployment else {
-        return Vec::new();
+        return (Vec::new(), String::new());
     };
     let name = deployment.name.text.clone();
     let parts = deployment.instances.iter_mut().map(|instance| {
@@ -79,7 +94,7 @@ pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect)
     let parts: Vec<Option<&Component>> = owned.iter().map(Option::as_ref).collect();
     let (network, found) = rc_ddsl::connect(&deployment, &parts);
     all.extend(found);
-    expected.assert_eq(&render(&sources, &all, Format::Short));
+    let found = render(&sources, &all, Format::Short);
     let name = |end: rc_ddsl::Endpoint| {
         format!(
             "{}.{}",
@@ -88,24 +103,35 @@ pub(crate) fn network(body: &str, described: &[(&str, &str)], expected: &Expect)
         )
     };
     let connections = network.connections.iter();
-    connections
+    let connections = connections
         .map(|c| {
             let conversion = network.conversions.get(c);
             let converts = conversion.map(|made| format!(" converts {made} by {}", made.plan));
             let converts = converts.unwrap_or_default();
             format!("{} -> {}{converts}", name(c.consumer), name(c.provider))
         })
-        .collect()
+        .collect();
+    (connections, found)
 }
 
 /// Like [`network`], for instances `(name, communications)` outside groups. `binds` begins on line
 /// 2.
 pub(crate) fn connect(instances: &[(&str, &str)], binds: &str, expected: &Expect) -> Vec<String> {
+    network(&flat(instances, binds), instances, expected)
+}
+
+/// The connections of instances as those of [`connect`], whose network has no errors.
+pub(crate) fn made(instances: &[(&str, &str)], binds: &str) -> Vec<String> {
+    let (connections, found) = connected(&flat(instances, binds), instances);
+    assert!(!found.contains("error["), "{found}");
+    connections
+}
+
+fn flat(instances: &[(&str, &str)], binds: &str) -> String {
     let components = instances
         .iter()
         .map(|(name, _)| format!("Component {name} {{ cdsl \"{name}\"; }};\n"));
-    let body = format!("{binds}\n{}", components.collect::<String>());
-    network(&body, instances, expected)
+    format!("{binds}\n{}", components.collect::<String>())
 }
 
 #[test]

@@ -185,7 +185,7 @@ fn what_does_not_convert_stays_an_error() {
         "interface Laser { void push(@unit(\"m\") float x); };",
         "interface Laser { void push(@unit(\"metre\") float x); };",
         &expect![[r#"
-            n.ddsl:2:27: warning[nothing-to-convert]: `convert` has no effect: both ends have the same units (remove it)
+            n.ddsl:2:27: warning[nothing-to-convert]: `convert` has no effect: both ends mean the same (remove it)
         "#]],
         &expect!["a.Laser -> b.Laser"],
     );

@@ -9,6 +9,8 @@ pub enum Fault {
     Truncated(usize),
     /// The number at this byte does not fit its type in the other unit.
     Overflow(usize),
+    /// The numbers from this byte on are none of their meaning, such as a quaternion of length 0.
+    Value(usize),
 }
 
 impl fmt::Display for Fault {
@@ -19,6 +21,7 @@ impl fmt::Display for Fault {
                 f,
                 "the number at byte {at} does not fit its type in the unit of the receiver"
             ),
+            Self::Value(at) => write!(f, "the value at byte {at} cannot be converted"),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The values of a message, in their order.
 
+use crate::formula::Formula;
 use crate::number::Number;
 use alloc::vec::Vec;
 use core::fmt::{self, Write};
@@ -10,6 +11,15 @@ use rc_quantity::Conversion;
 pub enum Item {
     /// So many numbers of one type. They stay as they are without a conversion.
     Numbers(u32, Number, Option<Conversion>),
+    /// So many numbers of one type that the formula of the group around them takes and gives.
+    Marked(u32, Number),
+    /// Values with marked numbers, which a formula converts together.
+    Group {
+        /// The values.
+        items: Vec<Item>,
+        /// What becomes of their marked numbers.
+        formula: Formula,
+    },
     /// Bytes that stay as they are, without alignment.
     Bytes(u32),
     /// A string: its length with the zero at its end, then its bytes.
@@ -33,11 +43,25 @@ pub enum Item {
 }
 
 impl Item {
+    /// How many numbers belong to the group around it.
+    pub(crate) fn marked(&self) -> usize {
+        match self {
+            Self::Marked(times, _) => *times as usize,
+            Self::Array(times, items) => {
+                let one: usize = items.iter().map(Self::marked).sum();
+                one.saturating_mul(*times as usize)
+            }
+            // How many elements there are is known later.
+            _ => 0,
+        }
+    }
+
     /// Whether it holds a number that is converted.
     #[must_use]
     pub fn converts(&self) -> bool {
         match self {
             Self::Numbers(_, _, conversion) => conversion.is_some(),
+            Self::Marked(..) | Self::Group { .. } => true,
             Self::Bytes(_) | Self::Text => false,
             Self::Sequence(items) | Self::Array(_, items) | Self::Bounded { items, .. } => {
                 items.iter().any(Self::converts)
@@ -61,6 +85,11 @@ impl fmt::Display for Item {
                     None => Ok(()),
                 }
             }
+            Self::Marked(times, number) => {
+                count(f, *times)?;
+                write!(f, "{}!", number.letter())
+            }
+            Self::Group { items, formula } => write!(f, "{{{}|{formula}}}", Items(items)),
             Self::Bytes(bytes) => {
                 count(f, *bytes)?;
                 f.write_char('x')

@@ -22,6 +22,7 @@
 extern crate alloc;
 
 mod fault;
+mod formula;
 mod item;
 mod number;
 mod parse;
@@ -29,6 +30,7 @@ mod plan;
 mod program;
 
 pub use fault::Fault;
+pub use formula::{Formula, Operand, Operation, Step};
 pub use item::Item;
 pub use number::Number;
 pub use parse::{DEEPEST, LONGEST, PlanError};

@@ -6,8 +6,14 @@
 //! item    = COUNT? LETTER ("{" CONVERSION "}")?      letters of Python's struct; x is a byte
 //!         | "s" | "[" item* "]" | COUNT "(" item* ")"
 //!         | BOUND "<" PADDING "," STRIDE ":" item* ">"
+//!         | COUNT? LETTER "!"                          a number of the group around it
+//!         | "{" item* "|" formula "}"
+//! formula = (LETTER operands ";")* "=" operands      letters of operations
+//! operands = operand ("&" operand)*
+//! operand = "@" NUMBER | "$" STEP | CONSTANT         a constant as `1e3`
 //! ```
 
+use crate::formula::{Formula, Operand, Operation, Step};
 use crate::item::Item;
 use crate::number::Number;
 use crate::plan::{Part, Place, Plan};
@@ -42,7 +48,11 @@ impl FromStr for Plan {
     type Err = PlanError;
 
     fn from_str(text: &str) -> Result<Self, PlanError> {
-        let mut parser = Parser { text, at: 0 };
+        let mut parser = Parser {
+            text,
+            at: 0,
+            groups: 0,
+        };
         if text.len() > LONGEST {
             return parser.fail("at most 65536 bytes");
         }
@@ -60,6 +70,8 @@ impl FromStr for Plan {
 struct Parser<'a> {
     text: &'a str,
     at: usize,
+    /// The groups that are open.
+    groups: usize,
 }
 
 impl Parser<'_> {
@@ -140,7 +152,10 @@ impl Parser<'_> {
             return self.fail("at most 32 levels");
         }
         let mut items = Vec::new();
-        while let Some(next) = self.peek().filter(|c| !matches!(c, ',' | ']' | ')' | '>')) {
+        while let Some(next) = self
+            .peek()
+            .filter(|c| !matches!(c, ',' | ']' | ')' | '>' | '|'))
+        {
             let count = self.count()?;
             if count == Some(0) {
                 return self.fail("a number above 0");
@@ -152,6 +167,8 @@ impl Parser<'_> {
                 let items = self.items(depth + 1)?;
                 self.expect(']', "a value or `]`")?;
                 Item::Sequence(items)
+            } else if count.is_none() && self.take('{') {
+                self.group(depth)?
             } else if count.is_some() && self.take('(') {
                 let items = self.items(depth + 1)?;
                 self.expect(')', "a value or `)`")?;
@@ -189,6 +206,9 @@ impl Parser<'_> {
             return self.fail("a value");
         };
         self.take(letter);
+        if self.groups > 0 && self.take('!') {
+            return Ok(Item::Marked(times, *number));
+        }
         if !self.take('{') {
             return Ok(Item::Numbers(times, *number, None));
         }
@@ -201,5 +221,65 @@ impl Parser<'_> {
         };
         self.at += code.len() + 1;
         Ok(Item::Numbers(times, *number, Some(conversion)))
+    }
+
+    /// What follows the `{` of a group.
+    fn group(&mut self, depth: usize) -> Result<Item, PlanError> {
+        self.groups += 1;
+        let items = self.items(depth + 1)?;
+        self.groups -= 1;
+        self.expect('|', "a value or `|`")?;
+        let at = self.at;
+        let mut steps = Vec::new();
+        while !self.take('=') {
+            let operation = self.peek().and_then(Operation::from_letter);
+            let Some((operation, count)) = operation else {
+                return self.fail("an operation or `=`");
+            };
+            self.at += 1;
+            let operands = self.operands()?;
+            if operands.len() != count {
+                return self.fail("the operands of the operation");
+            }
+            self.expect(';', "`;`")?;
+            steps.push(Step {
+                operation,
+                operands,
+            });
+        }
+        let outputs = self.operands()?;
+        let formula = Formula { steps, outputs };
+        let inputs = items
+            .iter()
+            .map(Item::marked)
+            .fold(0, usize::saturating_add);
+        if !formula.is_closed(inputs) {
+            self.at = at;
+            return self.fail("a formula of the numbers of the group");
+        }
+        self.expect('}', "`}`")?;
+        Ok(Item::Group { items, formula })
+    }
+
+    fn operands(&mut self) -> Result<Vec<Operand>, PlanError> {
+        let mut operands = Vec::new();
+        loop {
+            operands.push(if self.take('@') {
+                Operand::Input(self.number()?)
+            } else if self.take('$') {
+                Operand::Step(self.number()?)
+            } else {
+                let rest = &self.text[self.at..];
+                let end = rest.find(['&', ';', '}']).unwrap_or(rest.len());
+                let Ok(constant) = rest[..end].parse::<f64>() else {
+                    return self.fail("a number");
+                };
+                self.at += end;
+                Operand::Constant(constant.to_bits())
+            });
+            if !self.take('&') {
+                return Ok(operands);
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The flat program that converts the numbers of a message where they are.
 
 use crate::fault::Fault;
+use crate::formula::{Formula, Rejected, Scratch};
 use crate::item::Item;
 use crate::number::Number;
 use alloc::vec::Vec;
@@ -38,6 +39,15 @@ enum Step {
         count: usize,
         number: Number,
         conversion: Conversion,
+    },
+    /// Numbers of the group around them.
+    Marked {
+        count: usize,
+        number: Number,
+    },
+    Group {
+        end: usize,
+        formula: Formula,
     },
     Text,
     Sequence {
@@ -84,10 +94,17 @@ impl Program {
     /// # Errors
     /// The message is too short, or holds a number that its type cannot hold in the other unit.
     pub fn run(&self, bytes: &mut [u8], at: usize) -> Result<usize, Fault> {
-        self.steps(0..self.steps.len(), bytes, at)
+        let mut scratch = Scratch::default();
+        self.steps(0..self.steps.len(), bytes, at, &mut scratch)
     }
 
-    fn steps(&self, range: Range<usize>, bytes: &mut [u8], start: usize) -> Result<usize, Fault> {
+    fn steps(
+        &self,
+        range: Range<usize>,
+        bytes: &mut [u8],
+        start: usize,
+        scratch: &mut Scratch,
+    ) -> Result<usize, Fault> {
         let (mut step, mut at) = (range.start, start);
         while step < range.end {
             let body = step + 1;
@@ -98,17 +115,35 @@ impl Program {
                 Step::Singles { .. } | Step::Doubles { .. } | Step::Integers { .. } => {
                     at = self.convert(body - 1, bytes, at, 1)?;
                 }
+                Step::Marked { count, number } => {
+                    let size = number.size();
+                    let range = span(bytes, at, size, *count)?;
+                    at = range.end;
+                    let marks = range.step_by(size).map(|at| (at, *number));
+                    scratch.marks.extend(marks);
+                }
+                Step::Group { end, formula } => {
+                    let first = scratch.marks.len();
+                    at = self.steps(body..*end, bytes, at, scratch)?;
+                    let result = formula.run(bytes, scratch, first);
+                    scratch.marks.truncate(first);
+                    result.map_err(|rejected| match rejected {
+                        Rejected::Value(at) => Fault::Value(at),
+                        Rejected::Overflow(at) => Fault::Overflow(at),
+                    })?;
+                    step = *end;
+                }
                 Step::Text => {
                     let (length, behind) = length(bytes, at)?;
                     at = span(bytes, behind, 1, length)?.end;
                 }
                 Step::Sequence { end, record } => {
                     let (length, behind) = length(bytes, at)?;
-                    at = self.elements((body..*end, *record), bytes, behind, length)?;
+                    at = self.elements((body..*end, *record), bytes, (behind, length), scratch)?;
                     step = *end;
                 }
                 Step::Array { count, end, record } => {
-                    at = self.elements((body..*end, *record), bytes, at, *count)?;
+                    at = self.elements((body..*end, *record), bytes, (at, *count), scratch)?;
                     step = *end;
                 }
                 Step::Bounded {
@@ -123,10 +158,10 @@ impl Program {
                     at = span(bytes, items, 1, size)?.end;
                     let length = length.min(*bound);
                     if self.packed(&(body..*end)) == Some(*stride) {
-                        self.repeat(body..*end, bytes, items, length)?;
+                        self.repeat(body..*end, bytes, (items, length), scratch)?;
                     } else {
                         for index in 0..length {
-                            self.steps(body..*end, bytes, items + index * stride)?;
+                            self.steps(body..*end, bytes, items + index * stride, scratch)?;
                         }
                     }
                     step = *end;
@@ -151,8 +186,8 @@ impl Program {
         &self,
         (body, record): (Range<usize>, Option<Record>),
         bytes: &mut [u8],
-        at: usize,
-        count: usize,
+        (at, count): (usize, usize),
+        scratch: &mut Scratch,
     ) -> Result<usize, Fault> {
         let aligned = record.and_then(|record| {
             let start = next_multiple(at, record.first)?;
@@ -161,7 +196,7 @@ impl Program {
                 .then_some((record, start))
         });
         let Some((record, start)) = aligned.filter(|_| count > 0) else {
-            return self.repeat(body, bytes, at, count);
+            return self.repeat(body, bytes, (at, count), scratch);
         };
         let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
         let mut offset = 0;
@@ -194,8 +229,8 @@ impl Program {
         &self,
         body: Range<usize>,
         bytes: &mut [u8],
-        start: usize,
-        times: usize,
+        (start, times): (usize, usize),
+        scratch: &mut Scratch,
     ) -> Result<usize, Fault> {
         // An empty sequence has no alignment.
         if body.is_empty() || times == 0 {
@@ -216,7 +251,7 @@ impl Program {
         }
         let mut at = start;
         for _ in 0..times {
-            at = self.steps(body.clone(), bytes, at)?;
+            at = self.steps(body.clone(), bytes, at, scratch)?;
         }
         Ok(at)
     }
@@ -284,6 +319,17 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
                     },
                 });
             }
+            Item::Marked(count, number) => steps.push(Step::Marked {
+                count: *count as usize,
+                number: *number,
+            }),
+            Item::Group { items, formula } => {
+                steps.push(Step::Text);
+                add(steps, items);
+                let end = steps.len();
+                let formula = formula.clone();
+                steps[open] = Step::Group { end, formula };
+            }
             Item::Bytes(count) => steps.push(Step::Bytes(*count as usize)),
             Item::Text => steps.push(Step::Text),
             Item::Sequence(items) => {
@@ -337,9 +383,12 @@ impl Step {
             Self::Singles { count, .. } => (4, *count),
             Self::Doubles { count, .. } => (8, *count),
             Self::Integers { count, number, .. } => (number.size(), *count),
-            Self::Text | Self::Sequence { .. } | Self::Array { .. } | Self::Bounded { .. } => {
-                (0, 0)
-            }
+            Self::Marked { .. }
+            | Self::Group { .. }
+            | Self::Text
+            | Self::Sequence { .. }
+            | Self::Array { .. }
+            | Self::Bounded { .. } => (0, 0),
         }
     }
 }

@@ -162,7 +162,7 @@ impl Operation {
     }
 
     /// The least and the greatest value that it lets pass.
-    pub(crate) fn range(&self) -> Option<(f64, f64)> {
+    pub fn range(&self) -> Option<(f64, f64)> {
         match self {
             Self::Require(least, most) => Some((f64::from_bits(*least), f64::from_bits(*most))),
             Self::Store(number) => limits(*number),
@@ -280,6 +280,11 @@ impl Program {
                 _ => false,
             }
         })
+    }
+
+    /// The values that it gives, in their order.
+    pub fn results(&self) -> &[Operand] {
+        &self.outputs
     }
 
     /// Its operations, in their order.

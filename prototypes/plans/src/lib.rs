@@ -4,6 +4,7 @@
 //! A [`Network`] finds a [`Plan`] for two prototypes of a library. The [`Program`] of a plan is a
 //! formula: [`Program::run`] computes it, [`rust`], [`c`] and [`python`] print it as a function.
 
+mod between;
 mod edge;
 mod loss;
 mod network;
@@ -15,6 +16,7 @@ mod shape;
 mod values;
 mod vector;
 
+pub use between::between;
 pub use loss::{Bound, Loss};
 pub use network::Network;
 pub use plan::{Cost, Kind, Plan, Step};

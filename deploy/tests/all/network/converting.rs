@@ -1,9 +1,11 @@
 //! A network whose monitor wants metres and degrees, and whose simulator sends millimetres and
 //! radians.
 
+use super::iceoryx2_python::{PACKAGE, external};
 use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::SourceMap;
 use rc_test_site::site::Site;
+use rc_test_support::python;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -143,6 +145,119 @@ fn a_monitor_in_metres_follows_a_simulator_in_millimetres() {
         let found = received[number];
         assert!(
             (found - expected).abs() < 1e-4,
+            "{found} and {expected}: {last}"
+        );
+    }
+}
+
+/// What a full pose means, with these axes.
+fn pose_prototype(axes: &str) -> String {
+    format!(
+        "import \"FullPoseEstimation.idsl\";\n\
+         axes own :: {axes}\n\
+         algebraic named :: Scalar{{x, y, z}}\n\
+         dproto place :: geometry {{ semantic = Position coord = cartesian algebraic = named\n\
+             ddr = :: IDSL{{RoboCompFullPoseEstimation::FullPoseEuler}} dr = {{ x = x, y = y, z = z }}\n\
+             axes = own frames = {{ of = robot, with_respect_to = house }} }}\n"
+    )
+}
+
+/// The folder of a component that imports a prototype. Its program is the one without: what values
+/// mean is no part of the code.
+fn with_prototype(site: &Site, component: &str, axes: &str) {
+    let own = site.path(&format!("networks/{component}"));
+    fs::create_dir_all(&own).expect("a folder");
+    let components = Site::components();
+    for folder in [components.join("interfaces"), components.join(component)] {
+        for entry in fs::read_dir(folder).expect("a folder").flatten() {
+            let path = entry.path();
+            let ending = path.extension().and_then(|ending| ending.to_str());
+            if matches!(ending, Some("idsl" | "pdsl" | "cdsl" | "smdsl")) {
+                fs::copy(&path, own.join(entry.file_name())).expect("to copy");
+            }
+        }
+    }
+    let cdsl = own.join(format!("{component}.cdsl"));
+    let text = fs::read_to_string(&cdsl).expect("a component");
+    fs::write(&cdsl, format!("import \"place.dproto\";\n{text}")).expect("to write");
+    fs::write(own.join("place.dproto"), pose_prototype(axes)).expect("to write");
+}
+
+#[test]
+fn a_monitor_with_other_axes_follows_a_simulator() {
+    let site = Site::new("axes");
+    with_prototype(&site, "simulator", "right, ahead, up");
+    with_prototype(&site, "pose_monitor", "ahead, left, up");
+    let components = Site::components().display().to_string();
+    let network = |block: &str| {
+        format!(
+            "Deployment {}\n{{\n\
+             Component simulator {{ cdsl \"simulator/simulator.cdsl\"; executable \"{}\"; parameters {{ map \"{components}/maps/house.map\"; }}; }};\n\
+             Component monitor {{ cdsl \"pose_monitor/pose_monitor.cdsl\"; executable \"{}\"; \
+             parameters {{ svg \"\"; trace \"{}\"; map \"{components}/maps/house.map\"; }}; after simulator; }};\n\
+             bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub{block};\n}};\n",
+            site.network,
+            Site::executable("simulator").display(),
+            Site::executable("pose_monitor").display(),
+            site.path("trace.txt").display()
+        )
+    };
+    site.write("patrol.ddsl", &network(""));
+    let refused = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_ne!(refused.code, 0, "{refused:?}");
+    let said = format!("{}{}", refused.stdout, refused.stderr);
+    assert!(said.contains("axes-mismatch"), "{said}");
+    let help = "`bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub { convert; };` converts (axes right-ahead-up → ahead-left-up; 1 operation a value)";
+    assert!(said.contains(help), "{said}");
+
+    site.write("patrol.ddsl", &network(" { convert; }"));
+    let plan = site.rcdeploy(&["plan", "--format", "json", "--profile", "dev"], true);
+    let plan: Value = serde_json::from_str(&plan.stdout).expect("JSON");
+    let arguments = plan["components"][1]["arguments"].to_string();
+    let passed = "\"--convert\",\"FullPoseEstimationPub=0i:{s3f!9fi|n@0;=@1&$0&@2}\"";
+    assert!(arguments.contains(passed), "{arguments}");
+    let graph = site.rcdeploy(&["graph", "--format", "dot", "--profile", "dev"], true);
+    assert!(graph.stdout.contains("right-ahead-up"), "{graph:?}");
+
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let slot = || site.ask("monitor", "status")["slots"][0].clone();
+    Site::until("a converted pose", || {
+        slot()["converted"]["messages"].as_u64() > Some(0)
+    });
+    assert_eq!(slot()["converted"]["bad_values"], 0);
+    // Others see what the simulator sends. The robot stands: nobody drives it.
+    let name = site.network.clone();
+    let asked = ["echo", &name, "newFullPose", "--once", "--format", "json"];
+    let sent = site.rcdeploy(&asked, false);
+    let sent: Value = serde_json::from_str(&sent.stdout).expect("JSON");
+    let sent = |name: &str| {
+        let value = sent.pointer(&format!("/value/pose/{name}"));
+        value
+            .and_then(Value::as_f64)
+            .unwrap_or_else(|| panic!("{name} in {sent}"))
+    };
+    let test = "a_monitor_with_other_axes_follows_a_simulator";
+    if let Some(python) = python::interpreter(PACKAGE, test) {
+        let heard = external(&site, python, "hear.py", &["1"]);
+        let pose = heard.stdout.lines().nth(1).expect("a pose");
+        let pose: Value = serde_json::from_str(pose).expect("JSON");
+        let heard = [0, 1].map(|at| pose[3][at].as_f64());
+        assert_eq!(heard, [Some(sent("x")), Some(sent("y"))], "{pose}");
+    }
+    let down = site.rcdeploy(&["down", &name], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    let trace = fs::read_to_string(site.path("trace.txt")).expect("a trace");
+    let last = trace.lines().last().expect("a pose");
+    let received: Vec<f64> = last
+        .split(',')
+        .filter_map(|number| number.parse().ok())
+        .collect();
+    assert!(sent("x").abs() > 1.0 && sent("y").abs() > 1.0);
+    for (number, expected) in [(1, sent("y")), (2, -sent("x")), (3, sent("rz"))] {
+        let found = received[number];
+        assert!(
+            (found - expected).abs() < 1e-2,
             "{found} and {expected}: {last}"
         );
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Runs one of the programs in the network of a test.
-fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
+pub(super) fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
     let folder = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../middleware/iceoryx2/tests/stranger"
@@ -24,7 +24,7 @@ fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
     ran
 }
 
-const PACKAGE: &str = "iceoryx2==0.10.0";
+pub(super) const PACKAGE: &str = "iceoryx2==0.10.0";
 
 /// The status of the first slot of a component.
 fn slot(site: &Site, component: &str) -> Value {

@@ -1,6 +1,6 @@
 //! The texts of plans.
 
-use rc_conversion::{Item, LONGEST, Number, Part, Place, Plan};
+use rc_conversion::{Formula, Item, LONGEST, Number, Operand, Operation, Part, Place, Plan, Step};
 use rc_quantity::Unit;
 
 fn conversion(from: &str, to: &str) -> rc_quantity::Conversion {
@@ -48,6 +48,34 @@ fn a_plan_is_printed_and_read_again() {
 }
 
 #[test]
+fn a_formula_is_printed_and_read_again() {
+    let steps = [0.1, -1e300, f64::MIN_POSITIVE, 1e3, f64::INFINITY].map(|constant| Step {
+        operation: Operation::Multiply,
+        operands: vec![Operand::Input(2), Operand::Constant(constant.to_bits())],
+    });
+    let group = Item::Group {
+        items: vec![Item::Text, Item::Marked(3, Number::F32), Item::Bytes(4)],
+        formula: Formula {
+            steps: steps.to_vec(),
+            outputs: vec![Operand::Step(1), Operand::Input(0), Operand::Step(4)],
+        },
+    };
+    let plan = Plan {
+        parts: vec![Part {
+            operation: 0,
+            place: Place::Input,
+            items: vec![Item::Sequence(vec![group])],
+        }],
+    };
+    let text = plan.to_string();
+    assert!(
+        text.starts_with("0i:[{s3f!4x|m@2&1e-1;m@2&-1e300;"),
+        "{text}"
+    );
+    assert_eq!(text.parse(), Ok(plan));
+}
+
+#[test]
 fn a_text_that_is_no_plan_is_refused_at_its_place() {
     let deep = format!("0i:{}", "[".repeat(40));
     let long = format!("0i:{}", "f".repeat(LONGEST));
@@ -70,6 +98,27 @@ fn a_text_that_is_no_plan_is_refused_at_its_place() {
         ("0i:4294967296f", "expected a number below 2^32 at byte 3"),
         ("0i:f]", "expected `,` or the end at byte 4"),
         ("0i:f,", "expected a number at byte 5"),
+        ("0i:[f!]", "expected a value at byte 5"),
+        ("0i:{f!", "expected a value or `|` at byte 6"),
+        ("0i:{f!|x@0;=@0}", "expected an operation or `=` at byte 7"),
+        (
+            "0i:{f!|a@0;=@0}",
+            "expected the operands of the operation at byte 10",
+        ),
+        (
+            "0i:{f!|n@0;=$1}",
+            "expected a formula of the numbers of the group at byte 7",
+        ),
+        (
+            "0i:{f!|n$0;=@0}",
+            "expected a formula of the numbers of the group at byte 7",
+        ),
+        (
+            "0i:{2f!|=@0}",
+            "expected a formula of the numbers of the group at byte 8",
+        ),
+        ("0i:{f!|=@0", "expected `}` at byte 10"),
+        ("0i:{f!|=mm}", "expected a number at byte 8"),
         (&deep, "expected at most 32 levels at byte 36"),
         (&long, "expected at most 65536 bytes at byte 0"),
     ];
@@ -85,11 +134,16 @@ fn random_texts_do_not_panic() {
     let letters: Vec<char> = "0123456789iIoOe:,[]()<>{}/p+-fdbBhHqQsxé "
         .chars()
         .collect();
-    let mut plans = 0;
+    let words = ["{f!|", "=@0}", "n@0;", "m@0&2e0;", "d!", "$0"];
+    let (mut plans, mut groups) = (0, 0);
     for _ in 0..100_000 {
         let mut text = String::from("0i:");
         for _ in 0..random.usize(0..24) {
-            text.push(letters[random.usize(0..letters.len())]);
+            if random.u8(..4) == 0 {
+                text.push_str(words[random.usize(0..words.len())]);
+            } else {
+                text.push(letters[random.usize(0..letters.len())]);
+            }
         }
         if let Ok(plan) = text.parse::<Plan>() {
             assert_eq!(plan.to_string().parse(), Ok(plan.clone()), "{text}");
@@ -97,7 +151,8 @@ fn random_texts_do_not_panic() {
             let program = plan.program(0, Place::Input).expect("a program");
             let _ = program.run(&mut bytes, random.usize(0..80));
             plans += 1;
+            groups += usize::from(text.contains('!'));
         }
     }
-    assert!(plans > 1000, "{plans}");
+    assert!(plans > 1000 && groups > 10, "{plans} {groups}");
 }

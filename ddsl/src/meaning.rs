@@ -1,0 +1,296 @@
+//! What the values of the two ends of a connection mean, where prototypes say it, and the formula
+//! that takes those of one end to those of the other one.
+
+use crate::units::End;
+use rc_conversion::{Formula, Operand, Operation, Step};
+use rc_formula::Operand as Term;
+use rc_formula::Operation as Done;
+use rc_idsl::model::{Member, TypeId};
+use rc_plans::{Kind, Plan, Refusal};
+use rc_prototypes::model::{Content, Datum, Prototype};
+use rc_quantity::Unit;
+use rc_vocabulary::Primitive;
+use std::collections::BTreeSet;
+
+/// The prototype that a member, or `sequence` of a prototype, chooses for a type.
+pub(crate) type Chosen<'a> = Option<&'a Prototype>;
+
+/// Several prototypes of one type, of which none is chosen.
+pub(crate) struct Ambiguous(pub(crate) Vec<String>);
+
+/// Prototypes of a type of an interface, with or without `sequence`.
+fn of_type(end: End<'_>, id: TypeId, is_sequence: bool) -> Vec<&Prototype> {
+    if end.prototypes.prototypes.is_empty() {
+        return Vec::new();
+    }
+    let path = end.library.type_path(id);
+    let all = end.prototypes.prototypes.iter();
+    all.filter(|of| of.sequence.is_some() == is_sequence)
+        .filter(|of| {
+            matches!(&of.content, Content::Values { language, ty, .. }
+                if language == "IDSL" && *ty == path)
+        })
+        .collect()
+}
+
+/// The prototype of a type at one end.
+pub(crate) fn prototype<'a>(
+    end: End<'a>,
+    id: TypeId,
+    chosen: Chosen<'a>,
+) -> Result<Option<&'a Prototype>, Ambiguous> {
+    let named = end.library.ty(id).prototype.as_ref();
+    let named = named.and_then(|name| end.prototypes.prototype(&name.text));
+    if let Some(prototype) = chosen.or(named) {
+        return Ok(Some(prototype));
+    }
+    match of_type(end, id, false).as_slice() {
+        [] => Ok(None),
+        [one] => Ok(Some(one)),
+        all => Err(Ambiguous(all.iter().map(|of| of.name.clone()).collect())),
+    }
+}
+
+/// The prototype that a member of a structure chooses for its type, or for its elements.
+pub(crate) fn chosen<'a>(end: End<'a>, whole: Option<TypeId>, member: &Member) -> Chosen<'a> {
+    let named = member.prototype.as_ref();
+    let named = named.and_then(|name| end.prototypes.prototype(&name.text));
+    named.or_else(|| {
+        let all = of_type(end, whole?, true);
+        let own = |of: &&&Prototype| of.sequence.as_deref() == Some(member.name.text.as_str());
+        all.iter().find(own).copied()
+    })
+}
+
+/// How a structure is converted.
+pub(crate) struct Meaning {
+    /// The members of the structure that mean something at an end, by their paths.
+    pub(crate) members: BTreeSet<String>,
+    from: Vec<String>,
+    to: Vec<String>,
+    plan: Plan,
+    /// `units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 6 operations a value`
+    pub(crate) what: String,
+    /// Whether all numbers stay as they are.
+    pub(crate) is_identity: bool,
+    /// The code of the finding if the connection does not convert.
+    pub(crate) code: &'static str,
+}
+
+/// Why a structure is not converted.
+pub(crate) enum Unmeant {
+    Refused(Refusal),
+    /// The plan calls this function of the user, or does what no connection can.
+    Function(String),
+}
+
+fn data(prototype: &Prototype) -> &[Datum] {
+    match &prototype.content {
+        Content::Values { data, .. } => data,
+        Content::Parts(_) => &[],
+    }
+}
+
+/// `right-ahead-up`
+fn directions(library: &rc_prototypes::model::Library, name: Option<&String>) -> Option<String> {
+    let mut all = library.axes.iter();
+    let axes = all.find(|axes| Some(&axes.name) == name)?;
+    Some(axes.directions.replace(", ", "-"))
+}
+
+/// How values of one prototype become those of another one.
+pub(crate) fn meaning(
+    (sender, from): (End<'_>, &Prototype),
+    (receiver, to): (End<'_>, &Prototype),
+) -> Result<Meaning, Unmeant> {
+    let ends = (
+        (sender.prototypes, from.name.as_str()),
+        (receiver.prototypes, to.name.as_str()),
+    );
+    let plan = rc_plans::between(ends.0, ends.1).map_err(Unmeant::Refused)?;
+    if let Some(function) = plan.program.functions().next() {
+        return Err(Unmeant::Function(function.to_owned()));
+    }
+    let members = |of: &Prototype| -> Vec<String> {
+        data(of).iter().map(|datum| datum.member.clone()).collect()
+    };
+    let (ours, theirs) = (members(from), members(to));
+    let kinds: BTreeSet<Kind> = plan
+        .steps
+        .iter()
+        .flat_map(|step| &step.kinds)
+        .copied()
+        .collect();
+    let code = if kinds.contains(&Kind::Unit) {
+        "unit-mismatch"
+    } else if kinds.contains(&Kind::Axes) {
+        "axes-mismatch"
+    } else {
+        "meaning-mismatch"
+    };
+    let axes = directions(sender.prototypes, from.axes.as_ref())
+        .zip(directions(receiver.prototypes, to.axes.as_ref()));
+    let mut parts = Vec::new();
+    for kind in &kinds {
+        match (kind, &axes) {
+            (Kind::Unit, _) => parts.push(units(from, to)),
+            (Kind::Axes, Some((own, wanted))) => parts.push(format!("axes {own} → {wanted}")),
+            (Kind::Coordinate, _) => parts.push(format!(
+                "coordinates {} → {}",
+                coordinate(from),
+                coordinate(to)
+            )),
+            (kind, _) => parts.push(kind.to_string()),
+        }
+    }
+    let count = plan.cost.operations + plan.cost.functions;
+    let plural = if count == 1 { "" } else { "s" };
+    let mut what = format!("{}; {count} operation{plural} a value", parts.join(", "));
+    for loss in &plan.lost {
+        what += &format!("; {loss}");
+    }
+    for note in &plan.notes {
+        what += &format!("; {note}");
+    }
+    let mut meaning = Meaning {
+        members: ours.iter().chain(&theirs).cloned().collect(),
+        from: ours,
+        to: theirs,
+        plan,
+        what,
+        is_identity: false,
+        code,
+    };
+    let all: Vec<String> = meaning.members.iter().cloned().collect();
+    let formula = meaning.formula(&all);
+    let outputs = formula.outputs.iter().zip(0..);
+    meaning.is_identity =
+        formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
+    Ok(meaning)
+}
+
+fn coordinate(of: &Prototype) -> &str {
+    match &of.content {
+        Content::Values { coordinate, .. } => coordinate,
+        Content::Parts(_) => "",
+    }
+}
+
+/// The first units that differ: `units mm ×1/1000 = m`.
+fn units(from: &Prototype, to: &Prototype) -> String {
+    let pairs = data(from).iter().zip(data(to));
+    let mut pairs = pairs.filter_map(|(one, other)| one.unit.as_ref().zip(other.unit.as_ref()));
+    let differing = pairs.find(|(one, other)| one != other);
+    let conversion = differing.and_then(|(one, other)| {
+        let units = Unit::parse(one).ok().zip(Unit::parse(other).ok())?;
+        let conversion = units.0.conversion_to(&units.1)?;
+        Some(format!("units {one} {conversion} = {other}"))
+    });
+    conversion.unwrap_or_else(|| "units".to_owned())
+}
+
+/// What a prototype says, in a few words: `Position (cartesian, x in mm, right-ahead-up)`.
+pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
+    let mut words = vec![coordinate(of).to_owned()];
+    let unit = data(of).iter().find_map(|datum| datum.unit.as_ref());
+    words.extend(unit.cloned());
+    words.extend(directions(end.prototypes, of.axes.as_ref()));
+    format!("{} ({})", of.semantic, words.join(", "))
+}
+
+impl Meaning {
+    /// The formula over the members with these paths, which stand in the order of the message.
+    /// Members that only the sender has a meaning for stay as they are.
+    pub(crate) fn formula(&self, marks: &[String]) -> Formula {
+        let place = |path: &String| {
+            let place = marks.iter().position(|own| own == path);
+            place
+                .and_then(|at| u32::try_from(at).ok())
+                .unwrap_or(u32::MAX)
+        };
+        let mut steps: Vec<Step> = Vec::new();
+        let mut values: Vec<Operand> = Vec::new();
+        let term = |of: &Term, values: &[Operand]| match of {
+            Term::Constant(bits) => Operand::Constant(*bits),
+            Term::Node(at) => values.get(*at).copied().unwrap_or(Operand::Input(u32::MAX)),
+        };
+        for node in self.plan.program.nodes() {
+            let operands: Vec<Operand> = node.operands.iter().map(|of| term(of, &values)).collect();
+            let mut push = |operation, operands| {
+                steps.push(Step {
+                    operation,
+                    operands,
+                });
+                Operand::Step(u32::try_from(steps.len() - 1).unwrap_or(u32::MAX))
+            };
+            let one = |operands: &[Operand]| {
+                let first = operands.first().copied();
+                first.unwrap_or(Operand::Input(u32::MAX))
+            };
+            let operation = match &node.operation {
+                Done::Input(at) => {
+                    let input = self.from.get(*at).map_or(u32::MAX, place);
+                    values.push(Operand::Input(input));
+                    continue;
+                }
+                Done::Store(Primitive::F64) | Done::Result(_) | Done::Call { .. } => {
+                    values.push(one(&operands));
+                    continue;
+                }
+                Done::Store(Primitive::F32) => Operation::Single,
+                Done::Store(_) => {
+                    let nearest = push(Operation::Nearest, operands);
+                    values.push(require(&node.operation, nearest, &mut push));
+                    continue;
+                }
+                Done::Require(..) => {
+                    values.push(require(&node.operation, one(&operands), &mut push));
+                    continue;
+                }
+                Done::Negate => Operation::Negate,
+                Done::Add => Operation::Add,
+                Done::Subtract => Operation::Subtract,
+                Done::Multiply => Operation::Multiply,
+                Done::Divide => Operation::Divide,
+                Done::Root => Operation::Root,
+                Done::Floor => Operation::Floor,
+                Done::Nearest => Operation::Nearest,
+                Done::Sine => Operation::Sine,
+                Done::Cosine => Operation::Cosine,
+                Done::Angle => Operation::Angle,
+                Done::Length => Operation::Length,
+                Done::IfBelow => Operation::IfBelow,
+            };
+            values.push(push(operation, operands));
+        }
+        let results: Vec<Operand> = self
+            .plan
+            .program
+            .results()
+            .iter()
+            .map(|of| term(of, &values))
+            .collect();
+        let outputs = marks.iter().zip(0..).map(|(path, at)| {
+            let own = self.to.iter().position(|to| to == path);
+            own.and_then(|own| results.get(own).copied())
+                .unwrap_or(Operand::Input(at))
+        });
+        Formula {
+            outputs: outputs.collect(),
+            steps,
+        }
+    }
+}
+
+/// A requirement of an operation of a plan.
+fn require(
+    of: &Done,
+    operand: Operand,
+    push: &mut impl FnMut(Operation, Vec<Operand>) -> Operand,
+) -> Operand {
+    let Some((least, most)) = of.range() else {
+        return operand;
+    };
+    let limits = [least, most].map(|limit| Operand::Constant(limit.to_bits()));
+    push(Operation::Require, vec![operand, limits[0], limits[1]])
+}

@@ -1,0 +1,375 @@
+//! What the two ends of a connection mean by their values, where prototypes say it.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use crate::network::{connect, made};
+use expect_test::{Expect, expect};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+
+const CLOUD: &str = "module L { struct P { float x; float y; float z; int light; }; sequence<P> Ps;
+    interface Laser { void push(Ps points); }; };";
+
+/// A prototype of `L::P`, with these further fields.
+fn point(units: &str, axes: &str, fields: &str) -> String {
+    format!(
+        "import \"Laser.idsl\";
+         axes own :: {axes}
+         algebraic named :: Scalar{{x, y, z}}
+         units own :: qudt, named {{ x = {units}, y = {units}, z = {units} }}
+         dproto point :: geometry {{ semantic = Position coord = cartesian algebraic = named
+             ddr = :: IDSL{{L::P}} dr = {{ x = x, y = y, z = z }} units = own axes = own {fields} }}"
+    )
+}
+
+/// Connects a subscriber and a publisher with one `.idsl` and these prototypes.
+fn check(idsl: &str, ours: &str, theirs: &str, binds: &str, expected: &Expect) -> Vec<String> {
+    let end = |meanings: &str, role: &str| format!("[{idsl}|||{meanings}]{role} Laser;");
+    let (ours, theirs) = (end(ours, "subscribesTo"), end(theirs, "publishes"));
+    connect(&[("a", &ours), ("b", &theirs)], binds, expected)
+}
+
+const ROS: &str = "ahead, left, up";
+const LIDAR: &str = "right, ahead, up";
+
+#[test]
+fn ends_that_mean_the_same_convert() {
+    let (ours, theirs) = (point("m", ROS, ""), point("mm", LIDAR, ""));
+    check(
+        CLOUD,
+        &ours,
+        &theirs,
+        "",
+        &expect![[r#"
+        n.ddsl:3:11: error[unit-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up); the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (they mean the same: `bind a.Laser -> b.Laser { convert; };` converts (units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 7 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value))
+    "#]],
+    );
+    let made = check(
+        CLOUD,
+        &ours,
+        &theirs,
+        "bind a.Laser -> b.Laser { convert; };",
+        &expect![[""]],
+    );
+    expect!["a.Laser -> b.Laser converts L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 7 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value by 0i:[{3f!i|d@1&1e3;t$0;n@0;d$2&1e3;t$3;d@2&1e3;t$5;=$1&$4&$6}]"].assert_eq(&made.join("\n"));
+    let made = check(CLOUD, &ours, &ours, "", &expect![[""]]);
+    expect!["a.Laser -> b.Laser"].assert_eq(&made.join("\n"));
+}
+
+#[test]
+fn other_meanings_are_refused() {
+    let convert = "bind a.Laser -> b.Laser { convert; };";
+    let ours = point("m", ROS, "");
+    let velocity = point("\"m/s\"", ROS, "").replace("Position", "LinearVelocity");
+    check(
+        CLOUD,
+        &ours,
+        &velocity,
+        convert,
+        &expect![[r#"
+        n.ddsl:2:6: error[semantic-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as LinearVelocity (cartesian, m/s, ahead-left-up): the meanings differ: LinearVelocity and Position; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    let frame = |name: &str| {
+        point(
+            "m",
+            ROS,
+            &format!("frames = {{ with_respect_to = {name} }}"),
+        )
+    };
+    check(
+        CLOUD,
+        &frame("map"),
+        &frame("odom"),
+        convert,
+        &expect![[r#"
+            n.ddsl:2:6: error[frame-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, ahead-left-up): the frames differ: `with_respect_to` is `odom` and `map`, and no transform between them is known; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+    check(
+        CLOUD,
+        &ours,
+        "",
+        "",
+        &expect![[r#"
+        n.ddsl:3:11: warning[meaning-missing]: `a.Laser` has `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` does not say what it means; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (let the other component import a `.dproto` with a prototype of this type, too)
+    "#]],
+    );
+    let two = format!(
+        "{ours} {}",
+        ours[ours.find("dproto").unwrap_or(0)..].replace("point", "other")
+    );
+    check(
+        CLOUD,
+        &two,
+        &ours,
+        convert,
+        &expect![[r#"
+        n.ddsl:2:6: error[ambiguous-prototype]: `a.Laser` has several prototypes of `L::P`: `point`, `other` (choose one in the `.idsl`: `@dproto("NAME")` before the structure, the member or the parameter)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+}
+
+#[test]
+fn a_member_chooses_its_prototype() {
+    let chosen = CLOUD.replace("(Ps points", "(@dproto(\"other\") Ps points");
+    let ours = point("m", ROS, "");
+    let other = ours[ours.find("dproto").unwrap_or(0)..]
+        .replace("point", "other")
+        .replace("Position", "Force")
+        .replace("units = own", "");
+    let two = format!("{ours} {other}");
+    let made = check(&chosen, &two, &two, "", &expect![[""]]);
+    expect!["a.Laser -> b.Laser"].assert_eq(&made.join("\n"));
+}
+
+/// Three or four numbers of `float64`, behind a text and a byte, in a sequence.
+fn values(count: usize) -> String {
+    let members: String = (0..count).map(|at| format!("double v{at}; ")).collect();
+    format!(
+        "module L {{ struct P {{ string name; byte flag; {members}}}; sequence<P> Ps;
+         interface Laser {{ void push(Ps points); }}; }};"
+    )
+}
+
+/// A prototype of `L::P` in these coordinates.
+fn prototype(semantic: &str, coordinate: &str, count: usize, axes: &str) -> String {
+    let places: Vec<String> = (0..count).map(|at| format!("v{at} = {at}")).collect();
+    format!(
+        "import \"Laser.idsl\";
+         axes own :: {axes}
+         algebraic places :: Vector{{{count}}}
+         dproto point :: geometry {{ semantic = {semantic} coord = {coordinate} algebraic = places
+             ddr = :: IDSL{{L::P}} dr = {{ {} }} axes = own }}",
+        places.join(", ")
+    )
+}
+
+/// What a subscriber with the prototype `ours` converts of a publisher with `theirs`: as bytes, and as
+/// a plan of prototypes.
+fn both_plans(
+    count: usize,
+    ours: &str,
+    theirs: &str,
+) -> (Option<rc_conversion::Program>, rc_plans::Plan) {
+    let idsl = values(count);
+    let end = |meanings: &str, role: &str| format!("[{idsl}|||{meanings}]{role} Laser;");
+    let ends = [
+        ("a", &*end(ours, "subscribesTo")),
+        ("b", &*end(theirs, "publishes")),
+    ];
+    let made = made(&ends, "bind a.Laser -> b.Laser { convert; };");
+    let text = made[0].rsplit_once(" by ").map(|(_, text)| text);
+    let program = text.and_then(|text| {
+        let plan: rc_conversion::Plan = text.parse().expect("a plan");
+        plan.program(0, rc_conversion::Place::Input)
+    });
+    let library = |text: &str| {
+        let mut sources = SourceMap::new();
+        let source = sources.add("Laser.dproto", text.to_owned());
+        let loader = MemoryLoader::new([("Laser.idsl", idsl.as_str())]);
+        let (library, found) = rc_prototypes::load(&mut sources, &loader, &[source]);
+        assert!(
+            !found.has_errors(),
+            "{}",
+            render(&sources, &found, Format::Short)
+        );
+        library
+    };
+    let (from, to) = (library(theirs), library(ours));
+    let plan = rc_plans::between((&from, "point"), (&to, "point")).expect("a plan");
+    (program, plan)
+}
+
+/// A message of `L::Ps`, and the places of its numbers.
+fn message(points: &[Vec<f64>]) -> (Vec<u8>, Vec<usize>) {
+    let mut bytes = u32::try_from(points.len())
+        .expect("few")
+        .to_le_bytes()
+        .to_vec();
+    let mut places = Vec::new();
+    for (at, point) in points.iter().enumerate() {
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        let name = "n".repeat(at % 5);
+        bytes.extend(u32::try_from(name.len() + 1).expect("short").to_le_bytes());
+        bytes.extend(name.as_bytes());
+        bytes.extend([0, 7]);
+        for value in point {
+            bytes.resize(bytes.len().next_multiple_of(8), 0);
+            places.push(bytes.len());
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    (bytes, places)
+}
+
+fn read(bytes: &[u8], places: &[usize]) -> Vec<f64> {
+    let value = |at: &usize| f64::from_le_bytes(bytes[*at..at + 8].try_into().expect("8 bytes"));
+    places.iter().map(value).collect()
+}
+
+/// Random numbers of these coordinates.
+fn numbers(coordinate: &str, random: &mut fastrand::Rng) -> Vec<f64> {
+    let mut wide = |most: f64| (random.f64() * 2.0 - 1.0) * most;
+    let length = |all: &[f64]| all.iter().map(|one| one * one).sum::<f64>().sqrt();
+    match coordinate {
+        "quaternion" | "quaternion_wxyz" => {
+            let all = [wide(1.0), wide(1.0), wide(1.0), wide(1.0)];
+            let length = length(&all);
+            all.iter().map(|one| one / length).collect()
+        }
+        "axis_angle" => {
+            let axis = [wide(1.0), wide(1.0), wide(1.0)];
+            let length = length(&axis);
+            let axis = axis.iter().map(|one| one / length);
+            axis.chain([wide(1.5) + 1.5]).collect()
+        }
+        "cylindrical" => vec![wide(2.0).abs() + 0.1, wide(3.0), wide(5.0)],
+        "spherical" => vec![wide(2.0).abs() + 0.1, wide(3.0), wide(1.5)],
+        "cartesian" => vec![wide(9.0), wide(9.0), wide(9.0)],
+        _ => vec![wide(1.4), wide(1.4), wide(1.4)],
+    }
+}
+
+/// The bits of the bytes are those of the formula, which `rcgen convert` prints as code; and back is
+/// where the values came from. What belongs to no prototype stays.
+#[test]
+fn messages_have_the_bits_of_the_plan_and_come_back() {
+    let kinds: [(&str, usize, &[&str]); 3] = [
+        ("Position", 3, &["cartesian", "cylindrical", "spherical"]),
+        (
+            "Orientation",
+            3,
+            &[
+                "rpy",
+                "rotation_vector",
+                "euler_zyx_moving",
+                "euler_xyz_fixed",
+            ],
+        ),
+        (
+            "Orientation",
+            4,
+            &["quaternion", "quaternion_wxyz", "axis_angle"],
+        ),
+    ];
+    let axes = [ROS, LIDAR, "back, up, left", "right, up, ahead"];
+    let mut random = fastrand::Rng::with_seed(38);
+    let mut exact = 0;
+    for (semantic, count, coordinates) in kinds {
+        for from in coordinates {
+            for to in coordinates {
+                let [own, other] = [0, 1].map(|_| axes[random.usize(..axes.len())]);
+                let theirs = prototype(semantic, from, count, own);
+                let ours = prototype(semantic, to, count, other);
+                let (there, plan) = both_plans(count, &ours, &theirs);
+                let (back, _) = both_plans(count, &theirs, &ours);
+                let points: Vec<Vec<f64>> = (0..9).map(|_| numbers(from, &mut random)).collect();
+                let (sent, places) = message(&points);
+                let mut bytes = sent.clone();
+                for program in there.iter().take(1) {
+                    assert_eq!(program.run(&mut bytes, 0), Ok(sent.len()));
+                }
+                let wanted = points
+                    .iter()
+                    .flat_map(|point| plan.program.run(point).expect("numbers"));
+                let wanted: Vec<u64> = wanted.map(f64::to_bits).collect();
+                let got: Vec<u64> = read(&bytes, &places)
+                    .iter()
+                    .map(|one| one.to_bits())
+                    .collect();
+                assert_eq!(got, wanted, "{from} in {own} to {to} in {other}");
+                for program in back.iter().take(1) {
+                    assert_eq!(program.run(&mut bytes, 0), Ok(sent.len()));
+                }
+                if plan.program.is_exact() {
+                    exact += 1;
+                    assert_eq!(bytes, sent, "{from} in {own} to {to} in {other}");
+                }
+                let numbers = read(&bytes, &places);
+                for (found, wanted) in numbers.iter().zip(points.iter().flatten()) {
+                    // A quaternion and its opposite are one rotation.
+                    let differs = (found - wanted).abs().min((found + wanted).abs());
+                    assert!(
+                        differs < 1e-9,
+                        "{from} in {own} to {to} in {other}: {found}, {wanted}"
+                    );
+                }
+                let mut rest = bytes.clone();
+                let mut kept = sent.clone();
+                for at in &places {
+                    rest[*at..at + 8].fill(0);
+                    kept[*at..at + 8].fill(0);
+                }
+                assert_eq!(rest, kept);
+            }
+        }
+    }
+    assert!(exact > 0);
+}
+
+#[test]
+fn a_value_without_meaning_is_refused() {
+    let theirs = prototype("Orientation", "quaternion", 4, ROS);
+    let ours = prototype("Orientation", "axis_angle", 4, ROS);
+    let (program, _) = both_plans(4, &ours, &theirs);
+    let program = program.expect("a conversion");
+    for wrong in [[0.0; 4], [f64::NAN, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.2]] {
+        let (mut bytes, places) = message(&[wrong.to_vec()]);
+        let fault = program.run(&mut bytes, 0);
+        assert_eq!(
+            fault,
+            Err(rc_conversion::Fault::Value(places[0])),
+            "{wrong:?}"
+        );
+    }
+    let (bytes, _) = message(&[vec![0.0, 0.0, 0.0, 1.0]]);
+    for end in 0..bytes.len() {
+        let fault = program.run(&mut bytes[..end].to_vec(), 0);
+        assert!(
+            matches!(fault, Err(rc_conversion::Fault::Truncated(_))),
+            "{end}"
+        );
+    }
+}
+
+/// The connection of two ends with these roles and prototypes, which converts.
+fn converted(idsl: &str, roles: [&str; 2], ours: &str, theirs: &str) -> String {
+    let end = |meanings: &str, role: &str| format!("[{idsl}|||{meanings}]{role} Laser;");
+    let ends = [("a", &*end(ours, roles[0])), ("b", &*end(theirs, roles[1]))];
+    made(&ends, "bind a.Laser -> b.Laser { convert; };").join("\n")
+}
+
+#[test]
+fn requests_convert_one_way_and_replies_the_other() {
+    let idsl =
+        "module L { struct P { float x; float y; float z; }; interface Laser { P turn(P p); }; };";
+    let (ours, theirs) = (point("m", ROS, ""), point("m", LIDAR, ""));
+    let made = converted(idsl, ["requires", "implements"], &ours, &theirs);
+    expect!["a.Laser -> b.Laser converts L::P axes ahead-left-up → right-ahead-up; 1 operation a value; L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:{3f!|n@1;=$0&@0&@2},0o:{3f!|n@0;=@1&$0&@2}"].assert_eq(&made);
+}
+
+#[test]
+fn images_have_the_same_formula() {
+    let idsl = "module L { struct P { byte kind; float x; float y; float z; };
+        struct Scan { long stamp; sequence<P, 3> points; }; interface Laser { void push(Scan scan); }; };";
+    let (ours, theirs) = (point("m", ROS, ""), point("m", LIDAR, ""));
+    let made = converted(idsl, ["subscribesTo", "publishes"], &ours, &theirs);
+    expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:q[{B3f!|n@0;=@1&$0&@2}],0I:8x3<0,16:{4x3f!|n@0;=@1&$0&@2}>"].assert_eq(&made);
+}
+
+#[test]
+fn numbers_may_be_in_parts_and_in_elements_of_a_sequence() {
+    let idsl = "module L { struct V { double a[3]; bool valid; }; struct P { string name; V v; @unit(\"s\") float age; };
+        sequence<P> Ps; struct Scan { Ps points; }; interface Laser { void push(Scan scan); }; };";
+    let of = |axes: &str| {
+        point("m", axes, "sequence = member points")
+            .replace("L::P", "L::Scan")
+            .replace("x = x, y = y, z = z }", "v.a.0 = x, v.a.1 = y, v.a.2 = z }")
+    };
+    let made = converted(idsl, ["subscribesTo", "publishes"], &of(ROS), &of(LIDAR));
+    expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:[{s3d!Bf|n@0;=@1&$0&@2}]"].assert_eq(&made);
+}
