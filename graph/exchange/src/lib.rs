@@ -11,8 +11,10 @@ pub mod graph_json;
 pub mod graphml;
 pub mod innermodel;
 mod json;
+mod part;
 mod places;
 
 pub use check::check;
 pub use document::{Document, Edge, Node, lenient};
 pub use json::add;
+pub use part::{JoinError, domains};

@@ -120,3 +120,67 @@ fn a_query_of_a_file_knows_which_types_inherit() {
         assert_eq!((code, out.as_str()), (0, "r.name\na\n"), "{err}");
     }
 }
+
+/// MM11 of `RobMoSys` D3.2: the parts of all domains, joined, are the file.
+#[test]
+fn parts_of_domains_are_written_and_joined() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    let schema = KITCHEN.replace(
+        "    query room",
+        "    relation sees { room Room; frame Frame; };\n    query room",
+    );
+    let schema = format!("import \"geometry.gdsl\";\n{schema}");
+    write("kitchen.gdsl", &schema);
+    let house = r#"{
+  "schema": "kitchen.gdsl",
+  "nodes": [
+    {"id": "1:1", "type": "Room", "attributes": {"name": "a"}},
+    {"id": "1:2", "type": "Frame", "attributes": {"name": "b"}},
+    {"id": "1:3", "type": "Frame", "attributes": {"name": "c"}}
+  ],
+  "edges": [
+    {"id": "1:4", "type": "sees", "from": "1:1", "to": "1:3"}
+  ]
+}
+"#;
+    write("house.graph", house);
+    let run = |args: &[&str]| rcgen(folder.path(), args);
+    let export = ["export", "house.graph", "--to", "graph", "--out", "."];
+    for domain in ["geometry", "kitchen"] {
+        let (code, out, err) = run(&[&export[..], &["--domain", domain]].concat());
+        assert_eq!(code, 0, "{out}{err}");
+        let file = format!("house.{domain}.graph");
+        let (code, out, err) = run(&["check", &file]);
+        assert_eq!(code, 0, "{out}{err}");
+        let part = std::fs::read_to_string(folder.path().join(&file)).expect("a part");
+        assert_ne!(part, house);
+    }
+    let parts = ["house.kitchen.graph", "house.geometry.graph"];
+    let join = ["import", parts[0], parts[1], "--out", "joined.graph"];
+    let (code, out, err) = run(&join);
+    assert_eq!(code, 0, "{out}{err}");
+    let joined = std::fs::read_to_string(folder.path().join("joined.graph"));
+    assert_eq!(joined.expect("a graph"), house);
+    let changed = house.replace("\"c\"", "\"d\"");
+    write("other.graph", &changed);
+    let args = ["import", "house.graph", "other.graph", "--out", "no.graph"];
+    let (code, _, err) = run(&args);
+    assert_eq!(code, 1);
+    let expected = "other.graph: 1:3 is not the same element in both graphs";
+    assert!(err.contains(expected), "{err}");
+    assert!(!folder.path().join("no.graph").exists());
+    for (more, expected) in [
+        (
+            vec!["--domain", "geometri"],
+            "no domain `geometri`; did you mean `geometry`?",
+        ),
+        (vec![], "`--to graph` needs `--domain`"),
+    ] {
+        let (code, _, err) = run(&[&export[..], &more].concat());
+        assert_eq!(code, 2, "{err}");
+        assert!(err.contains(expected), "{err}");
+    }
+}

@@ -150,35 +150,39 @@ pub(crate) enum Command {
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        /// To urdf and gltf an InnerModel file, to dsr and graphml a graph, to rust, c and python the
-        /// solvers of a robot.
+        /// To urdf and gltf an InnerModel file, to dsr, graphml and graph a graph, to rust, c and
+        /// python the solvers of a robot.
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
-        /// (JSON), graphml; rust, c or python (code without dependencies).
+        /// (JSON), graphml, graph (the part of a domain); rust, c or python (code without dependencies).
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        /// Takes only the part of a graph whose types this domain of its schema declares, with the
+        /// ends of its edges.
+        #[arg(long, value_name = "NAME")]
+        domain: Option<String>,
         #[command(flatten)]
         common: Common,
         /// Lists what would be written, and writes nothing.
         #[arg(long)]
         dry_run: bool,
     },
-    /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file.
-    /// Warnings list what does not fit.
+    /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file;
+    /// or joins graphs. Warnings list what does not fit.
     Import {
-        /// The robot, or the graph of DSR.
-        #[arg(value_name = "FILE.urdf|FILE.xml|FILE.json", add = files(&["urdf", "xml", "json"]))]
-        file: PathBuf,
+        /// The robot, or the graph of DSR; or graphs that become one. What they have with the same id
+        /// must be equal.
+        #[arg(required = true, value_name = "FILE.urdf|FILE.xml|FILE.json|FILE.graph", add = files(&["urdf", "xml", "json", "graph"]))]
+        files: Vec<PathBuf>,
         /// The new file. Its ending says what it is.
         #[arg(long, value_name = "FILE.xml|FILE.graph")]
         out: PathBuf,
-        /// How findings are printed: human, short or json (one object a line).
-        #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<Format>(), add = words(&FORMATS))]
-        format: Format,
+        #[command(flatten)]
+        common: Common,
     },
     /// Runs a query, in openCypher, on a graph, and prints the rows. A query changes nothing.
     /// Without QUERY, it lists the queries of the schema.
@@ -383,12 +387,13 @@ pub(crate) enum Target {
     Gltf,
     Dsr,
     Graphml,
+    Graph,
     /// Solvers as code.
     Code(PrintedLanguage),
 }
 
-const TARGETS: [&str; 9] = [
-    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "rust", "c", "python",
+const TARGETS: [&str; 10] = [
+    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "graph", "rust", "c", "python",
 ];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
@@ -403,6 +408,7 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "gltf" => Ok(Target::Gltf),
         "dsr" => Ok(Target::Dsr),
         "graphml" => Ok(Target::Graphml),
+        "graph" => Ok(Target::Graph),
         "rust" => Ok(Target::Code(PrintedLanguage::Rust)),
         "c" => Ok(Target::Code(PrintedLanguage::C)),
         "python" => Ok(Target::Code(PrintedLanguage::Python)),

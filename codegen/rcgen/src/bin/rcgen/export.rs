@@ -14,6 +14,8 @@ pub(crate) struct Request<'r> {
     pub(crate) target: Target,
     pub(crate) file: &'r Path,
     pub(crate) out: &'r Path,
+    /// The domain of a graph of which a part is exported.
+    pub(crate) domain: Option<&'r str>,
     pub(crate) common: &'r Common,
     /// Whether nothing is written.
     pub(crate) dry_run: bool,
@@ -24,14 +26,19 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
         target,
         file,
         out,
+        domain,
         common,
         dry_run,
     } = *request;
+    if matches!(target, Target::Dsr | Target::Graphml | Target::Graph) {
+        return graphs::export(request);
+    }
+    if domain.is_some() {
+        let message = "`--domain` takes a part of a graph; write it to dsr, graphml or graph";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     if matches!(target, Target::Urdf | Target::Gltf) {
         return innermodel::export(request);
-    }
-    if matches!(target, Target::Dsr | Target::Graphml) {
-        return graphs::export(request);
     }
     if let Target::Code(language) = target {
         return kinematics::export(request, language);

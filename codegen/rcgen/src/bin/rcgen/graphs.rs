@@ -8,11 +8,11 @@ use graph_language::Schema;
 use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
 use innermodel_exchange::urdf;
 use rc_codegen::FileLoader;
-use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rc_diagnostics::{Diagnostics, SourceMap};
 use rcgen::graphs::{Loaded, load};
 use rcgen::innermodel::Folders;
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Reads a graph; reports findings about its form.
@@ -144,20 +144,34 @@ fn table(graph: &Snapshot, rows: &Rows) {
     }
 }
 
-pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Failure> {
+/// The document of a file of DSR, whose edges have the ids that a graph gives them.
+fn with_ids(file: &Path, loaded: &Loaded) -> Result<Document, Failure> {
+    let mut document = Document::of(&*asked(file, loaded)?);
+    document.schema = Some("dsr.gdsl".to_owned());
+    Ok(document)
+}
+
+/// Makes one graph of several.
+pub(crate) fn join(files: &[PathBuf], out: &Path, common: &Common) -> Result<(), Failure> {
+    let mut joined = Document::default();
+    for file in files {
+        let mut sources = SourceMap::new();
+        let loaded = loaded(file, &mut sources, common)?;
+        joined.join(&loaded.document).map_err(|error| {
+            tell(format_args!("{}: {error}", file.display()));
+            Failure::Input
+        })?;
+    }
+    create(out, graph_json::write(&joined).as_bytes(), "file", false)
+}
+
+pub(crate) fn import(file: &Path, out: &Path, common: &Common) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let ending = file.extension().and_then(|ending| ending.to_str());
     let (document, found) = match ending {
         Some("json") => {
-            let common = Common {
-                format,
-                ..Common::default()
-            };
-            let loaded = loaded(file, &mut sources, &common)?;
-            // The ids of edges are those that a graph gives them.
-            let mut document = Document::of(&*asked(file, &loaded)?);
-            document.schema = Some("dsr.gdsl".to_owned());
-            (document, Diagnostics::new())
+            let loaded = loaded(file, &mut sources, common)?;
+            (with_ids(file, &loaded)?, Diagnostics::new())
         }
         Some("xml" | "urdf") => {
             let text = rc_files::read(file).map_err(|error| refused(file, &error))?;
@@ -175,24 +189,51 @@ pub(crate) fn import(file: &Path, out: &Path, format: Format) -> Result<(), Fail
             return Err(Failure::Usage(message));
         }
     };
-    report(&sources, &found, format)?;
+    report(&sources, &found, common.format)?;
     create(out, graph_json::write(&document).as_bytes(), "file", false)
 }
 
 pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
     let file = request.file;
     let mut sources = SourceMap::new();
-    let loaded = loaded(file, &mut sources, request.common)?;
-    let (text, ending) = if matches!(request.target, Target::Dsr) {
-        let (text, lost) = dsr::write(&loaded.document);
-        for lost in lost {
-            tell(format_args!("warning: {lost}"));
+    let mut loaded = loaded(file, &mut sources, request.common)?;
+    let mut name = file.file_stem().unwrap_or_default().to_string_lossy();
+    if let Some(domain) = request.domain {
+        if loaded.is_dsr {
+            loaded.document = with_ids(file, &loaded)?;
         }
-        (text, "json")
-    } else {
-        (graphml::write(&loaded.document), "graphml")
+        check_domain(&loaded.schema, domain)?;
+        loaded.document = loaded.document.part(&loaded.schema, domain);
+        name = format!("{name}.{domain}").into();
+    } else if matches!(request.target, Target::Graph) {
+        let message = "`--to graph` needs `--domain`; `rcgen import` makes a whole graph";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let (text, ending) = match request.target {
+        Target::Dsr => {
+            let (text, lost) = dsr::write(&loaded.document);
+            for lost in lost {
+                tell(format_args!("warning: {lost}"));
+            }
+            (text, "json")
+        }
+        Target::Graph => (graph_json::write(&loaded.document), "graph"),
+        _ => (graphml::write(&loaded.document), "graphml"),
     };
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let path = request.out.join(format!("{name}.{ending}"));
     create(&path, text.as_bytes(), "folder", request.dry_run)
+}
+
+/// Refuses a domain that a schema and its imports do not declare.
+fn check_domain(schema: &Schema, domain: &str) -> Result<(), Failure> {
+    let known = graph_exchange::domains(schema);
+    if known.contains(&domain) {
+        return Ok(());
+    }
+    let hint = match rc_diagnostics::nearest(domain, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("it has {}", Vec::from_iter(known).join(", ")),
+    };
+    let message = format!("the schema has no domain `{domain}`; {hint}");
+    Err(Failure::Usage(message))
 }

@@ -16,6 +16,7 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
         out,
         common,
         dry_run,
+        domain: _,
     } = *request;
     if file.extension().is_none_or(|ending| ending != "xml") {
         let message = format!("{} is not an .xml file of InnerModel", file.display());

@@ -23,8 +23,23 @@ use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::Common;
 use reports::{Failure, print, print_line, system, tell};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+fn import(files: &[PathBuf], out: &Path, common: &command_line::Common) -> Result<(), Failure> {
+    let is_graph = |path: &Path| path.extension().is_some_and(|ending| ending == "graph");
+    match files {
+        _ if is_graph(out) && files.iter().all(|file| is_graph(file)) => {
+            graphs::join(files, out, common)
+        }
+        [file] if is_graph(out) => graphs::import(file, out, common),
+        [file] => innermodel::import(file, out, common.format),
+        _ => {
+            let message = "only .graph files become one, which is a .graph file, too";
+            Err(Failure::Usage(message.to_owned()))
+        }
+    }
+}
 
 fn main() -> ExitCode {
     let cli: Cli = TOOL.parse();
@@ -66,22 +81,18 @@ fn main() -> ExitCode {
             file,
             to,
             out,
+            domain,
             common,
             dry_run,
         }) => export::export(&export::Request {
             target: to,
             file: &file,
             out: &out,
+            domain: domain.as_deref(),
             common: &common,
             dry_run,
         }),
-        Some(Command::Import { file, out, format }) => {
-            if out.extension().is_some_and(|ending| ending == "graph") {
-                graphs::import(&file, &out, format)
-            } else {
-                innermodel::import(&file, &out, format)
-            }
-        }
+        Some(Command::Import { files, out, common }) => import(&files, &out, &common),
         Some(Command::Query {
             file,
             query,

@@ -1,0 +1,155 @@
+//! Parts of a graph by domain, and parts that are joined again.
+
+use graph_exchange::{Document, JoinError, domains, graph_json};
+use graph_language::{DOMAINS, load};
+use property_graph::{Error, Graph, Id, Schema, Time, Value};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+
+const HOUSE: &str = r#"import "measurement.gdsl";
+Domain house open
+{
+    entity Room
+    {
+        name string;
+    };
+    relation seen_from
+    {
+        room Room;
+        frame Frame;
+    };
+};
+"#;
+
+fn house() -> Schema {
+    let mut sources = SourceMap::new();
+    let source = sources.add("house.gdsl", HOUSE);
+    let (schema, found) = load(&mut sources, &MemoryLoader::new(DOMAINS), source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    schema.expect("a schema")
+}
+
+/// A random graph with types of each domain, and with types that none declares.
+fn random(rng: &mut fastrand::Rng) -> Document {
+    let graph = Graph::new(Schema::anything().into(), 3);
+    let kinds = ["Frame", "Pose", "Device", "Measurement", "Room", "stray"];
+    let relations = ["of", "provenance", "seen_from", "loose", "loop_closure"];
+    let made = graph.change(Time::ZERO, |edit| {
+        let mut nodes = Vec::new();
+        for at in 0..rng.usize(0..30) {
+            let node = edit.add_node(kinds[rng.usize(..kinds.len())])?;
+            edit.set(node, "name", format!("n{at}"))?;
+            nodes.push(node);
+        }
+        for _ in 0..nodes.len() * 2 {
+            let [from, to] = [0, 1].map(|_| nodes[rng.usize(..nodes.len())]);
+            let edge = edit.add_edge(relations[rng.usize(..relations.len())], from, to)?;
+            edit.set(edge, "weight", rng.f64())?;
+        }
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let mut document = Document::of(&graph.snapshot());
+    document.schema = Some("house.gdsl".to_owned());
+    document
+}
+
+/// MM11 of `RobMoSys` D3.2: the parts of all domains, joined in any order, are the graph.
+#[test]
+fn parts_of_all_domains_joined_are_the_graph() {
+    let schema = house();
+    let domains = domains(&schema);
+    assert_eq!(domains, ["geometry", "house", "measurement"].into());
+    let mut rng = fastrand::Rng::with_seed(11);
+    let mut smaller = 0;
+    for _ in 0..50 {
+        let whole = random(&mut rng);
+        let mut parts: Vec<Document> = domains.iter().map(|d| whole.part(&schema, d)).collect();
+        for part in &parts {
+            // A part is a graph: each edge has its ends.
+            part.graph(Schema::anything().into(), 1).expect("a graph");
+            smaller += usize::from(part.nodes.len() < whole.nodes.len());
+        }
+        rng.shuffle(&mut parts);
+        let mut joined = Document::default();
+        for part in &parts {
+            // What was written and read is the same part.
+            let mut sources = SourceMap::new();
+            let source = sources.add("part.graph", graph_json::write(part));
+            let (read, found) = graph_json::read(&sources, source);
+            assert!(found.is_empty());
+            joined
+                .join(&read.expect("a part"))
+                .expect("parts of one graph");
+        }
+        assert_eq!(graph_json::write(&joined), graph_json::write(&whole));
+    }
+    assert!(smaller > 50, "{smaller}");
+}
+
+/// A part has the elements of its domain and the ends of its edges, and nothing else.
+#[test]
+fn a_part_has_what_its_domain_declares() {
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let [frame, room, device, stray] =
+            ["Frame", "Room", "Device", "stray"].map(|kind| edit.add_node(kind));
+        edit.add_edge("seen_from", room?, frame?)?;
+        edit.add_edge("loose", device?, stray?)?;
+        edit.add_node("Frame")?;
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let (schema, whole) = (house(), Document::of(&graph.snapshot()));
+    let kinds = |domain: &str| {
+        let part = whole.part(&schema, domain);
+        let nodes = part.nodes.iter().map(|node| node.kind.clone());
+        let edges = part.edges.iter().map(|edge| edge.kind.clone());
+        nodes.chain(edges).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(kinds("geometry"), "Frame Frame");
+    assert_eq!(kinds("measurement"), "Device");
+    assert_eq!(kinds("house"), "Frame Room Device stray seen_from loose");
+}
+
+/// An element that two graphs have differently is told, and nothing is taken over.
+#[test]
+fn different_elements_of_one_id_are_not_joined() {
+    let whole = random(&mut fastrand::Rng::with_seed(5));
+    assert!(whole.edges.len() > 2);
+    let refused = |change: &dyn Fn(&mut Document)| {
+        let mut other = whole.clone();
+        change(&mut other);
+        let mut joined = whole.clone();
+        let error = joined.join(&other).expect_err("a refused join");
+        assert_eq!(joined, whole);
+        error
+    };
+    let (node, edge) = (whole.nodes[1].id, whole.edges[1].id.expect("an id"));
+    let name = |to: &str| ("name".to_owned(), Value::from(to), None);
+    assert_eq!(
+        refused(&|other| other.nodes[1].attributes = vec![name("another")]),
+        JoinError::Differs(node)
+    );
+    assert_eq!(
+        refused(&|other| "Other".clone_into(&mut other.nodes[1].kind)),
+        JoinError::Differs(node)
+    );
+    assert_eq!(
+        refused(&|other| other.edges[1].to = Id::new(3, 999)),
+        JoinError::Differs(edge)
+    );
+    // An id of a node that is one of an edge elsewhere.
+    assert_eq!(
+        refused(&|other| other.edges[1].id = Some(node)),
+        JoinError::Differs(node)
+    );
+    assert_eq!(refused(&|other| other.edges[1].id = None), JoinError::NoId);
+    assert_eq!(
+        refused(&|other| other.schema = Some("a.gdsl".to_owned())),
+        JoinError::Schemas("house.gdsl".to_owned(), "a.gdsl".to_owned())
+    );
+    let mut same = whole.clone();
+    same.join(&whole).expect("the same graph");
+    assert_eq!(same, whole);
+}
