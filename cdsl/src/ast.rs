@@ -45,6 +45,8 @@ pub enum Clause {
     Python(Name, bool),
     /// `period 50ms;`
     Period(Literal),
+    /// `reactions { compute -> newPose budget 1ms; }`
+    Reactions(Vec<Reaction>),
     /// `simulates time;`
     SimulatesTime,
     /// `lifecycle managed;`
@@ -60,6 +62,34 @@ pub struct Dependency {
     pub short: Option<Name>,
     /// `{ version "1"; features "a", "b"; }`
     pub fields: Vec<(Name, Vec<Literal>)>,
+}
+
+/// `scan, base.bumped -> setSpeed budget 3ms;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction {
+    /// What it begins with.
+    pub causes: Vec<OperationPath>,
+    /// What follows.
+    pub effects: Vec<OperationPath>,
+    /// `budget 3ms`
+    pub budget: Option<Literal>,
+}
+
+/// `scan`, or `SLOT.scan`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OperationPath {
+    /// The slot.
+    pub slot: Option<Name>,
+    /// The operation, or `compute`.
+    pub operation: Name,
+}
+
+impl OperationPath {
+    /// The location of the whole path.
+    pub fn span(&self) -> Span {
+        let first = self.slot.as_ref().unwrap_or(&self.operation);
+        first.span.to(self.operation.span)
+    }
 }
 
 /// `requires A, B as front;`

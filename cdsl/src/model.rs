@@ -6,6 +6,7 @@ use rc_idsl::model::InterfaceId;
 use rc_syntax::Name;
 use rc_vocabulary::qos::{Policies, Qos};
 pub use rc_vocabulary::{Language, Middleware, Role};
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -30,6 +31,9 @@ pub struct Component {
     pub python: Option<Python>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
+    /// What follows what. `None` without the clause: all outputs follow all inputs, through
+    /// `compute()`.
+    pub reactions: Option<Vec<Reaction>>,
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed node of ROS 2.
@@ -88,6 +92,41 @@ pub struct StateMachine {
 
 /// The period of a component without a `period` clause.
 pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
+
+/// What one cause leads to. A cause has one reaction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reaction {
+    /// What it begins with: a period, or a received message.
+    pub cause: Step,
+    /// The messages that are sent. `compute()` stands for what it sends with its next period.
+    pub effects: Vec<Step>,
+    /// The longest run of its handler, or of `compute()`, if the file says it.
+    pub budget: Option<Duration>,
+}
+
+/// `compute()`, or an operation of a slot.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Step {
+    /// A period.
+    Compute,
+    /// An operation.
+    Operation {
+        /// The slot, as [`Slot::name`]; the array for its members.
+        slot: String,
+        /// The name of the operation.
+        operation: String,
+    },
+}
+
+impl fmt::Display for Step {
+    /// `compute`, or `SLOT.OPERATION`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Compute => f.write_str("compute"),
+            Self::Operation { slot, operation } => write!(f, "{slot}.{operation}"),
+        }
+    }
+}
 
 /// An interface that a component implements, requires, publishes or subscribes to.
 #[derive(Clone, Debug)]

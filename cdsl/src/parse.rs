@@ -1,6 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
-use crate::ast::{Clause, Communication, Component, Dependency, File, Setting, SlotDecl};
+use crate::ast::{
+    Clause, Communication, Component, Dependency, File, OperationPath, Reaction, Setting, SlotDecl,
+};
 use crate::model::{Language, Role};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -16,7 +18,7 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 pub struct Grammar;
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 11] = [
+const KEYWORDS: [&str; 12] = [
     "Communications",
     "language",
     "gui",
@@ -26,6 +28,7 @@ const KEYWORDS: [&str; 11] = [
     "dependencies",
     "python",
     "period",
+    "reactions",
     "simulates",
     "lifecycle",
 ];
@@ -103,6 +106,17 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             r.texts(pair);
             Clause::Period(literal)
         }
+        Rule::reactions => {
+            let mut reactions = Vec::new();
+            for part in pair.into_inner() {
+                match part.as_rule() {
+                    Rule::reaction => reactions.push(reaction(r, part)),
+                    Rule::skipped => r.report_skipped(&part, Rule::reaction),
+                    _ => {}
+                }
+            }
+            Clause::Reactions(reactions)
+        }
         Rule::statemachine => {
             let (mut file, mut visual, mut external) = (None, false, Vec::new());
             for part in pair.into_inner() {
@@ -147,6 +161,47 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
         }
     };
     Some((first, clause))
+}
+
+fn reaction(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Reaction {
+    let mut reaction = Reaction {
+        causes: Vec::new(),
+        effects: Vec::new(),
+        budget: None,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::causes => reaction.causes = operations(r, part),
+            Rule::effects => reaction.effects = operations(r, part),
+            Rule::budget => {
+                let mut parts = part.into_inner();
+                let time = parts.find(|p| matches!(p.as_rule(), Rule::duration | Rule::number));
+                reaction.budget = time.map(|time| Literal::parse(time.as_str(), r.span(&time)));
+            }
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    reaction
+}
+
+fn operations(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<OperationPath> {
+    let paths = pair.into_inner().filter(|p| p.as_rule() == Rule::operation);
+    let paths = paths.filter_map(|path| {
+        let mut names = r.texts(path).into_iter();
+        let first = names.next()?;
+        Some(match names.next() {
+            Some(operation) => OperationPath {
+                slot: Some(first),
+                operation,
+            },
+            None => OperationPath {
+                slot: None,
+                operation: first,
+            },
+        })
+    });
+    paths.collect()
 }
 
 fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Communication> {
@@ -240,6 +295,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "dependencies" => Rule::dependencies,
         "python" => Rule::python,
         "period" => Rule::period,
+        "reactions" => Rule::reactions,
         "simulates" => Rule::simulates,
         "lifecycle" => Rule::lifecycle,
         _ => return r.found.push(unknown_clause(&first)),
@@ -338,6 +394,11 @@ fn unknown_clause(first: &Name) -> Diagnostic {
 
 rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_name], {
     file | kw_component => "`Component`",
+    operation | causes | effects => "an operation, or `compute`",
+    reaction => "a reaction such as `scan -> setSpeed budget 3ms;`",
+    arrow => "`->`",
+    budget | kw_budget => "`budget`",
+    dot => "`.`",
     crate_name | dotted_name | slot | interface_name | backend | slot_name => "a name",
     duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",

@@ -1,5 +1,6 @@
 //! Loads the imported interfaces and builds the model of a component.
 
+mod reactions;
 mod slots;
 
 use crate::ast::{self, Clause};
@@ -100,6 +101,7 @@ impl Resolver<'_> {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
         let (mut viewer, mut scene_slots, mut python) = (None, None, None);
+        let mut reactions = None;
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
@@ -124,6 +126,7 @@ impl Resolver<'_> {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
                 Clause::Python(version, venv) => python = Some((word, version, *venv)),
+                Clause::Reactions(all) => reactions = Some(all),
                 Clause::SimulatesTime => simulates_time = true,
                 Clause::Lifecycle(kind) if kind.text.eq_ignore_ascii_case(MANAGED) => {
                     managed = true;
@@ -147,6 +150,7 @@ impl Resolver<'_> {
         if state_machine.is_none() {
             self.check_no_states(&slots, &seen);
         }
+        let reactions = reactions.map(|all| self.reactions(all, &slots, period));
         // A clause that could not be parsed is not missing.
         let skipped = self.found.iter().any(|d| {
             d.span.source == tree.name.span.source
@@ -189,6 +193,7 @@ impl Resolver<'_> {
             dependencies,
             python,
             period,
+            reactions,
             simulates_time,
             managed,
             viewer,

@@ -6,8 +6,10 @@ use crate::view::members::Member;
 use crate::view::parameters::{Parameter, Parameters, Rule};
 use crate::view::types::Type;
 use crate::view::{Component, Slot};
+use rc_vocabulary::duration;
 use serde::Serialize;
 use std::sync::OnceLock;
+use std::time::Duration;
 use tera::{Context, Tera};
 
 /// The templates of the pages.
@@ -26,6 +28,7 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
     context.insert("file", &component.file);
     context.insert("name", &component.name);
     context.insert("slots", &slots(component));
+    context.insert("reactions", &reactions(component));
     let mut pages = vec![("operations.md", print(tera, "operations.md", &context)?)];
     if let Some(parameters) = &component.parameters {
         context.insert("sections", &sections(parameters));
@@ -80,6 +83,26 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
         available: slot.available.iter().map(|state| code(state)).collect(),
         operations: operations.collect(),
     }
+}
+
+/// What follows what, a line for each cause.
+fn reactions(component: &Component) -> Vec<String> {
+    let all = component.reactions.iter().flatten();
+    all.map(|reaction| {
+        let effects = reaction.effects.iter().map(|effect| code(effect));
+        let effects = effects.collect::<Vec<_>>().join(", ");
+        let leads = if effects.is_empty() {
+            String::new()
+        } else {
+            format!(" leads to {effects}")
+        };
+        let budget = reaction.budget.map_or_else(String::new, |budget| {
+            let time = Duration::new(budget.seconds, budget.nanoseconds);
+            format!(", in at most {}", duration::text_of(time))
+        });
+        format!("{}{leads}{budget}", code(&reaction.cause))
+    })
+    .collect()
 }
 
 /// `scan(near: Beam, out far: Beam) -> sequence of Beam`

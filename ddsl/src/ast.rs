@@ -47,6 +47,31 @@ pub enum Decl {
     Time(Name, Vec<Name>),
     /// `record { ring 60s; };`: the keyword, and each field with its value
     Record(Name, Vec<(Name, Literal)>),
+    /// `Chain NAME { … };`
+    Chain(Chain),
+}
+
+/// `Chain NAME { from lidar.LaserPub.scan; to base.Motor.set; within 80ms; };`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    /// The name as declared.
+    pub name: Name,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Fields, each with its keyword.
+    pub fields: Vec<(Name, ChainField)>,
+    /// Whether input was skipped, with an error.
+    pub incomplete: bool,
+}
+
+/// One field of a chain.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ChainField {
+    /// `from`, `through` and `to`: paths, each with groups, a component, and maybe a slot and an
+    /// operation.
+    Points(Vec<Vec<Name>>),
+    /// `within`, `age` and `transport`.
+    Time(Literal),
 }
 
 /// `middleware NAME;` or `middleware NAME { … };`

@@ -41,6 +41,8 @@ pub struct Deployment {
     pub references: Vec<(Span, InstanceOrGroup)>,
     /// Where the files name imported files.
     pub imports: Vec<(Span, SourceId)>,
+    /// What must follow what, and how soon.
+    pub chains: Vec<Chain>,
 }
 
 /// A machine.
@@ -200,6 +202,40 @@ pub enum InstanceOrGroup {
     Instance(usize),
     /// An index into [`Deployment::groups`].
     Group(usize),
+}
+
+/// What must follow what, and how soon: from one message to another one.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// Name without enclosing groups.
+    pub name: Name,
+    /// Full name in the network.
+    pub path: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// The message that begins it.
+    pub from: ChainPoint,
+    /// What it passes, in this order. It may pass others.
+    pub through: Vec<ChainPoint>,
+    /// The message that ends it.
+    pub to: ChainPoint,
+    /// The most time from sending the first message to the effect of the last one.
+    pub within: Option<Duration>,
+    /// The most time from sending the first message to any effect that is made of it.
+    pub age: Option<Duration>,
+    /// The most time that a message needs from one component to the next one.
+    pub transport: Option<Duration>,
+}
+
+/// A component of a chain, or an operation of one of its slots.
+#[derive(Clone, Debug)]
+pub struct ChainPoint {
+    /// The component: an index into [`Deployment::instances`].
+    pub instance: usize,
+    /// The slot, `ARRAY.MEMBER` for a member of an array, and the operation. `None`: any.
+    pub operation: Option<(Name, Name)>,
+    /// The location of the whole path.
+    pub span: Span,
 }
 
 /// `bind avoider.Laser -> sensors.Laser;`

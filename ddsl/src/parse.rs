@@ -1,8 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
-    ParameterValue, Process, Restart, SlotPath, Slots,
+    Bind, Chain, ChainField, Component, Decl, Deployment, External, Field, File, Group, Host,
+    Middleware, Parameter, ParameterValue, Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
 use pest::iterators::Pair;
@@ -21,7 +21,7 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 11] = [
+const GROUP: [(&str, Rule); 12] = [
     ("Component", Rule::component),
     ("Process", Rule::process),
     ("Host", Rule::host),
@@ -32,10 +32,11 @@ const GROUP: [(&str, Rule); 11] = [
     ("domain", Rule::domain),
     ("time", Rule::network_time),
     ("record", Rule::network_record),
+    ("Chain", Rule::chain),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(10).0;
+const DEPLOYMENT: &Keywords = GROUP.split_at(11).0;
 const COMPONENT: [(&str, Rule); 20] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
@@ -68,6 +69,14 @@ const PROCESS: [(&str, Rule); 5] = [
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
+const CHAIN: [(&str, Rule); 6] = [
+    ("from", Rule::chain_end),
+    ("through", Rule::chain_through),
+    ("to", Rule::chain_end),
+    ("within", Rule::chain_time),
+    ("age", Rule::chain_time),
+    ("transport", Rule::chain_time),
+];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
     ("user", Rule::host_field),
@@ -127,6 +136,7 @@ fn decl(
         Rule::group => Decl::Group(group(r, pair)),
         Rule::bind => Decl::Bind(bind(r, pair)?),
         Rule::external => Decl::External(external(r, pair)),
+        Rule::chain => Decl::Chain(chain(r, pair)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
             let word = r.first_word(&pair);
@@ -193,6 +203,49 @@ fn slot_path(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath>
     let mut path = r.texts(pair);
     let slot = path.pop()?;
     Some(SlotPath { path, slot })
+}
+
+fn chain(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Chain {
+    let mut chain = Chain {
+        name: Name::new("", r.span(&pair)),
+        doc: r.doc(&pair),
+        fields: Vec::new(),
+        incomplete: false,
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => chain.name = r.name(&part),
+            Rule::chain_field => {
+                let word = r.first_word(&part);
+                let fields = part.into_inner();
+                let fields = fields.filter_map(|field| chain_field(r, field));
+                chain
+                    .fields
+                    .extend(fields.map(|field| (word.clone(), field)));
+            }
+            Rule::skipped => {
+                chain.incomplete = true;
+                report_skipped(r, &part, &CHAIN, "a field of a chain");
+            }
+            _ => {}
+        }
+    }
+    chain
+}
+
+fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainField> {
+    if pair.as_rule() == Rule::chain_time {
+        return values(r, pair).into_iter().next().map(ChainField::Time);
+    }
+    let mut points = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::chain_point => points.push(r.texts(part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(ChainField::Points(points))
 }
 
 fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
@@ -503,6 +556,8 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
 
 rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     file | kw_deployment => "`Deployment`",
+    chain_point => "a component, or an operation such as `lidar.LaserPub.scan`",
+    chain_field => "a field of a chain",
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
     field | process_field => "a field",

@@ -1,5 +1,6 @@
 //! Merges the files of a deployment and resolves their names into the model.
 
+mod chains;
 mod processes;
 mod references;
 
@@ -43,6 +44,7 @@ pub fn load(
             externals: Vec::new(),
             references: Vec::new(),
             imports,
+            chains: Vec::new(),
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
@@ -51,6 +53,7 @@ pub fn load(
         time: None,
         record: None,
         externals: Vec::new(),
+        chains: Vec::new(),
         comparisons: 0,
         found,
     };
@@ -127,6 +130,8 @@ struct Resolver<'a> {
     record: Option<Span>,
     /// The `external` declarations, each with the enclosing group.
     externals: Vec<(Option<usize>, &'a ast::External)>,
+    /// The chains, each with the enclosing group.
+    chains: Vec<(Option<usize>, &'a ast::Chain)>,
     comparisons: usize,
     found: Diagnostics,
 }
@@ -185,6 +190,7 @@ impl<'a> Resolver<'a> {
                 Decl::Time(word, path) => self.time(word, path, context),
                 Decl::Record(word, fields) => self.record(word, fields, context),
                 Decl::External(tree) => self.externals.push((context.group, tree)),
+                Decl::Chain(tree) => self.chains.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
@@ -378,6 +384,7 @@ impl<'a> Resolver<'a> {
                 });
             }
         }
+        self.resolve_chains();
         for (group, tree) in std::mem::take(&mut self.externals) {
             if let Some(address) = &tree.address
                 && let Err(reason) = rc_vocabulary::address::check(&address.text)

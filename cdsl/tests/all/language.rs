@@ -313,8 +313,8 @@ fn syntax_errors_in_clauses() {
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
-            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `simulates`, `lifecycle`)
-            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `simulates`, `lifecycle`)
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
         "#]],
     );
     check(
@@ -577,6 +577,66 @@ fn optional_slots() {
             c.cdsl:3:18: error[optional-provider]: a slot that implements its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
             c.cdsl:3:55: error[optional-provider]: a slot that publishes its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
             c.cdsl:3:83: error[syntax-error]: expected `(`, `,`, `;`, `[` or `{`, found `Laser`
+        "#]],
+    );
+}
+
+#[test]
+fn reactions_lead_from_what_comes_to_what_is_sent() {
+    let comms = "implements Laser; subscribesTo LaserPub; publishes LaserPub as out; requires Laser as peer;";
+    let reactions = |text: &str, expected: &Expect| {
+        check(
+            comms,
+            &format!("language rust;\nreactions {{ {text} }}"),
+            expected,
+        );
+    };
+    reactions(
+        "Laser.get, LaserPub.push -> out.push, compute budget 2ms; compute -> peer.get;",
+        &expect![[r#""#]],
+    );
+    reactions(
+        "get -> out.push; push budget 5; compute -> get;",
+        &expect![[r#""#]],
+    );
+    reactions("", &expect![[r#""#]]);
+    reactions(
+        "pusch -> get; push -> gte; LaserPug.push -> get;",
+        &expect![[r#"
+            c.cdsl:6:13: error[unknown-operation]: no slot has an operation `pusch` (did you mean `push`?)
+            c.cdsl:6:35: error[unknown-operation]: no slot has an operation `gte` (did you mean `get`?)
+            c.cdsl:6:40: error[unknown-slot]: the component has no slot `LaserPug` (did you mean `LaserPub`?)
+        "#]],
+    );
+    reactions(
+        "out.push -> get; compute -> compute; push -> LaserPub.push;",
+        &expect![[r#"
+            c.cdsl:6:13: error[bad-reaction]: expected an operation that the component implements or subscribes to, but it publishes `push`; declared here at c.cdsl:3:52 (what the component receives stands left of `->`, what it sends right)
+            c.cdsl:6:30: error[bad-reaction]: `compute` cannot follow `compute`: it runs with each period (name the messages that it sends)
+            c.cdsl:6:58: error[bad-reaction]: expected an operation that the component requires or publishes, but it subscribesTo `push`; declared here at c.cdsl:3:32 (what the component receives stands left of `->`, what it sends right)
+        "#]],
+    );
+    reactions(
+        "push -> out.push; LaserPub.push -> get; get budget 0; Laser.get budget 101ms;",
+        &expect![[r#"
+            c.cdsl:6:31: error[repeated-reaction]: `push` has two reactions; the first one at c.cdsl:6:13 (write all that follows into one of them)
+            c.cdsl:6:64: error[bad-budget]: `budget` takes a duration of more than 0, such as `2ms`
+            c.cdsl:6:67: error[repeated-reaction]: `get` has two reactions; the first one at c.cdsl:6:53 (write all that follows into one of them)
+            c.cdsl:6:84: error[budget-over-period]: a budget of 101ms is longer than the period of 100ms: each run that needs it is an overrun (shorten the budget, or lengthen `period`)
+        "#]],
+    );
+    reactions(
+        "push -> ; get budget;",
+        &expect![[r#"
+        c.cdsl:6:21: error[syntax-error]: expected a name, found `;`
+        c.cdsl:6:33: error[syntax-error]: expected a duration such as `50ms`, found `;`
+    "#]],
+    );
+    check(
+        "subscribesTo LaserPub as one, LaserPub as two;",
+        "language rust; reactions { push -> compute; }; reactions { };",
+        &expect![[r#"
+            c.cdsl:5:48: error[repeated-clause]: duplicate clause `reactions`; first used here at c.cdsl:5:16
         "#]],
     );
 }

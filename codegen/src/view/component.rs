@@ -32,6 +32,8 @@ pub struct Component {
     pub note: String,
     /// The default period.
     pub period: Time,
+    /// What follows what, if the file says it.
+    pub reactions: Option<Vec<Reaction>>,
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
@@ -56,6 +58,27 @@ pub struct Component {
     pub python: Option<Python>,
     /// The packages of other people that the component uses.
     pub dependencies: Vec<Dependency>,
+}
+
+/// What one cause leads to.
+#[derive(Debug, Serialize)]
+pub struct Reaction {
+    /// `compute`, or `SLOT.OPERATION` of a received message.
+    pub cause: String,
+    /// `SLOT.OPERATION` of each message that is sent; `compute` for what the next period sends.
+    pub effects: Vec<String>,
+    /// The longest run, if the file says it.
+    pub budget: Option<Time>,
+}
+
+impl Reaction {
+    fn of(reaction: &model::Reaction) -> Self {
+        Self {
+            cause: reaction.cause.to_string(),
+            effects: reaction.effects.iter().map(ToString::to_string).collect(),
+            budget: reaction.budget.map(Time::from),
+        }
+    }
 }
 
 /// Interpreter of a component in Python.
@@ -196,6 +219,10 @@ pub fn of(project: &Project, middleware: Middleware) -> (Component, Diagnostics)
         middlewares,
         note: note.to_byte_string(),
         period: component.period.into(),
+        reactions: component
+            .reactions
+            .as_ref()
+            .map(|all| all.iter().map(Reaction::of).collect()),
         simulates_time: component.simulates_time,
         managed: component.managed,
         viewer: viewer::is_on(component, project.parameters.as_ref()),

@@ -79,7 +79,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves `name` in `place`, which `last` names: it has to be a group.
-    fn inside(
+    pub(super) fn inside(
         &mut self,
         place: InstanceOrGroup,
         last: &Name,

@@ -1,5 +1,6 @@
 //! All integration tests of DDSL in one program.
 
+mod chains;
 mod language;
 mod meanings;
 mod members;

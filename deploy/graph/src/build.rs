@@ -59,6 +59,7 @@ impl Builder<'_> {
                 })
                 .collect(),
             components,
+            chains: self.network.chain_reports(),
             findings: self.findings(sources, found, &connections),
             connections: connections
                 .into_iter()
@@ -149,6 +150,8 @@ impl Builder<'_> {
         }
         let binds = deployment.binds.iter().map(|b| &b.consumer);
         owners.extend(binds.map(|path| (at(path.span), own(path.place))));
+        let chains = deployment.chains.iter();
+        owners.extend(chains.map(|chain| (at(chain.name.span), Owner::Network)));
         let instances = deployment.instances.iter().enumerate();
         owners.extend(instances.map(|(n, i)| (at(i.name.span), Owner::Instance(n))));
         owners

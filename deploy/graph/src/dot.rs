@@ -1,7 +1,7 @@
 //! A picture as text for Graphviz.
 
 use crate::marks::{Level, Mark, Marks, marked};
-use crate::model::{Graph, host_title, label, provider_and_consumer, sentence};
+use crate::model::{Graph, chain_colour, host_title, label, provider_and_consumer, sentence};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
@@ -58,6 +58,8 @@ pub(super) fn draw(graph: &Graph) -> String {
                 .for_each(|n| tooltip += &format!("\n{}", marks.line(*n)));
             let colour = colour(mark.level);
             more += &format!(", color={colour}, fontcolor={colour}, penwidth=2");
+        } else if let Some(colour) = chain_colour(graph, connection) {
+            more += &format!(", color=\"{colour}\", penwidth=2");
         }
         out += &format!(
             "  c{} -> c{} [label={}, tooltip={}{more}];\n",

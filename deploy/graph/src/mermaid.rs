@@ -1,7 +1,7 @@
 //! A picture as text for Mermaid.
 
 use crate::marks::{Level, Mark, Marks, marked};
-use crate::model::{Graph, host_title, label};
+use crate::model::{Graph, chain_colour, host_title, label};
 use crate::outline::{Step, outline};
 use rc_deploy_network::topology::Kind;
 
@@ -43,6 +43,8 @@ pub(super) fn draw(graph: &Graph) -> String {
                 Level::Error => "#b00020",
                 Level::Warning => "#c25b00",
             };
+            styles += &format!("  linkStyle {number} stroke:{colour},stroke-width:3px\n");
+        } else if let Some(colour) = chain_colour(graph, connection) {
             styles += &format!("  linkStyle {number} stroke:{colour},stroke-width:3px\n");
         }
         // Calls are dotted lines, topics solid lines.

@@ -1,5 +1,6 @@
 //! The contents of a picture. `--format json` prints them as they are.
 
+use rc_deploy_network::chains::ChainReport;
 use rc_deploy_network::topology::{Connection, End, Host, Kind};
 use rc_diagnostics::Severity;
 use rc_smdsl::StateMachine;
@@ -25,6 +26,9 @@ pub struct Graph {
     pub components: Vec<Component>,
     /// The connections, including refused ones.
     pub connections: Vec<Connection>,
+    /// The chains, with their worst cases.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub chains: Vec<ChainReport>,
     /// The findings of the check, in the order of positions.
     pub findings: Vec<Finding>,
 }
@@ -200,6 +204,27 @@ fn connection_name(connection: &Connection) -> String {
 /// How many conversions a label lists.
 const LISTED: usize = 3;
 
+/// The chains whose messages a connection carries, in words.
+fn chains(connection: &Connection) -> Option<String> {
+    let chains = connection.chains.iter().take(LISTED).map(String::as_str);
+    let mut listed = chains.collect::<Vec<_>>().join(", ");
+    if connection.chains.len() > LISTED {
+        listed += &format!(" and {} more", connection.chains.len() - LISTED);
+    }
+    (!listed.is_empty()).then(|| format!("chain {listed}"))
+}
+
+/// The colours of chains, in turn: those of Okabe and Ito (2008) that are far from the colours of
+/// findings.
+const CHAIN_COLOURS: [&str; 4] = ["#0072b2", "#009e73", "#cc79a7", "#56b4e9"];
+
+/// The colour of a connection on a chain: that of its first one.
+pub(crate) fn chain_colour(graph: &Graph, connection: &Connection) -> Option<&'static str> {
+    let first = connection.chains.first()?;
+    let number = graph.chains.iter().position(|chain| chain.name == *first)?;
+    Some(CHAIN_COLOURS[number % CHAIN_COLOURS.len()])
+}
+
 /// The label of a connection: its name, its middleware, and what it converts.
 pub(crate) fn label(connection: &Connection) -> String {
     let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
@@ -209,6 +234,7 @@ pub(crate) fn label(connection: &Connection) -> String {
     if connection.converts.len() > LISTED {
         label += &format!("\nconverts {} more", connection.converts.len() - LISTED);
     }
+    label.extend(chains(connection).map(|chains| format!("\n{chains}")));
     label
 }
 
@@ -232,8 +258,9 @@ pub(crate) fn sentence(connection: &Connection) -> String {
     } else {
         format!(", converts {}", connection.converts.join("; "))
     };
+    let chains = chains(connection).map_or_else(String::new, |chains| format!(", {chains}"));
     format!(
-        "{} {verb} {}: {} over {}, {address}{converts}",
+        "{} {verb} {}: {} over {}, {address}{converts}{chains}",
         end(&connection.from),
         end(&connection.to),
         connection.interface,

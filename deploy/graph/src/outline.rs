@@ -145,6 +145,7 @@ mod tests {
             groups: vec![group("arm", None), group("arm.hand", Some("arm"))],
             components: vec![component("arm.a", "two"), component("arm.b", "one")],
             connections: Vec::new(),
+            chains: Vec::new(),
             findings: Vec::new(),
         };
         let one = [H(0), G(0, 0), C(1), G(1, 0), End, End, End];

@@ -10,7 +10,7 @@ mod machines;
 mod tests;
 
 use crate::marks::{Level, Mark, Marks};
-use crate::model::{Graph, provider_and_consumer, sentence};
+use crate::model::{Graph, chain_colour, provider_and_consumer, sentence};
 use boxes::Boxes;
 use machines::Machines;
 use rc_deploy_network::topology::Kind;
@@ -130,6 +130,9 @@ fn xml_lines(lines: &[String]) -> String {
     lines.map(xml).collect::<Vec<_>>().join("\n")
 }
 
+/// What tells lines of a slot apart: the level of findings, the colour of a chain, dashes.
+type Look<'a> = (Option<Level>, Option<&'a str>, &'a str);
+
 /// Draws the lines of all connections, errors last. Equal lines of one slot are one path, so that
 /// their common part is drawn once.
 fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) -> String {
@@ -137,17 +140,19 @@ fn lines(graph: &Graph, marks: &Marks<'_>, bundles: &[Bundle], layout: &Layout) 
     let mut dots = String::new();
     for (bundle, routes) in bundles.iter().zip(&layout.routes) {
         let forks = forks(routes);
-        let mut paths: BTreeMap<(Option<Level>, &str), (Vec<usize>, String)> = BTreeMap::new();
+        let mut paths: BTreeMap<Look<'_>, (Vec<usize>, String)> = BTreeMap::new();
         for (number, route) in bundle.connections.iter().zip(routes) {
             let level = marks.connection(*number).map(|m| m.level);
             let dashes = dashes(graph.connections[*number].middleware);
-            let (numbers, drawn) = paths.entry((level, dashes)).or_default();
+            let chain = chain_colour(graph, &graph.connections[*number]);
+            let (numbers, drawn) = paths.entry((level, chain, dashes)).or_default();
             numbers.push(*number);
             *drawn += &path(route, &forks);
         }
-        for ((level, dashes), (numbers, drawn)) in paths {
-            let colour = level.map_or(INK, Level::colour);
-            let thick = if level.is_some() { "2.2" } else { "1.2" };
+        for ((level, chain, dashes), (numbers, drawn)) in paths {
+            let colour = level.map_or(chain.unwrap_or(INK), Level::colour);
+            let is_plain = level.is_none() && chain.is_none();
+            let thick = if is_plain { "1.2" } else { "2.2" };
             let dashes = match dashes {
                 "" => String::new(),
                 dashes => format!(" stroke-dasharray=\"{dashes}\""),

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 
 /// The configuration of an instance, if it has one.
 pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<PathBuf> {
@@ -31,6 +32,8 @@ pub(crate) struct Configured {
     pub(crate) bindings: BTreeMap<String, Binding>,
     /// The values of the parameters. `None` after an error.
     pub(crate) values: Option<Values>,
+    /// The period of `compute()`, if it differs from that of the component.
+    pub(crate) period: Option<Duration>,
 }
 
 /// Checks the configurations of all instances.
@@ -241,6 +244,7 @@ fn configuration(
         settings: configuration.middleware,
         bindings: configuration.bindings,
         values: is_right.then_some(configuration.parameters),
+        period: configuration.period,
     }
 }
 

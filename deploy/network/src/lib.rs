@@ -5,6 +5,7 @@
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits
 //!                        → preview          the same for people
 //!                        → topology         machines and connections, for pictures
+//!                        → chains           what follows what, and how soon at worst (bounds)
 //!                        → generating    what is stale is generated
 //!                        → programs         where executables are, and how cargo builds them
 //!                        → shared_process   the program of components that share a process
@@ -13,6 +14,8 @@
 //! ```
 
 mod addresses;
+pub mod bounds;
+pub mod chains;
 mod configuration;
 mod error;
 mod files;

@@ -1,13 +1,13 @@
 //! Reads a `.ddsl` with everything that it names, and checks it.
 
-use crate::configuration::{configurations, settings};
+use crate::configuration::{Configured, configurations, settings};
 use crate::files::check_files;
 use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::variants;
 use crate::scenes::check_members;
 use crate::workspaces::Workspaces;
-use rc_cdsl::model::Middleware;
+use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
@@ -16,6 +16,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Values that take precedence over the files of a network.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,6 +62,7 @@ pub fn load(
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
     let variants = variants(&deployment, &projects, middleware);
+    let periods = periods(&projects, &configured);
     let mut network = Network {
         path: path.to_path_buf(),
         deployment,
@@ -71,6 +73,8 @@ pub fn load(
         middleware,
         variants,
         parameters,
+        periods,
+        chains: Vec::new(),
         bindings: configured.into_iter().map(|c| c.bindings).collect(),
         passed_settings,
         texts,
@@ -78,11 +82,22 @@ pub fn load(
     };
     network.check_topics(&mut found);
     network.check_time(&mut found);
+    network.check_chains(&mut found);
     network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
     network.refuse_python_elsewhere(&mut found);
     network.refuse_processes_elsewhere(&mut found);
     Ok((Some(network), found))
+}
+
+/// The period of each instance: that of its configuration, or of its component.
+fn periods(projects: &[Option<Rc<Project>>], configured: &[Configured]) -> Vec<Duration> {
+    let instances = projects.iter().zip(configured);
+    let periods = instances.map(|(project, configured)| {
+        let declared = project.as_deref().map(|project| project.component.period);
+        configured.period.or(declared).unwrap_or(DEFAULT_PERIOD)
+    });
+    periods.collect()
 }
 
 /// Gives each instance with slot arrays a component of its own, with the members that it lists.

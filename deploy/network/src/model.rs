@@ -1,5 +1,6 @@
 //! A network with everything that its `.ddsl` names.
 
+use crate::chains::CheckedChain;
 use crate::parameters::OverriddenParameters;
 use crate::workspaces::Workspaces;
 use rc_cdsl::model::{Middleware, Slot};
@@ -10,6 +11,7 @@ use rc_ddsl::{Endpoint, Network as Connections};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// The component that publishes the time of a network, and those that follow it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,6 +46,10 @@ pub struct Network {
     pub(crate) variants: Vec<Option<Middleware>>,
     /// For each instance, the values that the network sets, and those that are in effect.
     pub(crate) parameters: Vec<OverriddenParameters>,
+    /// For each instance, the period of its `compute()`.
+    pub(crate) periods: Vec<Duration>,
+    /// The chains that were found, with their worst cases.
+    pub chains: Vec<CheckedChain>,
     /// For each instance, the addresses in its configuration.
     pub(crate) bindings: Vec<BTreeMap<String, Binding>>,
     /// For each instance, the middleware settings that its configuration leaves open.

@@ -249,7 +249,7 @@ impl Network {
 }
 
 /// Whether two instances are on different machines.
-fn are_apart(deployment: &Deployment, one: &Instance, other: &Instance) -> bool {
+pub(crate) fn are_apart(deployment: &Deployment, one: &Instance, other: &Instance) -> bool {
     match (deployment.remote_host(one), deployment.remote_host(other)) {
         (Some(one), Some(other)) => !one.is_same(other),
         (one, other) => one.is_some() || other.is_some(),

@@ -1,5 +1,6 @@
 //! The output of `rcdeploy plan`: everything that `rcdeploy up` would do.
 
+use crate::chains::ChainReport;
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::network_time::ClockPlan;
@@ -35,6 +36,9 @@ pub struct Preview {
     pub components: Vec<Process>,
     /// The connections.
     pub connections: Vec<Connection>,
+    /// The chains, with their worst cases.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub chains: Vec<ChainReport>,
     /// The time over which the last messages are kept in memory, in milliseconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ring_ms: Option<u64>,
@@ -185,6 +189,7 @@ impl Network {
                 .map(|(_, c)| c)
                 .chain(self.connections_outside())
                 .collect(),
+            chains: self.chain_reports(),
             ring_ms: plan.ring.map(milliseconds),
         })
     }
@@ -268,6 +273,9 @@ impl fmt::Display for Preview {
         )?;
         self.order(f)?;
         self.connections(f)?;
+        for chain in &self.chains {
+            write!(f, "\n{chain}")?;
+        }
         self.processes(f)?;
         if let Some(ms) = self.ring_ms {
             writeln!(f, "\na ring keeps the messages of the last {}", time(ms))?;

@@ -1,5 +1,6 @@
 //! Machines and connections of a network, for the preview and the picture.
 
+use crate::chains::Port;
 use crate::model::Network;
 use rc_cdsl::model::{Role, Slot};
 use rc_ddsl::{Connection as Pair, Endpoint};
@@ -75,6 +76,9 @@ pub struct Connection {
     /// What its consumer converts: members with their units and factors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub converts: Vec<String>,
+    /// The chains whose messages it carries.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub chains: Vec<String>,
 }
 
 impl Network {
@@ -171,11 +175,26 @@ impl Network {
                     middleware: peer.middleware,
                     address: Some(peer.address.clone()),
                     converts: Vec::new(),
+                    chains: Vec::new(),
                 }
             };
             peer.consumers.iter().map(connection).collect::<Vec<_>>()
         });
         connections.collect()
+    }
+
+    /// The chains with a message between two endpoints.
+    fn chains_over(&self, from: Endpoint, to: Endpoint) -> Vec<String> {
+        let is_at =
+            |port: Port, end: Endpoint| (port.instance, port.slot) == (end.instance, end.slot);
+        let over = self.chains.iter().filter(|chain| {
+            let mut links = chain.path.links.iter();
+            links.any(|link| {
+                link.from.is_some_and(|sender| is_at(sender, from)) && is_at(link.to, to)
+            })
+        });
+        over.map(|chain| self.deployment.chains[chain.declared].path.clone())
+            .collect()
     }
 
     /// All connections between a provider and a consumer, including refused ones.
@@ -224,6 +243,7 @@ impl Network {
                         .map_or_else(Vec::new, |conversion| {
                             conversion.members.iter().map(ToString::to_string).collect()
                         }),
+                    chains: self.chains_over(from, to),
                 };
                 Some((pair, connection))
             })

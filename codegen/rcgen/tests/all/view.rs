@@ -197,6 +197,7 @@ fn the_view_as_json() {
         .parameters = null
         .period.nanoseconds = 100000000
         .period.seconds = 0
+        .reactions = null
         .ros_types = []
         .simulates_time = false
         .slots[0].available = []
@@ -258,4 +259,45 @@ fn flat(path: &str, value: &serde_json::Value, out: &mut String) {
         }
         value => out.push_str(&format!("{path} = {value}\n")),
     }
+}
+
+#[test]
+fn reactions_are_on_the_page_and_in_the_view() {
+    let folder = folder();
+    let text = CDSL.replace(
+        "language rust;",
+        "language rust; reactions { open -> compute budget 2ms; compute -> held; close budget 1s; };",
+    );
+    let text = text.replace("language rust;", "language rust; period 1s;");
+    std::fs::write(folder.path().join("hand.cdsl"), text).expect("a file");
+    succeeds(folder.path(), &["hand.cdsl"]);
+    let page = std::fs::read_to_string(folder.path().join("generated/operations.md"));
+    let page = page.expect("a page");
+    let (_, reactions) = page.split_once("## Reactions").expect("a section");
+    expect![[r"
+
+
+        - `right.open` leads to `compute`, in at most 2ms
+        - `compute` leads to `GripPub.held`
+        - `right.close`, in at most 1s
+    "]]
+    .assert_eq(reactions);
+    let view = succeeds(folder.path(), &["view", "hand.cdsl"]);
+    let view: serde_json::Value = serde_json::from_str(&view).expect("one document");
+    let mut lines = String::new();
+    flat("", &view["reactions"], &mut lines);
+    expect![[r#"
+        [0].budget.nanoseconds = 2000000
+        [0].budget.seconds = 0
+        [0].cause = "right.open"
+        [0].effects[0] = "compute"
+        [1].budget = null
+        [1].cause = "compute"
+        [1].effects[0] = "GripPub.held"
+        [2].budget.nanoseconds = 0
+        [2].budget.seconds = 1
+        [2].cause = "right.close"
+        [2].effects = []
+    "#]]
+    .assert_eq(&lines);
 }

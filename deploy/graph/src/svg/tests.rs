@@ -100,6 +100,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
         time: components.first().map(|c| c.name.clone()),
         groups,
         components,
+        chains: Vec::new(),
         connections,
         findings,
     })
@@ -137,6 +138,7 @@ fn connections(u: &mut Unstructured<'_>, components: &[Component]) -> Result<Vec
                 middleware: u.choose(&["iceoryx2", "dds", "ros2"])?,
                 address: None,
                 converts: Vec::new(),
+                chains: Vec::new(),
             });
         }
     }

@@ -1,0 +1,137 @@
+//! Chains: their names, their ends, their limits.
+
+use super::Resolver;
+use crate::ast::{self, ChainField};
+use crate::duplicates::check_unique;
+use crate::fields::duration;
+use crate::model::{Chain, ChainPoint, InstanceOrGroup};
+use rc_diagnostics::{Diagnostic, Span};
+use rc_syntax::Name;
+use rc_vocabulary::member;
+use std::collections::HashMap;
+
+impl Resolver<'_> {
+    pub(super) fn resolve_chains(&mut self) {
+        let mut names: HashMap<String, Span> = HashMap::new();
+        for (group, tree) in std::mem::take(&mut self.chains) {
+            let prefix = group.map(|group| format!("{}.", self.deployment.groups[group].path));
+            let path = format!("{}{}", prefix.unwrap_or_default(), tree.name.text);
+            self.length("chain", &path, tree.name.span);
+            if let Some(first) = names.insert(path.to_lowercase(), tree.name.span) {
+                let message = format!("duplicate name `{}`", tree.name.text);
+                let error = Diagnostic::error("duplicate-name", tree.name.span, message);
+                self.found.push(error.label(first, "first declared here"));
+                continue;
+            }
+            let chain = self.chain(tree, path, group);
+            self.deployment.chains.extend(chain);
+        }
+    }
+
+    fn chain(&mut self, tree: &ast::Chain, path: String, group: Option<usize>) -> Option<Chain> {
+        let words = tree.fields.iter().map(|(word, _)| word);
+        check_unique(words, "field", &mut self.found);
+        let (mut from, mut through, mut to) = (None, Vec::new(), None);
+        let (mut within, mut age, mut transport) = (None, None, None);
+        // The first field of a name counts, even if it is wrong.
+        for (word, field) in tree.fields.iter().rev() {
+            let keyword = word.text.to_lowercase();
+            match field {
+                ChainField::Points(points) => {
+                    let may_be_short = keyword == "through";
+                    let points = points.iter();
+                    let points = points.map(|point| self.chain_point(point, group, may_be_short));
+                    let points: Vec<Option<ChainPoint>> = points.collect();
+                    match keyword.as_str() {
+                        "from" => from = Some(points.into_iter().next().flatten()),
+                        "to" => to = Some(points.into_iter().next().flatten()),
+                        _ => through = points,
+                    }
+                }
+                ChainField::Time(literal) => {
+                    let time = duration(literal, word, &mut self.found);
+                    match keyword.as_str() {
+                        "within" => within = time,
+                        "age" => age = time,
+                        _ => transport = time,
+                    }
+                }
+            }
+        }
+        for (end, word) in [(&from, "from"), (&to, "to")] {
+            if end.is_none() && !tree.incomplete {
+                let message = format!("chain `{}` has no field `{word}`", tree.name.text);
+                let error = Diagnostic::error("missing-clause", tree.name.span, message);
+                let help = format!("add `{word} COMPONENT.SLOT.OPERATION;`");
+                self.found.push(error.help(help));
+            }
+        }
+        // A point with an error is reported already.
+        let through = through.into_iter().collect::<Option<Vec<ChainPoint>>>()?;
+        Some(Chain {
+            name: tree.name.clone(),
+            path,
+            doc: tree.doc.clone(),
+            from: from??,
+            through,
+            to: to??,
+            within,
+            age,
+            transport,
+        })
+    }
+
+    /// Resolves a component, and the names behind it. It may be inside a group that does not export
+    /// it: a chain changes nothing there.
+    fn chain_point(
+        &mut self,
+        path: &[Name],
+        group: Option<usize>,
+        may_be_short: bool,
+    ) -> Option<ChainPoint> {
+        let (first, rest) = path.split_first()?;
+        let mut place = self.first(first, group)?;
+        let mut last = first;
+        let mut rest = rest.iter();
+        let instance = loop {
+            match place {
+                InstanceOrGroup::Instance(at) => break Some(at),
+                InstanceOrGroup::Group(_) => match rest.next() {
+                    Some(name) => {
+                        place = self.inside(place, last, name)?;
+                        last = name;
+                    }
+                    None => break None,
+                },
+            }
+        };
+        let span = first.span.to(path.last().unwrap_or(first).span);
+        let operation = match (instance, rest.as_slice()) {
+            (Some(_), []) if may_be_short => None,
+            (Some(_), [slot, operation]) => Some((slot.clone(), operation.clone())),
+            (Some(_), [array, name, operation]) => {
+                let slot = member::path(&array.text, &name.text);
+                Some((Name::new(slot, array.span.to(name.span)), operation.clone()))
+            }
+            _ => {
+                let written: Vec<&str> = path.iter().map(|name| name.text.as_str()).collect();
+                let written = written.join(".");
+                let expected = if may_be_short {
+                    "COMPONENT or COMPONENT.SLOT.OPERATION"
+                } else {
+                    "COMPONENT.SLOT.OPERATION"
+                };
+                let message = format!("expected {expected}, found `{written}`");
+                let error = Diagnostic::error("bad-chain", span, message);
+                let help = "name the operation whose message counts, such as `lidar.LaserPub.scan`";
+                self.found.push(error.help(help));
+                return None;
+            }
+        };
+        Some(ChainPoint {
+            instance: instance?,
+            operation,
+            span,
+        })
+    }
+}

@@ -1,0 +1,401 @@
+//! How long a chain of messages takes at worst: an analysis of components as event loops.
+//!
+//! A component has one thread. It runs its handlers as messages arrive, one message of each port in
+//! turn, and `compute()` once a period, after the handlers. Nothing interrupts a run. So a message is
+//! handled, and a period is computed, at the latest at the end of the longest time in which the
+//! thread is never idle: the busy window. It is the least `w` with
+//!
+//! ```text
+//! w = ceil(w / P) · C + Σ ceil((w + J) / T) · B
+//! ```
+//!
+//! over all streams of messages: period `P` and budget `C` of `compute()`, period `T` and jitter `J`
+//! of a stream, budget `B` of its handler (Tindell, Clark: "Holistic schedulability analysis for
+//! distributed hard real-time systems", 1994, without priorities). A message that passes a component
+//! gets its busy window as jitter.
+//!
+//! Where the rate of a stream is not known, or there is more work than time, a message waits at most
+//! for as many rounds of all ports as its queue is deep.
+//!
+//! All times are in nanoseconds.
+
+/// What a component does with its time.
+#[derive(Clone, Debug, Default)]
+pub struct Component {
+    /// The period of `compute()`.
+    pub period: u64,
+    /// The longest run of `compute()`.
+    pub compute: u64,
+    /// What it receives.
+    pub handlers: Vec<Handler>,
+}
+
+/// The handler of one operation.
+#[derive(Clone, Debug, Default)]
+pub struct Handler {
+    /// Its longest run.
+    pub budget: u64,
+    /// The most messages that wait for it.
+    pub depth: u32,
+    /// Who sends to it.
+    pub arrivals: Vec<Arrival>,
+}
+
+/// A sender of messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// When it sends.
+    pub rate: Rate,
+    /// The longest time on the way.
+    pub transport: u64,
+}
+
+/// When a component sends a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rate {
+    /// Once in a run of the `compute()` of this component.
+    Compute(usize),
+    /// Once in a run of a handler: a component, and one of its handlers.
+    Handler(usize, usize),
+    /// Any time: it is not part of the network.
+    Unknown,
+}
+
+/// How a component comes from a message to what follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Its handler sends it.
+    Handler,
+    /// The handler keeps the message for the next `compute()`.
+    Compute,
+}
+
+/// A component on a chain.
+#[derive(Clone, Copy, Debug)]
+pub struct Hop {
+    /// The component.
+    pub component: usize,
+    /// The handler of the message.
+    pub handler: usize,
+    /// How it comes to what it sends. The last component of a chain only handles the message.
+    pub way: Way,
+    /// The longest time of the message on its way to this component.
+    pub transport: u64,
+}
+
+/// What a hop takes at most. Their sum is the bound.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// The way of the message to the component.
+    pub transport: u64,
+    /// Waiting for the next period.
+    pub period: u64,
+    /// Budgets: its own, and those of everything that the component does before.
+    pub work: u64,
+}
+
+impl Cost {
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.transport
+            .saturating_add(self.period)
+            .saturating_add(self.work)
+    }
+}
+
+/// Messages with a period, each late by at most the jitter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stream {
+    period: u64,
+    jitter: u64,
+}
+
+impl Stream {
+    /// The most messages in a time.
+    fn count(self, time: u64) -> u64 {
+        time.saturating_add(self.jitter)
+            .div_ceil(self.period.max(1))
+    }
+}
+
+/// The response of a component.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Load {
+    /// For each handler, the longest time from the arrival of a message until its handler has run.
+    /// `None`: there is no bound.
+    pub handled: Vec<Option<u64>>,
+    /// The longest time from the beginning of a period until `compute()` has run.
+    pub computed: Option<u64>,
+    /// Whether a message that arrives before a period is handled before it.
+    pub is_orderly: bool,
+    /// Whether it has more work than time.
+    pub is_overloaded: bool,
+    /// For each handler, the streams that it receives. `None`: the rate is not known.
+    streams: Vec<Option<Vec<Stream>>>,
+}
+
+impl Load {
+    /// The most messages that may wait for a handler. `None` where only its queue bounds them.
+    pub fn waiting(&self, handler: usize) -> Option<u64> {
+        if self.is_overloaded {
+            return None;
+        }
+        let window = self.handled.get(handler).copied().flatten()?;
+        let streams = self.streams.get(handler)?.as_ref()?;
+        Some(streams.iter().map(|stream| stream.count(window)).sum())
+    }
+
+    /// The longest time between two messages for a handler.
+    fn gap(&self, handler: usize) -> Option<u64> {
+        let streams = self.streams.get(handler)?.as_ref()?;
+        let gaps = streams.iter().map(|s| s.period.saturating_add(s.jitter));
+        gaps.min()
+    }
+}
+
+/// The most handlers in a turn of the event loop of a component.
+const HANDLERS_A_TURN: u64 = 64;
+/// The most events that the event loop takes at once, less those of its timer and its waker.
+const PORTS_A_TURN: usize = 14;
+/// The most streams that are told apart.
+const STREAMS: usize = 64;
+/// The most steps of a search for a fixed point. A load that needs more is near its limit.
+const STEPS: usize = 10_000;
+const ROUNDS: usize = 200;
+
+/// The response of all components. Direct reactions must be free of cycles.
+pub fn loads(components: &[Component]) -> Vec<Load> {
+    let mut loads: Vec<Load> = components.iter().map(idle).collect();
+    for round in 0..ROUNDS {
+        let next: Vec<Load> = components
+            .iter()
+            .map(|component| {
+                let streams = component.handlers.iter();
+                let streams = streams.map(|handler| streams_of(handler, components, &loads));
+                load(component, streams.collect())
+            })
+            .collect();
+        if next == loads {
+            return loads;
+        }
+        let is_last = round + 1 == ROUNDS;
+        let before = std::mem::replace(&mut loads, next);
+        if is_last {
+            // What still grows has no bound but that of its queues.
+            for ((load, before), component) in loads.iter_mut().zip(before).zip(components) {
+                if *load != before {
+                    let streams = std::mem::take(&mut load.streams);
+                    *load = by_queues(component, streams, true);
+                }
+            }
+        }
+    }
+    loads
+}
+
+/// A component before anything is known of its peers.
+fn idle(component: &Component) -> Load {
+    let none = component.handlers.iter();
+    let none = none.map(|handler| {
+        let is_known = handler.arrivals.iter().all(|a| a.rate != Rate::Unknown);
+        is_known.then(Vec::new)
+    });
+    load(component, none.collect())
+}
+
+fn streams_of(handler: &Handler, components: &[Component], loads: &[Load]) -> Option<Vec<Stream>> {
+    let mut streams = Vec::new();
+    for arrival in &handler.arrivals {
+        match arrival.rate {
+            Rate::Unknown => return None,
+            Rate::Compute(at) => streams.push(Stream {
+                period: components[at].period,
+                jitter: loads[at].computed?.saturating_add(arrival.transport),
+            }),
+            Rate::Handler(at, handler) => {
+                let late = loads[at].handled[handler]?.saturating_add(arrival.transport);
+                let passed = loads[at].streams[handler].as_ref()?.iter();
+                streams.extend(passed.map(|stream| Stream {
+                    jitter: stream.jitter.saturating_add(late),
+                    ..*stream
+                }));
+            }
+        }
+        if streams.len() > STREAMS {
+            return None;
+        }
+    }
+    Some(streams)
+}
+
+fn load(component: &Component, streams: Vec<Option<Vec<Stream>>>) -> Load {
+    let known: Option<Vec<(u64, &[Stream])>> = component
+        .handlers
+        .iter()
+        .zip(&streams)
+        .map(|(handler, streams)| Some((handler.budget, streams.as_deref()?)))
+        .collect();
+    let Some(known) = known else {
+        return by_queues(component, streams, false);
+    };
+    let Some(window) = busy_window(component, &known) else {
+        return by_queues(component, streams, true);
+    };
+    let messages = known.iter().flat_map(|(_, streams)| *streams);
+    let messages: u64 = messages.map(|stream| stream.count(window)).sum();
+    Load {
+        handled: vec![Some(window); component.handlers.len()],
+        computed: Some(window),
+        is_orderly: messages <= HANDLERS_A_TURN && component.handlers.len() <= PORTS_A_TURN,
+        is_overloaded: false,
+        streams,
+    }
+}
+
+/// The busy window of a component. `None` if it has more work than time.
+fn busy_window(component: &Component, handlers: &[(u64, &[Stream])]) -> Option<u64> {
+    let period = component.period.max(1);
+    let share = |work: u64, period: u64| work as f64 / period.max(1) as f64;
+    let streams = || {
+        let handlers = handlers.iter();
+        handlers.flat_map(|(budget, streams)| streams.iter().map(move |s| (*budget, *s)))
+    };
+    let of_handlers: f64 = streams().map(|(budget, s)| share(budget, s.period)).sum();
+    if share(component.compute, period) + of_handlers >= 1.0 {
+        return None;
+    }
+    let work = |window: u64| {
+        let computes = window.div_ceil(period).max(1);
+        let mut work = computes.saturating_mul(component.compute);
+        for (budget, stream) in streams() {
+            work = work.saturating_add(stream.count(window).max(1).saturating_mul(budget));
+        }
+        work
+    };
+    let mut window = work(0);
+    for _ in 0..STEPS {
+        let next = work(window);
+        if next <= window {
+            return Some(window);
+        }
+        window = next;
+    }
+    None
+}
+
+/// The response of a component whose work is not known, or too much: queues have an end, and their
+/// ports take turns.
+fn by_queues(
+    component: &Component,
+    streams: Vec<Option<Vec<Stream>>>,
+    is_overloaded: bool,
+) -> Load {
+    let (period, compute) = (component.period.max(1), component.compute);
+    let budgets = || component.handlers.iter().map(|handler| handler.budget);
+    let round: u64 = budgets().fold(0, u64::saturating_add);
+    let longest = budgets().max().unwrap_or(0);
+    let has_time = compute < period;
+    let handled = component.handlers.iter().map(|handler| {
+        let rounds = u64::from(handler.depth.max(1)).saturating_mul(round);
+        let own = rounds.saturating_add(longest.max(compute));
+        let work = |window: u64| {
+            let computes = window.div_ceil(period).max(1);
+            own.saturating_add(computes.saturating_mul(compute))
+        };
+        let mut window = work(0);
+        for _ in 0..STEPS {
+            let next = work(window);
+            if next <= window {
+                return has_time.then_some(window);
+            }
+            window = next;
+        }
+        None
+    });
+    // The turn that runs when the period begins, then the one that computes.
+    let turns = (2 * HANDLERS_A_TURN).saturating_mul(longest);
+    Load {
+        handled: handled.collect(),
+        computed: has_time.then(|| turns.saturating_add(2 * compute)),
+        is_orderly: false,
+        is_overloaded: is_overloaded || !has_time,
+        streams,
+    }
+}
+
+/// What each hop of a chain takes at most. `None` if a component has no bound.
+pub fn costs(hops: &[Hop], components: &[Component], loads: &[Load]) -> Option<Vec<Cost>> {
+    let hops = hops.iter().map(|hop| {
+        let load = &loads[hop.component];
+        let handled = load.handled[hop.handler]?;
+        Some(match hop.way {
+            Way::Handler => Cost {
+                transport: hop.transport,
+                period: 0,
+                work: handled,
+            },
+            // A message that comes before a period is handled before its `compute()`.
+            Way::Compute => Cost {
+                transport: hop.transport,
+                period: components[hop.component].period,
+                work: if load.is_orderly {
+                    load.computed?
+                } else {
+                    handled.saturating_add(load.computed?)
+                },
+            },
+        })
+    });
+    hops.collect()
+}
+
+/// The age of the oldest data in any effect of a chain whose first message comes at the latest after
+/// `gap`. `None` if there is no bound.
+///
+/// A `compute()` uses the newest message that it has: that was sent at most a gap, its transport and
+/// its handling before.
+pub fn age(
+    hops: &[Hop],
+    first_gap: Option<u64>,
+    components: &[Component],
+    loads: &[Load],
+) -> Option<u64> {
+    let (mut age, mut gap) = (0_u64, first_gap);
+    for hop in hops {
+        let load = &loads[hop.component];
+        let handled = load.handled[hop.handler]?;
+        match hop.way {
+            Way::Handler => {
+                let passed = hop.transport.saturating_add(handled);
+                age = age.saturating_add(passed);
+                gap = gap.map(|gap| gap.saturating_add(passed));
+            }
+            Way::Compute => {
+                let computed = load.computed?;
+                let waited = if load.is_orderly { 0 } else { handled };
+                age = age
+                    .saturating_add(hop.transport)
+                    .saturating_add(waited)
+                    .saturating_add(gap?)
+                    .saturating_add(computed);
+                gap = Some(components[hop.component].period.saturating_add(computed));
+            }
+        }
+    }
+    Some(age)
+}
+
+/// The longest time between two messages of a sender.
+pub fn gap(rate: Rate, components: &[Component], loads: &[Load]) -> Option<u64> {
+    match rate {
+        Rate::Unknown => None,
+        Rate::Compute(at) => Some(components[at].period.saturating_add(loads[at].computed?)),
+        Rate::Handler(at, handler) => {
+            let handled = loads[at].handled[handler]?;
+            Some(loads[at].gap(handler)?.saturating_add(handled))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

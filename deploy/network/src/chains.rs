@@ -1,0 +1,541 @@
+//! The chains of a network: which messages they follow, and how long that takes at worst.
+
+mod flow;
+mod report;
+mod search;
+
+use crate::bounds::{self, Arrival, Cost, Hop, Rate, Way};
+use crate::model::Network;
+use crate::network_time::are_apart;
+use flow::{Direction, Flow};
+use rc_cdsl::model::{Middleware, Role};
+use rc_ddsl::Endpoint;
+use rc_ddsl::model::{Chain, ChainPoint};
+use rc_diagnostics::{Diagnostic, Diagnostics};
+pub use report::{ChainReport, HopReport};
+use report::{slow_chain, stale_chain};
+use search::{Search, Ways};
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+/// An operation of a slot of a component: where messages are sent or received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Port {
+    /// The component: an index into the instances.
+    pub instance: usize,
+    /// An index into its slots.
+    pub slot: usize,
+    /// An index into the operations of the slot.
+    pub operation: usize,
+}
+
+/// A message on a chain, from one component to the next one, and how that component goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// The sender. `None` for the first message of a chain that begins at a receiver.
+    pub from: Option<Port>,
+    /// The receiver.
+    pub to: Port,
+    /// How the receiver comes to what it sends.
+    pub way: Way,
+}
+
+/// The messages of a chain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Path {
+    /// Each message that is received, in order. At least one.
+    pub links: Vec<Link>,
+    /// The last message, if the chain ends where it is sent.
+    pub sent: Option<Port>,
+}
+
+/// A chain that the network has, with its worst case.
+#[derive(Clone, Debug)]
+pub struct CheckedChain {
+    /// An index into the chains of the deployment.
+    pub declared: usize,
+    /// The messages.
+    pub path: Path,
+    /// What each link takes at most. `None`: there is no bound.
+    pub costs: Option<Vec<Cost>>,
+    /// The age of the oldest data in any effect. `None`: there is no bound.
+    pub oldest: Option<Duration>,
+    /// Components with budgets that the bound assumes, since their files name none.
+    pub assumed: Vec<usize>,
+    /// Components that get more work than they have time.
+    overloaded: Vec<usize>,
+    /// Receivers whose queues are too short, each with the messages that may wait.
+    short: Vec<(Port, u64)>,
+}
+
+impl CheckedChain {
+    /// The longest time from sending the first message to the last effect.
+    pub fn worst(&self) -> Option<Duration> {
+        let costs = self.costs.as_ref()?.iter();
+        let total = costs.fold(0, |sum: u64, cost| sum.saturating_add(cost.total()));
+        Some(Duration::from_nanos(total))
+    }
+}
+
+/// The budget of a handler or of `compute()` whose file names none: a tenth of the period, at most
+/// this.
+pub const ASSUMED_BUDGET: Duration = Duration::from_millis(1);
+/// The longest time of a message on its way, where a chain does not declare it: between hosts, within
+/// a host over a middleware of networks, and over shared memory.
+pub const ASSUMED_TRANSPORT: [Duration; 3] = [
+    Duration::from_millis(5),
+    Duration::from_millis(1),
+    Duration::from_micros(200),
+];
+
+impl Network {
+    /// Finds the chains, and reports those that are not there, or may be late.
+    pub(crate) fn check_chains(&mut self, found: &mut Diagnostics) {
+        let all_read = self.projects.iter().all(Option::is_some);
+        let projects = self.projects.iter().flatten();
+        let mut components = projects.map(|project| &project.component);
+        let declares = components.any(|component| component.reactions.is_some());
+        if !all_read || (!declares && self.deployment.chains.is_empty()) {
+            return;
+        }
+        self.check_budgets(found);
+        let flow = Flow::new(self);
+        if flow.report_cycles(self, found) {
+            return;
+        }
+        let mut checked = Vec::new();
+        for (declared, chain) in self.deployment.chains.iter().enumerate() {
+            let Some(path) = self.find_chain(chain, &flow, found) else {
+                continue;
+            };
+            checked.push(self.bound(declared, chain, path, &flow));
+        }
+        for chain in &checked {
+            self.report_late(chain, found);
+        }
+        self.report_loads(&checked, &flow, found);
+        self.chains = checked;
+    }
+
+    /// Reports budgets that are longer than the period that the configuration sets.
+    fn check_budgets(&self, found: &mut Diagnostics) {
+        for (at, instance) in self.deployment.instances.iter().enumerate() {
+            let Some(project) = self.projects[at].as_deref() else {
+                continue;
+            };
+            let component = &project.component;
+            let period = self.periods[at];
+            if period >= component.period {
+                continue;
+            }
+            let budgets = component.reactions.iter().flatten();
+            let too_long = budgets.filter(|r| r.budget.is_some_and(|budget| budget > period));
+            for reaction in too_long {
+                let message = format!(
+                    "the budget of `{}` in `{}` is longer than its period of {}",
+                    reaction.cause,
+                    component.name.text,
+                    rc_vocabulary::duration::text_of(period)
+                );
+                let error = Diagnostic::error("budget-over-period", instance.name.span, message);
+                found.push(error.help("lengthen the period in its configuration"));
+            }
+        }
+    }
+
+    fn find_chain(&self, chain: &Chain, flow: &Flow, found: &mut Diagnostics) -> Option<Path> {
+        let from = self.port(&chain.from, found);
+        let to = self.port(&chain.to, found);
+        let through = chain.through.iter();
+        let through: Option<Vec<(usize, Option<Port>)>> = through
+            .map(|point| match point.operation {
+                Some(_) => Some((point.instance, Some(self.port(point, found)?))),
+                None => Some((point.instance, None)),
+            })
+            .collect();
+        let (from, to, through) = (from?, to?, through?);
+        if from == to {
+            let message = format!("chain `{}` ends where it begins", chain.name.text);
+            let error = Diagnostic::error("empty-chain", chain.to.span, message);
+            let error = error.label(chain.from.span, "its beginning");
+            found.push(error.help("name another operation after `from` or `to`"));
+            return None;
+        }
+        let search = Search {
+            flow,
+            from,
+            to,
+            through: &through,
+        };
+        match search.run() {
+            Ways::One(path) => Some(path),
+            Ways::None(reached) => {
+                found.push(self.broken_chain(chain, flow, &reached));
+                None
+            }
+            Ways::Several(paths) => {
+                found.push(self.ambiguous_chain(chain, &paths));
+                None
+            }
+        }
+    }
+
+    /// The operation that a point of a chain names.
+    fn port(&self, point: &ChainPoint, found: &mut Diagnostics) -> Option<Port> {
+        let (slot_name, name) = point.operation.as_ref()?;
+        let component = &self.projects[point.instance].as_deref()?.component;
+        let path = &self.deployment.instances[point.instance].path;
+        let slots = &component.slots;
+        let Some(slot) = slots.iter().position(|slot| slot.name == slot_name.text) else {
+            let message = format!("`{path}` has no slot `{}`", slot_name.text);
+            let known = slots.iter().map(|slot| slot.name.as_str());
+            let error = Diagnostic::error("unknown-slot", slot_name.span, message)
+                .label(component.name.span, "its component")
+                .suggest(&slot_name.text, known);
+            found.push(error);
+            return None;
+        };
+        let interface = component.library.interface(slots[slot].interface);
+        let mut operations = interface.operations.iter();
+        let operation = operations.position(|operation| operation.name.text == name.text);
+        if operation.is_none() {
+            let message = format!(
+                "`{path}.{}` has no operation `{}`",
+                slot_name.text, name.text
+            );
+            let known = interface.operations.iter().map(|o| o.name.text.as_str());
+            let error = Diagnostic::error("unknown-operation", name.span, message)
+                .label(interface.name.span, "its interface")
+                .suggest(&name.text, known);
+            found.push(error);
+        }
+        Some(Port {
+            instance: point.instance,
+            slot,
+            operation: operation?,
+        })
+    }
+
+    /// `COMPONENT.SLOT.OPERATION`
+    pub fn port_name(&self, port: Port) -> String {
+        let path = &self.deployment.instances[port.instance].path;
+        let Some(project) = self.projects[port.instance].as_deref() else {
+            return path.clone();
+        };
+        let component = &project.component;
+        let slot = &component.slots[port.slot];
+        let operations = &component.library.interface(slot.interface).operations;
+        format!(
+            "{path}.{}.{}",
+            slot.name, operations[port.operation].name.text
+        )
+    }
+
+    fn broken_chain(&self, chain: &Chain, flow: &Flow, reached: &search::Reached) -> Diagnostic {
+        let instance = |at: usize| &self.deployment.instances[at].path;
+        let message = if reached.is_complete {
+            format!(
+                "chain `{}`: no way passes what `through` names, in this order",
+                chain.name.text
+            )
+        } else {
+            format!(
+                "chain `{}`: nothing leads from `{}` to `{}`",
+                chain.name.text,
+                self.port_name(reached.from),
+                self.port_name(reached.to)
+            )
+        };
+        let error = Diagnostic::error("broken-chain", chain.name.span, message);
+        if reached.is_complete {
+            let spans = chain.through.iter().map(|point| point.span);
+            let span = spans.reduce(rc_diagnostics::Span::to);
+            let error = match span {
+                Some(span) => error.label(span, "these are not on one way"),
+                None => error,
+            };
+            return error.help("name components of one way, or leave `through` out");
+        }
+        // A message without a receiver: most likely a peer that is optional and absent.
+        let loose = reached.loose.first().map(|port| {
+            let slot = &flow.components[port.instance].slots[port.slot];
+            let optional = if slot.optional { "optional slot " } else { "" };
+            format!(
+                "{optional}`{}` is connected to nothing",
+                self.port_name(*port)
+            )
+        });
+        let arrives = reached
+            .instances
+            .iter()
+            .map(|at| format!("`{}`", instance(*at)));
+        let arrives: Vec<String> = arrives.take(search::LISTED).collect();
+        let help = match (loose, arrives.is_empty()) {
+            (Some(loose), _) => loose,
+            (None, true) => format!("nobody receives `{}`", self.port_name(reached.from)),
+            (None, false) => format!(
+                "its messages get to {}; look at the `reactions` there",
+                arrives.join(", ")
+            ),
+        };
+        error.help(help)
+    }
+
+    fn ambiguous_chain(&self, chain: &Chain, paths: &[Path]) -> Diagnostic {
+        let names = |path: &Path, whole: bool| {
+            let links = path.links.iter();
+            let links = links.map(|link| {
+                if whole {
+                    self.port_name(link.to)
+                } else {
+                    self.deployment.instances[link.to.instance].path.clone()
+                }
+            });
+            let mut names: Vec<String> = links.collect();
+            if path.sent.is_none() {
+                names.pop();
+            }
+            names.join(", ")
+        };
+        let short: Vec<String> = paths.iter().map(|path| names(path, false)).collect();
+        let differ = short.iter().collect::<BTreeSet<_>>().len() == short.len();
+        let all = if differ {
+            short
+        } else {
+            paths.iter().map(|path| names(path, true)).collect()
+        };
+        let message = format!("chain `{}` has several ways", chain.name.text);
+        let error = Diagnostic::error("ambiguous-chain", chain.name.span, message);
+        let all = all.into_iter().take(search::LISTED);
+        let all = all.map(|way| match way.as_str() {
+            "" => "none between them".to_owned(),
+            way => format!("`through {way};`"),
+        });
+        error.help(format!(
+            "write one of {}",
+            all.collect::<Vec<_>>().join(", ")
+        ))
+    }
+
+    /// The longest time of a message between two components.
+    fn transport(&self, chain: Option<&Chain>, from: Option<usize>, to: Port) -> u64 {
+        let declared = chain.and_then(|chain| chain.transport);
+        let [hosts, network, memory] = ASSUMED_TRANSPORT;
+        let instances = &self.deployment.instances;
+        let own = &instances[to.instance];
+        let slot = self.projects[to.instance]
+            .as_deref()
+            .map(|project| &project.component.slots[to.slot]);
+        let middleware = slot.and_then(|slot| slot.backend).unwrap_or(own.middleware);
+        let apart = from.is_some_and(|from| are_apart(&self.deployment, &instances[from], own));
+        let assumed = match middleware {
+            _ if apart => hosts,
+            Middleware::Dds | Middleware::Ros2 => network,
+            _ => memory,
+        };
+        declared
+            .unwrap_or(assumed)
+            .as_nanos()
+            .try_into()
+            .unwrap_or(u64::MAX)
+    }
+
+    /// The components as the analysis knows them. A declared transport holds for a chain alone.
+    fn analysed(&self, chain: &Chain, flow: &Flow) -> Vec<bounds::Component> {
+        let all = flow.components.iter().enumerate();
+        let all = all.map(|(at, component)| {
+            let handlers = component.handlers.iter().map(|port| {
+                let senders = flow.senders(*port).iter();
+                let mut arrivals: Vec<Arrival> = senders
+                    .flat_map(|sender| {
+                        let transport = self.transport(Some(chain), Some(sender.instance), *port);
+                        flow.rates(*sender)
+                            .into_iter()
+                            .map(move |rate| Arrival { rate, transport })
+                    })
+                    .collect();
+                if flow.is_external(*port) {
+                    arrivals.push(Arrival {
+                        rate: Rate::Unknown,
+                        transport: 0,
+                    });
+                }
+                bounds::Handler {
+                    budget: flow.budget(*port).0,
+                    depth: component.slots[port.slot].depth,
+                    arrivals,
+                }
+            });
+            bounds::Component {
+                period: nanoseconds(self.periods[at]),
+                compute: flow.compute_budget(at).0,
+                handlers: handlers.collect(),
+            }
+        });
+        all.collect()
+    }
+
+    fn bound(&self, declared: usize, chain: &Chain, path: Path, flow: &Flow) -> CheckedChain {
+        let components = self.analysed(chain, flow);
+        let loads = bounds::loads(&components);
+        let hops = |oldest: bool| -> Vec<Hop> {
+            let links = path.links.iter().zip(1..);
+            links
+                .map(|(link, next)| {
+                    // What a later period sends is older than what the handler sends.
+                    let is_last = next == path.links.len() && path.sent.is_none();
+                    let way = if oldest && !is_last && flow.has_compute_way(link.to) {
+                        Way::Compute
+                    } else {
+                        link.way
+                    };
+                    Hop {
+                        component: link.to.instance,
+                        handler: flow.handler(link.to),
+                        way,
+                        transport: self.transport(
+                            Some(chain),
+                            link.from.map(|from| from.instance),
+                            link.to,
+                        ),
+                    }
+                })
+                .collect()
+        };
+        let first = path.links.first();
+        let gap = first.and_then(|link| {
+            let senders = match link.from {
+                Some(from) => vec![from],
+                None if flow.is_external(link.to) => Vec::new(),
+                None => flow.senders(link.to).to_vec(),
+            };
+            let rates = senders.into_iter().flat_map(|sender| flow.rates(sender));
+            let gaps = rates.filter_map(|rate| bounds::gap(rate, &components, &loads));
+            gaps.min()
+        });
+        let costs = bounds::costs(&hops(false), &components, &loads);
+        let oldest = bounds::age(&hops(true), gap, &components, &loads);
+        let mut assumed: Vec<usize> = Vec::new();
+        for link in &path.links {
+            let at = link.to.instance;
+            // All that a component does may stand before a message.
+            let mut handlers = flow.components[at].handlers.iter();
+            let is_assumed = flow.compute_budget(at).1
+                || handlers.any(|port| flow.is_reached(*port) && flow.budget(*port).1);
+            if is_assumed && !assumed.contains(&at) {
+                assumed.push(at);
+            }
+        }
+        let instances = path.links.iter().map(|link| link.to.instance);
+        let overloaded = instances.filter(|at| loads[*at].is_overloaded);
+        let short = path.links.iter().filter_map(|link| {
+            let port = link.to;
+            let end = Endpoint {
+                instance: port.instance,
+                slot: port.slot,
+            };
+            // Requests are never replaced by newer ones.
+            self.slot(end)
+                .filter(|slot| slot.role == Role::SubscribesTo)?;
+            let waiting = loads[port.instance].waiting(flow.handler(port))?;
+            let depth = flow.components[port.instance].slots[port.slot].depth;
+            (waiting > u64::from(depth)).then_some((port, waiting))
+        });
+        CheckedChain {
+            overloaded: overloaded.collect(),
+            short: short.collect(),
+            declared,
+            costs,
+            oldest: oldest.map(Duration::from_nanos),
+            assumed,
+            path,
+        }
+    }
+
+    /// Reports a chain that may be late, and what makes it so.
+    fn report_late(&self, checked: &CheckedChain, found: &mut Diagnostics) {
+        let chain = &self.deployment.chains[checked.declared];
+        if let (Some(limit), Some(costs)) = (chain.within, &checked.costs) {
+            let transport = costs.iter().map(|cost| cost.transport).sum();
+            let transport = Duration::from_nanos(transport);
+            if transport > limit && chain.transport.is_some() {
+                let message = format!(
+                    "chain `{}` cannot be in time: its messages may need {} on their way, and `within` is {}",
+                    chain.name.text,
+                    report::time(transport),
+                    report::time(limit)
+                );
+                let error = Diagnostic::error("impossible-chain", chain.name.span, message);
+                found.push(error.help("lengthen `within`, or shorten `transport`"));
+                return;
+            }
+        }
+        if chain.within.is_none() && chain.age.is_none() {
+            return;
+        }
+        if checked.costs.is_none() {
+            found.push(self.unbounded_chain(checked));
+            return;
+        }
+        found.extend(slow_chain(self, checked));
+        found.extend(stale_chain(self, checked));
+    }
+
+    /// Reports components on chains that cannot keep up, each once.
+    fn report_loads(&self, checked: &[CheckedChain], flow: &Flow, found: &mut Diagnostics) {
+        let overloaded = checked.iter().flat_map(|chain| &chain.overloaded);
+        for at in overloaded.collect::<BTreeSet<_>>() {
+            let instance = &self.deployment.instances[*at];
+            let message = format!("`{}` may get more work than it has time", instance.path);
+            let warning = Diagnostic::warning("overloaded-component", instance.name.span, message);
+            found.push(
+                warning.help("shorten its budgets, send to it less often, or lengthen its period"),
+            );
+        }
+        let short = checked.iter().flat_map(|chain| &chain.short);
+        for (port, waiting) in short.collect::<BTreeSet<_>>() {
+            let depth = flow.components[port.instance].slots[port.slot].depth;
+            let message = format!(
+                "{waiting} messages may wait for `{}`, which keeps {depth}: the others are lost",
+                self.port_name(*port)
+            );
+            let span = self.deployment.instances[port.instance].name.span;
+            let warning = Diagnostic::warning("short-queue", span, message);
+            found.push(warning.help(format!("write `depth {waiting};` at its slot")));
+        }
+    }
+
+    fn unbounded_chain(&self, checked: &CheckedChain) -> Diagnostic {
+        let chain = &self.deployment.chains[checked.declared];
+        let names = checked
+            .path
+            .links
+            .iter()
+            .map(|link| format!("`{}`", self.deployment.instances[link.to.instance].path));
+        let message = format!(
+            "chain `{}` has no worst case: a component on it computes without end",
+            chain.name.text
+        );
+        Diagnostic::warning("slow-chain", chain.name.span, message).help(format!(
+            "one of {} needs its whole period for `compute`: shorten its budget, or lengthen its period",
+            names.collect::<Vec<_>>().join(", ")
+        ))
+    }
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    time.as_nanos().try_into().unwrap_or(u64::MAX)
+}
+
+impl Direction {
+    /// Whether a component receives what it sees on a slot of this role.
+    pub(crate) fn of(role: Role) -> Self {
+        match role {
+            Role::Implements | Role::SubscribesTo => Self::In,
+            Role::Requires | Role::Publishes => Self::Out,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,199 @@
+//! Finds the ways of a chain through a network.
+
+use super::flow::{Direction, Flow};
+use super::{Link, Path, Port};
+use crate::bounds::Way;
+use std::collections::BTreeSet;
+
+/// How many ways, or components, a message lists.
+pub(super) const LISTED: usize = 6;
+/// The most steps of a search. A network with more ways has several.
+const STEPS: usize = 20_000;
+
+/// What is searched.
+pub(super) struct Search<'a> {
+    pub(super) flow: &'a Flow,
+    pub(super) from: Port,
+    pub(super) to: Port,
+    /// The components that a way passes in this order, maybe with the message there.
+    pub(super) through: &'a [(usize, Option<Port>)],
+}
+
+/// The ways that there are.
+pub(super) enum Ways {
+    None(Reached),
+    One(Path),
+    Several(Vec<Path>),
+}
+
+/// How far messages get.
+#[derive(Debug)]
+pub(super) struct Reached {
+    pub(super) from: Port,
+    pub(super) to: Port,
+    /// Whether they get to the end, by ways that `through` excludes.
+    pub(super) is_complete: bool,
+    /// The components that receive them.
+    pub(super) instances: Vec<usize>,
+    /// What is sent, and nobody receives.
+    pub(super) loose: Vec<Port>,
+}
+
+/// A way that is being followed.
+struct State {
+    links: Vec<Link>,
+    steps: usize,
+    found: Vec<Path>,
+}
+
+impl Search<'_> {
+    pub(super) fn run(&self) -> Ways {
+        let useful = self.leading_to_end();
+        let mut state = State {
+            links: Vec::new(),
+            steps: 0,
+            found: Vec::new(),
+        };
+        for (from, to) in self.first() {
+            self.follow(from, to, &useful, &mut state);
+        }
+        let mut found = state.found;
+        match found.len() {
+            0 => Ways::None(self.reached()),
+            1 if state.steps < STEPS => Ways::One(found.remove(0)),
+            _ => Ways::Several(found),
+        }
+    }
+
+    /// The first messages: sender and receiver.
+    fn first(&self) -> Vec<(Option<Port>, Port)> {
+        match self.flow.direction(self.from) {
+            Direction::In => vec![(None, self.from)],
+            Direction::Out => {
+                let receivers = self.flow.receivers(self.from).iter();
+                receivers.map(|to| (Some(self.from), *to)).collect()
+            }
+        }
+    }
+
+    /// The receiving ports from which messages lead to the end.
+    fn leading_to_end(&self) -> BTreeSet<Port> {
+        let mut useful = BTreeSet::new();
+        let mut left: Vec<Port> = match self.flow.direction(self.to) {
+            Direction::In => vec![self.to],
+            Direction::Out => self.causes(self.to),
+        };
+        while let Some(port) = left.pop() {
+            if useful.insert(port) {
+                let senders = self.flow.senders(port).iter();
+                left.extend(senders.flat_map(|sender| self.causes(*sender)));
+            }
+        }
+        useful
+    }
+
+    /// The receiving ports of a component after which it sends a message.
+    fn causes(&self, sent: Port) -> Vec<Port> {
+        let handlers = self.flow.components[sent.instance].handlers.iter();
+        let causes = handlers.filter(|port| {
+            let effects = self.flow.effects(**port);
+            effects.iter().any(|(effect, _)| *effect == sent)
+        });
+        causes.copied().collect()
+    }
+
+    fn follow(&self, from: Option<Port>, to: Port, useful: &BTreeSet<Port>, state: &mut State) {
+        let is_enough = state.found.len() >= LISTED || state.steps >= STEPS;
+        if is_enough || !useful.contains(&to) {
+            return;
+        }
+        state.steps += 1;
+        let link = |way: Way| Link { from, to, way };
+        if to == self.to {
+            state.links.push(link(Way::Handler));
+            self.arrive(None, state);
+            state.links.pop();
+            return;
+        }
+        let passed = state.links.iter().any(|l| l.to.instance == to.instance);
+        if passed {
+            return;
+        }
+        for (sent, way) in self.flow.effects(to) {
+            state.links.push(link(way));
+            if sent == self.to {
+                self.arrive(Some(sent), state);
+            } else {
+                for next in self.flow.receivers(sent) {
+                    self.follow(Some(sent), *next, useful, state);
+                }
+            }
+            state.links.pop();
+        }
+    }
+
+    /// Notes a way that has come to its end, if it passes what it must.
+    fn arrive(&self, sent: Option<Port>, state: &mut State) {
+        let mut wanted = self.through.iter().peekable();
+        for link in &state.links {
+            // Several points may name one component: its messages, in and out.
+            while let Some((instance, port)) = wanted.peek() {
+                let is_here = *instance == link.to.instance;
+                let fits = port.is_none_or(|port| {
+                    port == link.to || Self::is_sent_by(port, link, sent, &state.links)
+                });
+                if !is_here || !fits {
+                    break;
+                }
+                wanted.next();
+            }
+        }
+        if wanted.peek().is_none() {
+            state.found.push(Path {
+                links: state.links.clone(),
+                sent,
+            });
+        }
+    }
+
+    /// Whether the receiver of a link sends this message on.
+    fn is_sent_by(port: Port, link: &Link, sent: Option<Port>, links: &[Link]) -> bool {
+        port.instance == link.to.instance
+            && (sent == Some(port) || links.iter().any(|next| next.from == Some(port)))
+    }
+
+    /// How far messages get from the beginning.
+    fn reached(&self) -> Reached {
+        let (mut seen, mut sent) = (BTreeSet::new(), BTreeSet::new());
+        let mut loose = Vec::new();
+        let mut left: Vec<Port> = self.first().into_iter().map(|(_, to)| to).collect();
+        while let Some(port) = left.pop() {
+            if !seen.insert(port) {
+                continue;
+            }
+            for (effect, _) in self.flow.effects(port) {
+                if !sent.insert(effect) {
+                    continue;
+                }
+                let receivers = self.flow.receivers(effect);
+                if receivers.is_empty() {
+                    loose.push(effect);
+                }
+                left.extend(receivers);
+            }
+        }
+        if self.flow.direction(self.from) == Direction::Out
+            && self.flow.receivers(self.from).is_empty()
+        {
+            loose.push(self.from);
+        }
+        let instances: BTreeSet<usize> = seen.iter().map(|port| port.instance).collect();
+        Reached {
+            from: self.from,
+            to: self.to,
+            is_complete: seen.contains(&self.to) || sent.contains(&self.to),
+            instances: instances.into_iter().collect(),
+            loose,
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! Chains of networks in files: what is found, what is reported, what the plan says.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use crate::{Overrides, load};
+use expect_test::{Expect, expect};
+use rc_codegen::FileLoader;
+use rc_diagnostics::{Format, SourceMap, render};
+use std::path::Path;
+
+const PARTS: &str = "\
+module Parts
+{
+    interface ScanPub { void newScan(int number); void bumped(int number); };
+    interface Drive { void setSpeed(float speed); };
+};
+";
+
+/// The components: communications, and what stands behind `language`.
+const COMPONENTS: [(&str, &str, &str); 9] = [
+    (
+        "lidar",
+        "publishes ScanPub;",
+        "period 50ms; reactions { compute -> newScan budget 2ms; };",
+    ),
+    (
+        "filter",
+        "subscribesTo ScanPub as raw; publishes ScanPub as clean;",
+        "reactions { raw.newScan -> clean.newScan budget 1ms; compute budget 1ms; };",
+    ),
+    (
+        "avoider",
+        "subscribesTo ScanPub as clean; requires Drive optional;",
+        "period 50ms;",
+    ),
+    (
+        "direct",
+        "subscribesTo ScanPub as clean; requires Drive;",
+        "reactions { newScan -> setSpeed budget 2ms; compute budget 1ms; };",
+    ),
+    (
+        "base",
+        "implements Drive;",
+        "reactions { setSpeed budget 500us; compute budget 500us; };",
+    ),
+    (
+        "echo",
+        "subscribesTo ScanPub as heard; publishes ScanPub as said;",
+        "reactions { heard.newScan -> said.newScan budget 1ms; };",
+    ),
+    (
+        "slow",
+        "subscribesTo ScanPub as clean; requires Drive;",
+        "period 100ms; reactions { newScan -> setSpeed budget 60ms; };",
+    ),
+    (
+        "few",
+        "subscribesTo ScanPub as clean { depth 1; }; requires Drive;",
+        "period 200ms; reactions { newScan -> setSpeed budget 10ms; compute budget 60ms; };",
+    ),
+    (
+        "deaf",
+        "subscribesTo ScanPub as clean; requires Drive;",
+        "reactions { };",
+    ),
+];
+
+fn write(folder: &Path) {
+    let file = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a file");
+    file("Parts.idsl", PARTS);
+    for (name, communications, rest) in COMPONENTS {
+        let text = format!(
+            "import \"Parts.idsl\";\nComponent {name}\n{{ Communications {{ {communications} }}; language rust; {rest} }};\n"
+        );
+        file(&format!("{name}.cdsl"), &text);
+    }
+}
+
+#[test]
+fn components_that_cannot_keep_up_are_reported() {
+    let body = "bind slow.clean -> lidar.ScanPub; bind few.clean -> lidar.ScanPub;\n\
+                Chain one { from lidar.ScanPub.newScan; to slow.Drive.setSpeed; };\n\
+                Chain two { from lidar.ScanPub.newScan; to few.Drive.setSpeed; };";
+    check(
+        "lidar slow few base",
+        body,
+        &expect![[r#"
+            net.ddsl:1:68: warning[overloaded-component]: `slow` may get more work than it has time (shorten its budgets, send to it less often, or lengthen its period)
+            net.ddsl:1:106: warning[short-queue]: 2 messages may wait for `few.clean.newScan`, which keeps 1: the others are lost (write `depth 2;` at its slot)
+        "#]],
+    );
+}
+
+/// Checks the findings of a network of these components, with `body` from line 2 on. Returns its
+/// chains as the plan prints them.
+fn check(components: &str, body: &str, expected: &Expect) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path());
+    let components = components.split_whitespace().map(|name| {
+        let (name, of) = name.split_once(':').unwrap_or((name, name));
+        format!("Component {name} {{ cdsl \"{of}.cdsl\"; }}; ")
+    });
+    let text = format!(
+        "Deployment net {{ {}\n{body}\n}};\n",
+        components.collect::<String>()
+    );
+    let path = folder.path().join("net.ddsl");
+    std::fs::write(&path, text).expect("a file");
+    let mut sources = SourceMap::new();
+    let loader = FileLoader::new(&[]);
+    let (network, found) =
+        load(&path, &Overrides::default(), &mut sources, &loader).expect("a file");
+    let text = render(&sources, &found, Format::Short);
+    let shown = text.replace(&format!("{}/", folder.path().display()), "");
+    expected.assert_eq(&shown);
+    let reports = network.expect("a network").chain_reports();
+    reports.iter().map(ToString::to_string).collect()
+}
+
+const LINE: &str = "bind filter.raw -> lidar.ScanPub; bind avoider.clean -> filter.clean;";
+
+#[test]
+fn a_chain_is_found_and_its_worst_case_told() {
+    let body = format!(
+        "{LINE}\nChain brake {{ from lidar.ScanPub.newScan; to base.Drive.setSpeed; within 80ms; age 120ms; }};"
+    );
+    let plan = check("lidar filter avoider base", &body, &expect![[""]]);
+    expect![[r#"
+        chain brake: lidar.ScanPub.newScan → base.Drive.setSpeed
+            at worst 55.6 ms (within 80 ms); data at most 59.8 ms old (age 120 ms)
+            filter.raw.newScan: 0.2 ms on the way, 2 ms work
+            avoider.clean.newScan: 0.2 ms on the way, 50 ms until `compute`, 2 ms work
+            base.Drive.setSpeed: 0.2 ms on the way, 1 ms work
+            budgets are assumed: avoider
+            transport is assumed
+    "#]]
+    .assert_eq(&plan);
+}
+
+#[test]
+fn a_slow_chain_names_its_slowest_part() {
+    let body = format!(
+        "{LINE}\nChain brake {{ from lidar.ScanPub.newScan; to base.Drive.setSpeed; within 50ms; age 55ms; transport 2ms; }};"
+    );
+    check(
+        "lidar filter avoider base",
+        &body,
+        &expect![[r#"
+            net.ddsl:3:7: warning[slow-chain]: chain `brake` takes 61 ms in the worst case, 11 ms more than `within` allows: filter 4 ms, avoider 54 ms, base 3 ms (50 ms of them are the period of avoider: react in the handler of `clean.newScan`, or halve the period)
+            net.ddsl:3:7: warning[stale-chain]: the data of chain `brake` are 67 ms old in the worst case, 12 ms more than `age` allows (an effect uses the newest message, which is as old as the periods of those who send it: shorten them, or react in handlers)
+        "#]],
+    );
+    let body = "bind filter.raw -> lidar.ScanPub; bind direct.clean -> filter.clean;\n\
+                Chain brake { from lidar.ScanPub.newScan; to base.Drive.setSpeed; within 2ms; transport 3ms; };";
+    check(
+        "lidar filter direct base",
+        body,
+        &expect![[r#"
+            net.ddsl:3:7: error[impossible-chain]: chain `brake` cannot be in time: its messages may need 9 ms on their way, and `within` is 2 ms (lengthen `within`, or shorten `transport`)
+        "#]],
+    );
+}
+
+#[test]
+fn reactions_in_handlers_wait_for_no_period() {
+    let body = "bind filter.raw -> lidar.ScanPub; bind direct.clean -> filter.clean;\n\
+                Chain brake { from lidar.ScanPub.newScan; to direct.Drive.setSpeed; within 10ms; };";
+    let plan = check("lidar filter direct base", body, &expect![[""]]);
+    expect![[r#"
+        chain brake: lidar.ScanPub.newScan → direct.Drive.setSpeed
+            at worst 5.4 ms (within 10 ms); data at most 5.4 ms old
+            filter.raw.newScan: 0.2 ms on the way, 2 ms work
+            direct.clean.newScan: 0.2 ms on the way, 3 ms work
+            transport is assumed
+    "#]]
+    .assert_eq(&plan);
+}
+
+#[test]
+fn several_ways_are_told_apart_by_what_they_pass() {
+    let binds = "bind one.raw -> lidar.ScanPub; bind two.raw -> lidar.ScanPub; \
+                 bind avoider.clean -> one.clean; bind avoider.clean -> two.clean;";
+    let parts = "lidar one:filter two:filter avoider base";
+    let chain = "from lidar.ScanPub.newScan; to base.Drive.setSpeed;";
+    check(
+        parts,
+        &format!("{binds}\nChain brake {{ {chain} }};"),
+        &expect![[r#"
+            net.ddsl:3:7: error[ambiguous-chain]: chain `brake` has several ways (write one of `through one, avoider;`, `through two, avoider;`)
+        "#]],
+    );
+    let plan = check(
+        parts,
+        &format!("{binds}\nChain brake {{ {chain} through two; }};"),
+        &expect![[""]],
+    );
+    assert!(plan.contains("two.raw.newScan: "), "{plan}");
+    check(
+        parts,
+        &format!("{binds}\nChain brake {{ {chain} through avoider, two; }};"),
+        &expect![[r#"
+            net.ddsl:3:7: error[broken-chain]: chain `brake`: no way passes what `through` names, in this order; these are not on one way at net.ddsl:3:75 (name components of one way, or leave `through` out)
+        "#]],
+    );
+}
+
+#[test]
+fn chains_that_are_not_there() {
+    let chain = |rest: &str| format!("{LINE}\nChain brake {{ {rest} }};");
+    check(
+        "lidar filter avoider",
+        &chain("from lidar.ScanPub.newScan; to filter.clean.bumped;"),
+        &expect![[r#"
+            net.ddsl:1:110: note[no-provider]: `avoider.Drive` is optional, and no component implements `Parts::Drive`; required here at avoider.cdsl:3:60
+            net.ddsl:3:7: error[broken-chain]: chain `brake`: nothing leads from `lidar.ScanPub.newScan` to `filter.clean.bumped` (optional slot `avoider.Drive.setSpeed` is connected to nothing)
+        "#]],
+    );
+    check(
+        "lidar filter avoider base",
+        &chain("from lidar.ScanPub.newScan; to lidar.ScanPub.newScan;"),
+        &expect![[r#"
+            net.ddsl:3:46: error[empty-chain]: chain `brake` ends where it begins; its beginning at net.ddsl:3:20 (name another operation after `from` or `to`)
+        "#]],
+    );
+    check(
+        "lidar filter avoider base",
+        &chain("from lidar.ScanPub.newScam; to base.Driv.setSpeed;"),
+        &expect![[r#"
+            net.ddsl:3:34: error[unknown-operation]: `lidar.ScanPub` has no operation `newScam`; its interface at Parts.idsl:3:15 (did you mean `newScan`?)
+            net.ddsl:3:51: error[unknown-slot]: `base` has no slot `Driv`; its component at base.cdsl:2:11 (did you mean `Drive`?)
+        "#]],
+    );
+    check(
+        "lidar deaf base",
+        "bind deaf.clean -> lidar.ScanPub;\nChain brake { from lidar.ScanPub.newScan; to base.Drive.setSpeed; };",
+        &expect![[r#"
+            net.ddsl:3:7: error[broken-chain]: chain `brake`: nothing leads from `lidar.ScanPub.newScan` to `base.Drive.setSpeed` (its messages get to `deaf`; look at the `reactions` there)
+        "#]],
+    );
+}
+
+#[test]
+fn a_cycle_of_handlers_is_reported_without_a_chain() {
+    check(
+        "one:echo two:echo",
+        "bind one.heard -> two.said; bind two.heard -> one.said;",
+        &expect![[r#"
+            net.ddsl:1:28: error[cycle-without-delay]: a message leads to itself without a delay: one.heard.newScan → two.heard.newScan → one.heard.newScan (let one of these handlers keep the message for `compute` in its `reactions`)
+        "#]],
+    );
+}
+
+#[test]
+fn data_from_outside_may_be_of_any_age() {
+    let body = "external avoider.clean;\nChain brake { from avoider.clean.newScan; to base.Drive.setSpeed; within 400ms; age 1s; };";
+    let plan = check(
+        "avoider base",
+        body,
+        &expect![[r#"
+            net.ddsl:3:7: warning[stale-chain]: the data of chain `brake` may be of any age: the rate of its first message is not known (an effect uses the newest message, which is as old as the periods of those who send it: shorten them, or react in handlers)
+        "#]],
+    );
+    assert!(plan.contains("; data of any age"), "{plan}");
+}
