@@ -4,7 +4,7 @@
 pub(super) type Keyword = (&'static str, &'static str);
 
 /// The keywords that may begin a statement, by language and by the first word of the block.
-pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 29] = [
+pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 31] = [
     (
         "idsl",
         "",
@@ -84,6 +84,10 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 29] = [
                 "The oldest version of Python: `python \"3.12\" venv;`",
             ),
             (
+                "reactions",
+                "What follows what: `reactions { scan -> compute; }`",
+            ),
+            (
                 "simulates",
                 "`simulates time;`: the component publishes the time of its network.",
             ),
@@ -110,6 +114,11 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 29] = [
     ),
     (
         "cdsl",
+        "reactions",
+        &[("budget", "The longest run of a handler: `scan budget 3ms;`")],
+    ),
+    (
+        "cdsl",
         "statemachine",
         &[(
             "external",
@@ -129,6 +138,21 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 29] = [
     ),
     ("ddsl", "deployment", NETWORK),
     ("ddsl", "group", NETWORK),
+    (
+        "ddsl",
+        "chain",
+        &[
+            (
+                "from",
+                "The message that begins the chain: `COMPONENT.SLOT.OPERATION`.",
+            ),
+            ("through", "Components that it passes, in this order."),
+            ("to", "The message that ends it."),
+            ("within", "The most time from its beginning to its end."),
+            ("age", "The most age of the data in its effects."),
+            ("transport", "The most time of a message on its way."),
+        ],
+    ),
     (
         "ddsl",
         "export",
@@ -336,6 +360,7 @@ const NETWORK: &[Keyword] = &[
         "record",
         "`record { ring 60s; };`: the last messages are kept in memory.",
     ),
+    ("Chain", "What must follow what, and how soon."),
 ];
 
 const PARAMETERS: &[Keyword] = &[
