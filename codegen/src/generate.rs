@@ -9,6 +9,7 @@ use rc_cdsl::model::Middleware;
 use rc_configuration::Parameters;
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
+use rc_vocabulary::Middlewares;
 use std::path::Path;
 
 /// One module of the crate `interfaces`.
@@ -55,7 +56,7 @@ pub fn interfaces_root(stems: &[&str]) -> Result<String, TemplateError> {
 /// [`interfaces`].
 pub fn component(
     project: &Project,
-    middleware: Middleware,
+    middleware: impl Into<Middlewares>,
     interfaces: &str,
 ) -> Result<(Files, Diagnostics), TemplateError> {
     let (view, mut found) = view::component::of(project, middleware);

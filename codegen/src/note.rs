@@ -36,7 +36,7 @@ pub struct Note {
     pub component: String,
     /// The hash of its model: 16 hexadecimal digits.
     pub model: String,
-    /// The middleware it was generated for.
+    /// The middlewares it was generated for, as [`rc_vocabulary::Middlewares`] writes them.
     pub middleware: String,
 }
 

@@ -74,11 +74,13 @@ pub enum ChainField {
     Time(Literal),
 }
 
-/// `middleware NAME;` or `middleware NAME { … };`
+/// `middleware NAME;`, `middleware NAME { … };` or `middleware auto remote NAME;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Middleware {
-    /// The middleware.
+    /// The middleware, or `auto`.
     pub name: Name,
+    /// The middleware after `remote`.
+    pub remote: Option<Name>,
     /// The settings, each with its values. `None` without a block.
     pub settings: Option<Vec<(Name, Vec<Literal>)>>,
 }

@@ -2,7 +2,7 @@
 
 use crate::conversion::Conversion;
 use crate::endpoint::{Endpoint, slot};
-use crate::model::{Deployment, Host, Setting};
+use crate::model::{Deployment, Setting};
 use crate::units;
 use rc_cdsl::Component;
 use rc_cdsl::model::{Middleware, Role};
@@ -50,9 +50,8 @@ impl<'a> CompatibilityChecker<'a> {
         Some(texts)
     }
 
-    /// Whether two endpoints of one interface have equal types and units, the same middleware and
-    /// compatible quality of service. Reports errors at the place of `line`. Returns what the
-    /// connection converts, and `None` after an error.
+    /// Whether two endpoints of one interface have equal types and units. Reports errors at the place
+    /// of `line`. Returns what the connection converts, and `None` after an error.
     pub(crate) fn check(
         &mut self,
         line: units::Line<'_>,
@@ -64,9 +63,21 @@ impl<'a> CompatibilityChecker<'a> {
         let types = self.types(span, consumer, provider, found);
         // Units of equal types only: the members of others have no counterparts.
         let units = types.then(|| self.units(line, consumer, provider, found));
-        let middleware = self.middleware(span, consumer, provider, found);
-        let fits = self.qos(span, consumer, provider, found) && middleware;
-        units.flatten().filter(|_| fits)
+        units.flatten()
+    }
+
+    /// Whether a middleware carries a connection: it reaches both ends, which are in one domain and
+    /// have compatible quality of service. Reports errors at `span`.
+    pub(crate) fn carries(
+        &self,
+        middleware: Middleware,
+        span: Span,
+        consumer: Endpoint,
+        provider: Endpoint,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let reaches = self.reaches(middleware, span, consumer, provider, found);
+        self.qos(middleware, span, consumer, provider, found) && reaches
     }
 
     fn types(
@@ -131,52 +142,51 @@ impl<'a> CompatibilityChecker<'a> {
         units::compare(line, ours?, theirs?, found)
     }
 
-    /// The names of the hosts of two endpoints if they differ.
-    fn hosts_apart(&self, one: Endpoint, other: Endpoint) -> Option<(&str, &str)> {
-        let host = |end: Endpoint| {
-            let instance = &self.deployment.instances[end.instance];
-            self.deployment.remote_host(instance)
-        };
-        let (one, other) = (host(one), host(other));
-        let same = match (one, other) {
-            (Some(one), Some(other)) => one.is_same(other),
-            (one, other) => one.is_none() && other.is_none(),
-        };
-        let name = |host: Option<&'a Host>| host.map_or("localhost", |host| &host.name.text);
-        (!same).then(|| (name(one), name(other)))
+    /// The middleware that an endpoint has by its component or the network. `None`: its connections
+    /// choose it.
+    pub(crate) fn chosen(&self, end: Endpoint) -> Option<Middleware> {
+        let instance = &self.deployment.instances[end.instance];
+        let own = slot(self.components, end).and_then(|slot| slot.backend);
+        own.or_else(|| instance.auto.is_none().then_some(instance.middleware))
     }
 
-    fn middleware(
+    /// The fastest middleware that reaches both endpoints, where neither has one.
+    pub(crate) fn fastest(&self, one: Endpoint, other: Endpoint) -> Middleware {
+        let instances = &self.deployment.instances;
+        self.deployment
+            .fastest(&instances[one.instance], &instances[other.instance])
+    }
+
+    /// The names of the hosts of two endpoints if they differ.
+    fn hosts_apart(&self, one: Endpoint, other: Endpoint) -> Option<(&str, &str)> {
+        let [one, other] = [one, other].map(|end| &self.deployment.instances[end.instance]);
+        let name = |instance| {
+            let host = self.deployment.remote_host(instance);
+            host.map_or("localhost", |host| host.name.text.as_str())
+        };
+        let apart = self.deployment.are_apart(one, other);
+        apart.then(|| (name(one), name(other)))
+    }
+
+    fn reaches(
         &self,
+        here: Middleware,
         span: Span,
         consumer: Endpoint,
         provider: Endpoint,
         found: &mut Diagnostics,
     ) -> bool {
-        let chosen = |end: Endpoint| {
-            let own = slot(self.components, end).and_then(|s| s.backend);
-            own.unwrap_or(self.deployment.instances[end.instance].middleware)
-        };
-        let (here, there) = (chosen(consumer), chosen(provider));
-        let ends = format!("`{}` and `{}`", self.name(consumer), self.name(provider));
-        if here != there {
-            let message = format!(
-                "{ends} use different middleware: `{}` and `{}`",
-                here.word(),
-                there.word()
-            );
-            found.push(Diagnostic::error("middleware-mismatch", span, message));
-            return false;
-        }
         if here == Middleware::Iceoryx2
             && let Some((one, other)) = self.hosts_apart(consumer, provider)
         {
             let message = format!(
-                "{ends} are on different hosts, `{one}` and `{other}`, but `{}` is limited to one host",
+                "`{}` and `{}` are on different hosts, `{one}` and `{other}`, but `{}` is limited to one host",
+                self.name(consumer),
+                self.name(provider),
                 here.word()
             );
             let error = Diagnostic::error("shared-memory-across-hosts", span, message);
-            found.push(error.help("use `middleware dds`, or run both on one host"));
+            found.push(error.help("use `middleware auto` or `dds`, or run both on one host"));
             return false;
         }
         // iceoryx2 has no domains.
@@ -227,10 +237,14 @@ impl<'a> CompatibilityChecker<'a> {
 
     /// The quality of service of an operation of an endpoint, and the location of the setting if
     /// the `.ddsl` sets it.
-    fn set(&self, end: Endpoint, operation: &str) -> Option<(Qos, Option<Span>)> {
+    fn set(
+        &self,
+        end: Endpoint,
+        backend: Middleware,
+        operation: &str,
+    ) -> Option<(Qos, Option<Span>)> {
         let slot = slot(self.components, end)?;
         let instance = &self.deployment.instances[end.instance];
-        let backend = slot.backend.unwrap_or(instance.middleware);
         let mut qos = slot.whole_qos();
         let set = instance.setting(backend, "qos");
         let Some((Value::Qos(rules), span)) = set.map(|set| (&set.value, set.span)) else {
@@ -244,6 +258,7 @@ impl<'a> CompatibilityChecker<'a> {
 
     fn qos(
         &self,
+        middleware: Middleware,
         span: Span,
         consumer: Endpoint,
         provider: Endpoint,
@@ -263,9 +278,10 @@ impl<'a> CompatibilityChecker<'a> {
         let mut reported = Vec::new();
         for operation in operations {
             let name = operation.name.text.as_str();
-            let (Some((requested, asked)), Some((offered_qos, offered))) =
-                (self.set(consumer, name), self.set(provider, name))
-            else {
+            let (Some((requested, asked)), Some((offered_qos, offered))) = (
+                self.set(consumer, middleware, name),
+                self.set(provider, middleware, name),
+            ) else {
                 continue;
             };
             for unmet in Contract::from(&offered_qos).differences(&Contract::from(&requested)) {

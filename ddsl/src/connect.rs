@@ -9,7 +9,7 @@ use crate::graph::{cycles, shortest_path, strongly_connected_components};
 use crate::members::wrong_member;
 use crate::model::{Bind, Deployment, Instance, InstanceOrGroup, SlotPath};
 use rc_cdsl::Component;
-use rc_cdsl::model::{Role, Slot};
+use rc_cdsl::model::{Middleware, Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use rc_vocabulary::member;
@@ -17,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 mod join;
 mod languages;
+mod transports;
 
 /// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +46,8 @@ pub struct Network {
     pub connections: Vec<Connection>,
     /// What the consumers of connections with `convert;` convert.
     pub conversions: BTreeMap<Connection, Conversion>,
+    /// The middleware of each connection.
+    pub transports: BTreeMap<Connection, Middleware>,
     /// The external slots, each with the address that its declaration names.
     pub externals: BTreeMap<Endpoint, Option<Name>>,
     /// For each instance, the instances that must be ready before it: those of required slots that
@@ -52,6 +55,17 @@ pub struct Network {
     pub required: Vec<BTreeSet<usize>>,
     /// Diagnostics about slots and connections. `connections` omits connections with errors.
     pub diagnostics: Vec<ConnectionDiagnostic>,
+}
+
+impl Network {
+    /// The middlewares over which an endpoint has connections, each once: one of a consumer, and
+    /// those of all its consumers of a provider. Empty without connections.
+    pub fn middlewares(&self, end: Endpoint) -> Vec<Middleware> {
+        let own = |of: &Connection| of.consumer == end || of.provider == end;
+        let own = self.transports.iter().filter(|(of, _)| own(of));
+        let all: BTreeSet<Middleware> = own.map(|(_, middleware)| *middleware).collect();
+        all.into_iter().collect()
+    }
 }
 
 /// Connects all slots: as `bind` declares, otherwise to the only visible provider of the interface.
@@ -69,6 +83,7 @@ pub fn connect(
         compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
         conversions: BTreeMap::new(),
+        transports: BTreeMap::new(),
         bound_by: Vec::new(),
         externals: BTreeMap::new(),
         diagnostics: Vec::new(),
@@ -77,6 +92,7 @@ pub fn connect(
     let mut bound = connector.connect_binds();
     connector.take_externals(&mut bound);
     connector.connect_implicitly(&bound);
+    connector.choose_transports();
     connector.check_conversions();
     connector.check_languages();
     let mut network = connector.network();
@@ -97,6 +113,7 @@ struct Connector<'a> {
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
     conversions: BTreeMap<Connection, Conversion>,
+    transports: BTreeMap<Connection, Middleware>,
     /// The explicit connections, each with the location of its consumer.
     bound_by: Vec<(Connection, Span)>,
     externals: BTreeMap<Endpoint, Option<Name>>,
@@ -485,6 +502,7 @@ impl<'a> Connector<'a> {
         Network {
             connections: std::mem::take(&mut self.connections),
             conversions: std::mem::take(&mut self.conversions),
+            transports: std::mem::take(&mut self.transports),
             externals: std::mem::take(&mut self.externals),
             required,
             diagnostics: std::mem::take(&mut self.diagnostics),

@@ -69,6 +69,7 @@ pub(crate) fn instance(
         host: None,
         endpoint: None,
         middleware: context.choice.middleware,
+        auto: context.choice.auto,
         settings: Vec::new(),
         after: Vec::new(),
         restart: Restart::default(),
@@ -105,6 +106,7 @@ pub(crate) fn instance(
     }
     let choice = block.end();
     instance.middleware = choice.middleware;
+    instance.auto = choice.auto;
     instance.settings = choice.settings;
     for (word, field) in &tree.fields {
         if let Field::Cdsl(path) | Field::Executable(path) | Field::Config(path) = field {

@@ -87,8 +87,12 @@ pub struct Instance {
     pub host: Option<(usize, Span)>,
     /// The TCP address of its management, and the location of the field.
     pub endpoint: Option<(SocketAddr, Span)>,
-    /// The middleware of its slots, unless a slot sets its own.
+    /// The middleware of its slots, unless a slot sets its own. With `auto`, that of its slots
+    /// without connections.
     pub middleware: Middleware,
+    /// Of `middleware auto;`, the middleware between hosts: each connection has the fastest
+    /// middleware that reaches, see [`crate::Network::middlewares`].
+    pub auto: Option<Middleware>,
     /// The settings of middlewares. Each key of a middleware occurs once.
     pub settings: Vec<Setting>,
     /// The components and groups that must be ready first, and the location of each name.
@@ -274,6 +278,28 @@ impl Deployment {
     pub fn remote_host(&self, instance: &Instance) -> Option<&Host> {
         let (host, _) = instance.host?;
         self.hosts.get(host).filter(|host| !host.is_local())
+    }
+
+    /// Whether two instances are on different machines.
+    pub fn are_apart(&self, one: &Instance, other: &Instance) -> bool {
+        match (self.remote_host(one), self.remote_host(other)) {
+            (Some(one), Some(other)) => !one.is_same(other),
+            (one, other) => one.is_some() || other.is_some(),
+        }
+    }
+
+    /// The fastest middleware that connects two instances: in their process, on their host, or the
+    /// one that `one` has between hosts.
+    pub fn fastest(&self, one: &Instance, other: &Instance) -> Middleware {
+        let process = |instance: &Instance| instance.process.as_ref().map(|name| name.text.clone());
+        let shared = process(one).filter(|own| process(other).as_ref() == Some(own));
+        if shared.is_some() {
+            Middleware::Local
+        } else if self.are_apart(one, other) {
+            one.auto.unwrap_or(Middleware::Dds)
+        } else {
+            Middleware::DEFAULT
+        }
     }
 
     /// The indices into [`Deployment::instances`] of an instance, or of all instances of a group.

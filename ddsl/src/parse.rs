@@ -472,10 +472,14 @@ fn parameter(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Parameter
 }
 
 fn middleware(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Middleware> {
-    let (mut name, mut settings) = (None, None);
+    let (mut name, mut remote, mut settings) = (None, None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => name = Some(r.name(&part)),
+            Rule::remote => {
+                let named = part.into_inner().find(|part| part.as_rule() == Rule::name);
+                remote = named.map(|part| r.name(&part));
+            }
             Rule::semicolon => r.semicolon(&part),
             Rule::settings => {
                 let list: &mut Vec<(Name, Vec<Literal>)> = settings.insert(Vec::new());
@@ -499,6 +503,7 @@ fn middleware(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Middlewa
     }
     Some(Middleware {
         name: name?,
+        remote,
         settings,
     })
 }

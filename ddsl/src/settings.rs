@@ -8,11 +8,18 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
 use rc_vocabulary::{Key, Kind, Scalar, Value, ValueError, duration, unknown_key_help};
 
+/// The word by which connections choose their middleware themselves.
+const AUTO: &str = "auto";
+/// What connects hosts after `auto`, unless `remote` names another one.
+const REMOTE: Middleware = Middleware::Dds;
+
 /// The middleware and the settings of a block. Components in it inherit them.
 #[derive(Clone, Debug)]
 pub(crate) struct Choice {
     /// The middleware of slots that do not choose one.
     pub(crate) middleware: Middleware,
+    /// Of `middleware auto;`, the middleware between hosts.
+    pub(crate) auto: Option<Middleware>,
     /// The settings, each key of a middleware once.
     pub(crate) settings: Vec<Setting>,
 }
@@ -21,9 +28,19 @@ impl Default for Choice {
     fn default() -> Self {
         Self {
             middleware: Middleware::DEFAULT,
+            auto: None,
             settings: Vec::new(),
         }
     }
+}
+
+/// What the name of a middleware stands for.
+#[derive(Clone, Copy, PartialEq)]
+enum Of {
+    /// The middleware of a block.
+    Block,
+    /// What connects hosts after `auto`.
+    Remote,
 }
 
 /// Reads the clauses of one block. They take precedence over those of the blocks around it.
@@ -53,9 +70,20 @@ impl<'a> Block<'a> {
     /// `middleware dds { … };`. The first clause of a block chooses the middleware. Further clauses
     /// contain settings for slots that choose another middleware.
     pub(crate) fn middleware(&mut self, tree: &ast::Middleware) {
-        let Some(backend) = self.known(&tree.name) else {
+        if tree.name.text.eq_ignore_ascii_case(AUTO) {
+            return self.auto(tree);
+        }
+        let Some(backend) = self.known(&tree.name, Of::Block) else {
             return;
         };
+        if let Some(remote) = &tree.remote {
+            let message = format!("`remote` goes with `middleware {AUTO}`");
+            let error = Diagnostic::error("misplaced-remote", remote.span, message).help(format!(
+                "write `middleware {AUTO} remote {};`, or leave `remote` out",
+                remote.text
+            ));
+            self.found.push(error);
+        }
         let same = self.named.iter().find(|n| n.text == backend.word());
         if let Some(first) = same {
             let word = Name::new("middleware", tree.name.span);
@@ -68,6 +96,7 @@ impl<'a> Block<'a> {
             self.found.push(error);
         } else if self.named.is_empty() {
             self.choice.middleware = backend;
+            self.choice.auto = None;
         }
         self.named.push(Name::new(backend.word(), tree.name.span));
         for (word, values) in tree.settings.iter().flatten() {
@@ -81,6 +110,51 @@ impl<'a> Block<'a> {
             };
             self.set(backend, key, word, values);
         }
+    }
+
+    /// `middleware auto;` or `middleware auto remote ros2;`, the first clause of a block.
+    fn auto(&mut self, tree: &ast::Middleware) {
+        let remote = match &tree.remote {
+            None => Some(REMOTE),
+            Some(name) => self
+                .known(name, Of::Remote)
+                .filter(|remote| self.joins_hosts(*remote, name)),
+        };
+        if let Some(first) = self.named.first() {
+            let message = format!("`middleware {AUTO}` comes second here");
+            let error = Diagnostic::error("repeated-clause", tree.name.span, message)
+                .label(first.span, "the middleware of what stands here")
+                .help("a block has one middleware: write one of the two");
+            self.found.push(error);
+        } else {
+            self.choice.middleware = Middleware::DEFAULT;
+            self.choice.auto = Some(remote.unwrap_or(REMOTE));
+        }
+        self.named.push(Name::new(AUTO, tree.name.span));
+        if let Some((word, _)) = tree.settings.iter().flatten().next() {
+            let message = format!("`{}` cannot be set of {AUTO}", word.text);
+            let error = Diagnostic::error("unknown-key", word.span, message);
+            self.found.push(error.help(format!(
+                "{AUTO} has no settings: write those of a middleware in a clause of its own, `middleware {} {{ … }};`",
+                remote.unwrap_or(REMOTE).word()
+            )));
+        }
+    }
+
+    /// Whether the middleware after `remote` connects hosts. Reports an error if not.
+    fn joins_hosts(&mut self, remote: Middleware, name: &Name) -> bool {
+        let joins = remote.can().joins_machines;
+        if !joins {
+            let others = Middleware::in_files().filter(|other| other.can().joins_machines);
+            let others: Vec<&str> = others.map(Middleware::word).collect();
+            let message = format!("`{}` does not connect hosts", remote.word());
+            let error = Diagnostic::error("misplaced-remote", name.span, message);
+            self.found.push(error.help(format!(
+                "after `remote` stands one of: {}",
+                others.join(", ")
+            )));
+        }
+        joins
     }
 
     /// `domain 7;` sets the domain of every middleware that has domains.
@@ -156,11 +230,12 @@ impl<'a> Block<'a> {
         None
     }
 
-    fn known(&mut self, name: &Name) -> Option<Middleware> {
+    fn known(&mut self, name: &Name, of: Of) -> Option<Middleware> {
         let known = Middleware::from_file(&name.text);
         if known.is_none() {
             let message = format!("unknown middleware `{}`", name.text);
-            let words = Middleware::in_files().map(Middleware::word);
+            let auto = Some(AUTO).filter(|_| of == Of::Block);
+            let words = Middleware::in_files().map(Middleware::word).chain(auto);
             self.found.push(
                 Diagnostic::error("unknown-middleware", name.span, message)
                     .suggest(&name.text, words),

@@ -8,6 +8,7 @@
 //! - [`request_body`]: what a client sends, as bytes or written into the memory of a middleware.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
+//! - [`fan_out`]: a publisher over several middlewares.
 //! - [`gaps`]: the samples that a receiver lost.
 //! - [`lifecycle`]: the life cycle of a managed component, for a middleware with managed nodes.
 //! - [`log`]: the log of a component, for a middleware that publishes it.
@@ -24,6 +25,7 @@ pub mod cdr;
 pub mod counter;
 pub mod environment;
 pub mod error;
+pub mod fan_out;
 pub mod gaps;
 pub mod header;
 pub mod in_place;

@@ -2,7 +2,7 @@
 
 use crate::converting::Conversions;
 use crate::description::Description;
-use crate::slots::Listed;
+use crate::slots::{Listed, Transports};
 use crate::time::ClockChoice;
 use rc_middleware::linked::{GivenArguments, NodeName};
 use rc_middleware::{Address, Settings};
@@ -18,6 +18,8 @@ pub(crate) struct Arguments {
     pub(crate) name: String,
     pub(crate) config: Option<PathBuf>,
     pub(crate) bindings: BTreeMap<String, Address>,
+    /// The middlewares of slots that have others than the description gives them.
+    pub(crate) transports: Transports,
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
     /// Parameters of this run (`--set`), each with its text.
@@ -48,6 +50,7 @@ impl Arguments {
             name: name.to_owned(),
             config: None,
             bindings: BTreeMap::new(),
+            transports: Transports::new(),
             log: None,
             settings: Settings::default(),
             parameters: Vec::new(),

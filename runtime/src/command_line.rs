@@ -50,6 +50,10 @@ pub(crate) fn parse(
                 let (slot, address) = binding(description, &parser.value()?.string()?)?;
                 out.bindings.insert(slot, address);
             }
+            Long("transport") => {
+                let (slot, transports) = transports(description, &parser.value()?.string()?)?;
+                out.transports.insert(slot, transports);
+            }
             Long("members") => {
                 let (array, members) = members(description, &parser.value()?.string()?)?;
                 out.members.insert(array, members);
@@ -201,6 +205,46 @@ fn binding(description: &Description, text: &str) -> Result<(String, Address), l
     Ok((slot, Address::parse(address)?))
 }
 
+/// Parses `Laser=iceoryx2,local`.
+fn transports(
+    description: &Description,
+    text: &str,
+) -> Result<(String, Vec<&'static str>), lexopt::Error> {
+    let Some((slot, list)) = text.split_once('=') else {
+        return Err(format!(
+            "--transport takes SLOT=MIDDLEWARES, as in `--transport Laser=iceoryx2,local`, not `{text}`"
+        )
+        .into());
+    };
+    let slot = check_slot(description, slot)?;
+    let linked = description.backends.iter().map(|linked| linked.name);
+    let mut transports = Vec::new();
+    for word in list.split(',') {
+        let Some(name) = linked.clone().find(|name| *name == word) else {
+            let known = linked.collect::<Vec<_>>().join(", ");
+            let name = description.name;
+            return Err(format!(
+                "--transport: {name} was generated without `{word}`; its middlewares are: {known}"
+            )
+            .into());
+        };
+        if !transports.contains(&name) {
+            transports.push(name);
+        }
+    }
+    let array = member::split(&slot).map_or(slot.as_str(), |(array, _)| array);
+    let mut slots = description.slots.iter();
+    let consumes = slots
+        .any(|own| own.name == array && matches!(own.role, Role::Requires | Role::SubscribesTo));
+    if consumes && transports.len() > 1 {
+        return Err(format!(
+            "--transport: `{slot}` is a consumer, which has one middleware; the other end has several"
+        )
+        .into());
+    }
+    Ok((slot, transports))
+}
+
 /// Parses `Laser=0i:f{1/1000}`.
 fn conversion(description: &Description, text: &str) -> Result<(String, Plan), lexopt::Error> {
     let Some((slot, plan)) = text.split_once('=') else {
@@ -334,6 +378,8 @@ fn help(description: &Description) -> String {
          --network NAME        network of the component (default: default)\n  \
          --name NAME           name of the component in its network (default: {name})\n  \
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
+         --transport SLOT=MIDDLEWARES\n                        \
+         middlewares of a slot, with commas, as `middleware auto;` chooses them; one that serves or publishes may have several\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \

@@ -68,7 +68,9 @@ impl ComponentInfo {
                 name: operation.name.to_owned(),
                 hash: format!("{:016x}", operation.type_hash),
                 qos: match slot.role {
-                    Role::Publishes | Role::SubscribesTo => topic_qos(slot, at, &self.settings),
+                    Role::Publishes | Role::SubscribesTo => {
+                        topic_qos(slot, at, slot.middleware(), &self.settings)
+                    }
                     Role::Implements | Role::Requires => slot.qos,
                 },
                 external_type: slot.external_types.get(at).map(|ty| (*ty).to_owned()),
@@ -79,7 +81,13 @@ impl ComponentInfo {
             name: slot.name.to_string(),
             role: slot.role,
             interface: slot.type_name.to_owned(),
-            middleware: slot.backend.to_owned(),
+            middleware: slot.middleware().to_owned(),
+            further: slot
+                .transports
+                .iter()
+                .skip(1)
+                .map(|one| (*one).to_owned())
+                .collect(),
             address: self.address(&slot),
             hash: format!("{:016x}", slot.type_hash),
             operations: operations(&slot),
@@ -161,7 +169,7 @@ impl ComponentInfo {
             name: slot.name.to_string(),
             role: slot.role,
             interface: slot.type_name.to_owned(),
-            middleware: slot.backend.to_owned(),
+            middleware: slot.transports.join(", "),
             address: self.address(&slot),
             peers: counters.peers,
             handlers: counters.handlers.timing(),

@@ -20,10 +20,11 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, Member, OpenError,
-    QueueGauge, Server, Settings, Subscriber, TypeIdentity, network_time,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, Linked, LogQueue, Member,
+    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
 };
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -89,16 +90,22 @@ pub(crate) struct Interceptors {
 }
 
 impl Connections {
-    /// Opens the middlewares of `description`.
+    /// Opens the middlewares that the slots and the clock need. `of_time` is the one over which the
+    /// component hears the time of its network.
     pub(crate) fn new(
         description: &'static Description,
         environment: &Environment,
         slots: &Arc<SlotTable>,
         clock: ClockKind,
+        of_time: Option<&str>,
         interceptors: Interceptors,
     ) -> Result<Self, OpenError> {
+        let used = slots.used()?;
         let mut backends = Vec::new();
         for linked in description.backends {
+            if !is_needed(linked, &used, clock, of_time) {
+                continue;
+            }
             backends.push((linked.name, (linked.connect)(environment)?));
         }
         let ports = Self::over(description, backends, slots, &environment.network, clock);
@@ -244,8 +251,11 @@ impl Connections {
             Box::new(replayed_ports::Publishing::new(replay, slot, operation))
         } else {
             let open = self.slot(slot)?;
-            let endpoint = self.topic_endpoint(&open, operation)?;
-            let port = self.backend(&open)?.publisher(&endpoint)?;
+            let ports = self.backends(&open)?.into_iter().map(|(name, backend)| {
+                let endpoint = self.topic_endpoint(&open, operation, name)?;
+                backend.publisher(&endpoint)
+            });
+            let port = fan_out::over(ports.collect::<Result<_, _>>()?);
             self.exact.publisher(slot, operation, port)
         };
         let port = Box::new(TappedPublisher {
@@ -369,16 +379,20 @@ impl Connections {
         let slot = self.slot(at)?;
         match slot.role {
             Role::Implements => {
-                let port = self.backend(&slot)?.server(&call_endpoint(&slot)?)?;
-                self.watch(at, port.queue());
-                Ok(vec![Receiver::Server(self.exact.server(at, port))])
+                let backends = self.backends(&slot)?.into_iter();
+                let ports = backends.map(|(_, backend)| {
+                    let port = backend.server(&call_endpoint(&slot)?)?;
+                    self.watch(at, port.queue());
+                    Ok(Receiver::Server(self.exact.server(at, port)))
+                });
+                ports.collect()
             }
             Role::SubscribesTo => {
                 let operations = 0..slot.operations.len();
                 let plan = self.conversions.get(&*slot.name);
                 let plan = plan.map(|plan| (plan, self.conversion(at)));
                 let ports = operations.map(|operation| {
-                    let endpoint = self.topic_endpoint(&slot, operation)?;
+                    let endpoint = self.topic_endpoint(&slot, operation, slot.middleware())?;
                     let port = self.backend(&slot)?.subscriber(&endpoint)?;
                     self.watch(at, port.queue());
                     let port = match &plan {
@@ -392,7 +406,8 @@ impl Connections {
                     Ok(Receiver::Subscriber {
                         port: self.exact.subscriber(at, operation, port),
                         operation,
-                        deadline: topic_qos(&slot, operation, &self.settings).deadline,
+                        deadline: topic_qos(&slot, operation, slot.middleware(), &self.settings)
+                            .deadline,
                     })
                 });
                 ports.collect()
@@ -486,8 +501,20 @@ impl Connections {
         })
     }
 
+    /// The middleware of a consumer.
     fn backend(&self, slot: &OpenSlot) -> Result<&dyn Backend, OpenError> {
-        let wanted = slot.backend;
+        self.opened(slot, slot.middleware())
+    }
+
+    /// The middlewares of a provider.
+    fn backends(&self, slot: &OpenSlot) -> Result<Vec<(&'static str, &dyn Backend)>, OpenError> {
+        let names = slot.transports.iter();
+        names
+            .map(|name| Ok((*name, self.opened(slot, name)?)))
+            .collect()
+    }
+
+    fn opened(&self, slot: &OpenSlot, wanted: &str) -> Result<&dyn Backend, OpenError> {
         let found = self.backends.iter().find(|(name, _)| *name == wanted);
         found
             .map(|(_, backend)| backend.as_ref())
@@ -497,8 +524,13 @@ impl Connections {
             })
     }
 
-    fn topic_endpoint(&self, slot: &OpenSlot, operation: usize) -> Result<Endpoint, OpenError> {
-        let mut qos = topic_qos(slot, operation, &self.settings);
+    fn topic_endpoint(
+        &self,
+        slot: &OpenSlot,
+        operation: usize,
+        middleware: &str,
+    ) -> Result<Endpoint, OpenError> {
+        let mut qos = topic_qos(slot, operation, middleware, &self.settings);
         if self.clock != ClockKind::System {
             // A middleware would measure it by the system's clock; the event loop measures it by
             // the network's.
@@ -517,6 +549,23 @@ impl Connections {
             external_types: external.into_iter().collect(),
         })
     }
+}
+
+/// Whether a component opens a middleware: for its slots, or for its clock. One without slots is a
+/// node of its middlewares; a source of time publishes over all of them.
+fn is_needed(
+    linked: &Linked,
+    used: &BTreeSet<&str>,
+    clock: ClockKind,
+    of_time: Option<&str>,
+) -> bool {
+    let by_clock = match clock {
+        ClockKind::System => false,
+        ClockKind::Source => true,
+        ClockKind::Ros => linked.clock.is_some(),
+        ClockKind::Simulated => of_time == Some(linked.name),
+    };
+    by_clock || used.is_empty() || used.contains(linked.name)
 }
 
 fn call_endpoint(slot: &OpenSlot) -> Result<Endpoint, OpenError> {

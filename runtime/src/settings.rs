@@ -59,7 +59,7 @@ fn prepend(settings: &mut Settings, middleware: &str, key: &str, mut rules: Valu
 fn topics(slots: &SlotTable, middleware: &str) -> Result<Vec<NamedSlot>, OpenError> {
     let mut topics = slots.named()?;
     topics.retain(|slot| {
-        slot.of.backend == middleware
+        slot.transports.contains(&middleware)
             && matches!(slot.of.role, Role::Publishes | Role::SubscribesTo)
     });
     Ok(topics)
@@ -74,7 +74,10 @@ fn overrides(
     names: &TopicNames,
 ) -> Vec<qos::Rule> {
     let mut named = Vec::new();
-    for NamedSlot { path, of, address } in topics {
+    for NamedSlot {
+        path, of, address, ..
+    } in topics
+    {
         for operation in of.operations {
             let topic = names(address, path, operation.name);
             named.push((topic, of.role, format!("{path}/{}", operation.name)));
@@ -158,11 +161,16 @@ fn warn(
     Ok(())
 }
 
-/// The quality of service of a topic: that of its slot, changed by the settings. A rule for a
+/// The quality of service of a topic over a middleware: that of its slot, changed by the settings. A rule for a
 /// member precedes one for its array.
-pub(crate) fn topic_qos(slot: &OpenSlot, operation: usize, settings: &Settings) -> Qos {
+pub(crate) fn topic_qos(
+    slot: &OpenSlot,
+    operation: usize,
+    middleware: &str,
+    settings: &Settings,
+) -> Qos {
     let mut qos = slot.qos;
-    let rules = settings.qos(slot.backend, "qos");
+    let rules = settings.qos(middleware, "qos");
     let operation = slot.operations[operation].name;
     let mut policies = qos::policies(rules, slot.slot.name, operation);
     if slot.member.is_some() {

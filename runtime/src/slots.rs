@@ -16,6 +16,9 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 /// The members that the network lists, by array. An array without an entry takes any.
 pub(crate) type Listed = BTreeMap<String, Vec<String>>;
 
+/// The middlewares of slots and members that the network chooses, by name.
+pub(crate) type Transports = BTreeMap<String, Vec<&'static str>>;
+
 /// A slot of the component, or a member of an array. It dereferences to its description.
 #[derive(Debug)]
 pub(crate) struct OpenSlot {
@@ -27,6 +30,8 @@ pub(crate) struct OpenSlot {
     pub(crate) member: Option<Member>,
     /// `None` for an array itself, and in a repeated run.
     pub(crate) address: Option<Address>,
+    /// Its middlewares; at least one. Tools use the first one.
+    pub(crate) transports: Vec<&'static str>,
 }
 
 /// A slot, or a member that the network lists, before it is open.
@@ -36,6 +41,7 @@ pub(crate) struct NamedSlot {
     pub(crate) path: String,
     pub(crate) of: &'static Slot,
     pub(crate) address: Address,
+    pub(crate) transports: Vec<&'static str>,
 }
 
 impl Deref for OpenSlot {
@@ -55,6 +61,14 @@ impl OpenSlot {
         }
     }
 
+    /// The middleware that tools use.
+    pub(crate) fn middleware(&self) -> &'static str {
+        self.transports
+            .first()
+            .copied()
+            .unwrap_or(self.slot.backend)
+    }
+
     /// Whether it is an array, which has no connection itself.
     pub(crate) fn is_whole_array(&self) -> bool {
         self.slot.is_array && self.member.is_none()
@@ -70,6 +84,8 @@ pub(crate) struct SlotTable {
     own: String,
     /// Addresses of members that are not the default ones.
     bindings: BTreeMap<String, Address>,
+    /// The middlewares of slots and members that have others than the description gives them.
+    transports: Transports,
     listed: RwLock<Listed>,
     /// Whether the worker has opened all members.
     is_complete: AtomicBool,
@@ -82,6 +98,7 @@ impl SlotTable {
         description: &'static Description,
         (network, instance): (&str, &str),
         bindings: &BTreeMap<String, Address>,
+        transports: &Transports,
         listed: Listed,
     ) -> Result<Self, OpenError> {
         let addressed = |slot: &'static Slot| match bindings.get(slot.name) {
@@ -99,7 +116,7 @@ impl SlotTable {
         Ok(Self {
             bindings: bound.map(|(slot, to)| (slot.clone(), to.clone())).collect(),
             listed: RwLock::new(listed),
-            ..Self::of(description, (network, instance), slots)
+            ..Self::of(description, (network, instance), transports, slots)
         })
     }
 
@@ -112,13 +129,14 @@ impl SlotTable {
         let slots = description.slots.iter().map(|slot| (slot, None));
         Self {
             listed: RwLock::new(listed),
-            ..Self::of(description, names, slots.collect())
+            ..Self::of(description, names, &Transports::new(), slots.collect())
         }
     }
 
     fn of(
         description: &'static Description,
         (network, instance): (&str, &str),
+        transports: &Transports,
         slots: Vec<(&'static Slot, Option<Address>)>,
     ) -> Self {
         let slots = slots.into_iter().enumerate();
@@ -129,6 +147,7 @@ impl SlotTable {
                 name: Cow::Borrowed(slot.name),
                 member: None,
                 address,
+                transports: chosen(transports, slot.name, slot),
             })
         });
         Self {
@@ -136,6 +155,7 @@ impl SlotTable {
             slots: RwLock::new(slots.collect()),
             own: format!("{network}/{}", instance.replace('.', "/")),
             bindings: BTreeMap::new(),
+            transports: transports.clone(),
             listed: RwLock::default(),
             is_complete: AtomicBool::new(false),
         }
@@ -164,6 +184,7 @@ impl SlotTable {
                     path: open.path(),
                     of: open.slot,
                     address: address.clone(),
+                    transports: open.transports.clone(),
                 });
             }
             let listed = self
@@ -174,10 +195,28 @@ impl SlotTable {
                     path: format!("{}/{name}", open.slot.name),
                     of: open.slot,
                     address: self.address(open.slot.name, &name)?,
+                    transports: chosen(
+                        &self.transports,
+                        &member::path(open.slot.name, &name),
+                        open.slot,
+                    ),
                 });
             }
         }
         Ok(named)
+    }
+
+    /// The middlewares over which slots, and members that the worker may open, have connections.
+    pub(crate) fn used(&self) -> Result<BTreeSet<&'static str>, OpenError> {
+        let named = self.named()?;
+        let named = named
+            .iter()
+            .flat_map(|slot| slot.transports.iter().copied());
+        let mut arrays = self.description.slots.iter();
+        let arrays = arrays
+            .by_ref()
+            .filter(|slot| slot.is_array && !self.lists().contains_key(slot.name));
+        Ok(named.chain(arrays.map(|slot| slot.backend)).collect())
     }
 
     /// Whether a path may be that of a member which no network lists.
@@ -262,10 +301,12 @@ impl SlotTable {
             return Err(MemberError::TooMany { array, name });
         }
         let member = Member::new(members.len(), slots.len(), name);
+        let path = member::path(slot.name, name);
         slots.push(Arc::new(OpenSlot {
             described: array,
             slot,
-            name: Cow::Owned(member::path(slot.name, name)),
+            transports: chosen(&self.transports, &path, slot),
+            name: Cow::Owned(path),
             member: Some(member.clone()),
             address: Some(address),
         }));
@@ -318,6 +359,12 @@ impl SlotTable {
             )
         })
     }
+}
+
+/// The middlewares that the network chooses for a slot, else that of its description.
+fn chosen(transports: &Transports, name: &str, slot: &Slot) -> Vec<&'static str> {
+    let chosen = transports.get(name).filter(|chosen| !chosen.is_empty());
+    chosen.cloned().unwrap_or_else(|| vec![slot.backend])
 }
 
 /// Difference between the open members and those that the network lists.

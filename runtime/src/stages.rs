@@ -143,6 +143,7 @@ impl<'a> Prepared<'a> {
             description,
             (network, name),
             &bindings,
+            &arguments.transports,
             listed,
         )?);
         let mut settings = settings(description, arguments, &loaded, &slots)?;
@@ -274,20 +275,21 @@ impl<'a> Managed<'a> {
             defaults,
             conversions: arguments.conversions.clone(),
         };
+        let middleware = match &arguments.clock {
+            ClockChoice::Simulated(middleware) => middleware.as_deref(),
+            _ => None,
+        };
         let mut ports = Connections::new(
             prepared.description,
             &prepared.environment,
             &prepared.slots,
             prepared.clock,
+            Some(middleware.unwrap_or(prepared.description.middleware)),
             interceptors,
         )?;
         if let Some(log) = &prepared.log.queue {
             ports.log(log)?;
         }
-        let middleware = match &arguments.clock {
-            ClockChoice::Simulated(middleware) => middleware.as_deref(),
-            _ => None,
-        };
         let time = ports.join_time(
             &arguments.name,
             &prepared.simulated,

@@ -47,7 +47,7 @@ pub use key::{Key, key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
 pub use language::Language;
 pub use layout::Layout;
-pub use middleware::{Capabilities, Middleware};
+pub use middleware::{Capabilities, Middleware, Middlewares};
 pub use parameter::{ParameterChange, ParameterStatus};
 pub use pattern::Pattern;
 pub use primitive::{Class, Primitive};

@@ -142,9 +142,86 @@ impl Middleware {
     }
 }
 
+/// The middlewares that a component is generated for: that of slots which choose none, and others
+/// over which a network may connect them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Middlewares {
+    main: Middleware,
+    /// One bit for each, by its place in [`Middleware::ALL`].
+    all: u8,
+}
+
+impl Middlewares {
+    /// These middlewares: `main`, and others.
+    pub fn new(main: Middleware, others: impl IntoIterator<Item = Middleware>) -> Self {
+        let bits = others.into_iter().chain([main]).map(|one| 1 << one as u8);
+        Self {
+            main,
+            all: bits.fold(0, |all, bit| all | bit),
+        }
+    }
+
+    /// The middleware of slots that choose none.
+    pub fn main(self) -> Middleware {
+        self.main
+    }
+
+    /// All of them, the main one first.
+    pub fn iter(self) -> impl Iterator<Item = Middleware> {
+        let others = Middleware::ALL.into_iter();
+        let others = others.filter(move |one| *one != self.main && self.contains(*one));
+        std::iter::once(self.main).chain(others)
+    }
+
+    /// Whether it is one of them.
+    pub fn contains(self, middleware: Middleware) -> bool {
+        self.all & (1 << middleware as u8) != 0
+    }
+}
+
+impl From<Middleware> for Middlewares {
+    fn from(middleware: Middleware) -> Self {
+        Self::new(middleware, [])
+    }
+}
+
+impl std::fmt::Display for Middlewares {
+    /// `iceoryx2-local`: the main one first.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.main.word())?;
+        self.iter()
+            .skip(1)
+            .try_for_each(|other| write!(f, "-{}", other.word()))
+    }
+}
+
+impl std::str::FromStr for Middlewares {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        let words = text.split('-').map(Middleware::from_word);
+        let all = words.collect::<Option<Vec<_>>>().ok_or(())?;
+        let main = *all.first().ok_or(())?;
+        Ok(Self::new(main, all))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn several_have_a_text_with_the_main_one_first() {
+        let several = Middlewares::new(Middleware::Dds, [Middleware::Local, Middleware::Iceoryx2]);
+        assert_eq!(several.to_string(), "dds-iceoryx2-local");
+        assert_eq!(several.to_string().parse(), Ok(several));
+        assert_eq!(
+            "iceoryx2".parse(),
+            Ok(Middlewares::from(Middleware::DEFAULT))
+        );
+        assert_eq!("iceoryx2-pigeon".parse::<Middlewares>(), Err(()));
+        assert!(!several.contains(Middleware::Ros2));
+    }
 
     #[test]
     fn files_select_all_but_those_of_one_process() {

@@ -26,6 +26,13 @@ pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
         "slots": view.slots.iter().map(|of| slot(view, of)).collect::<Vec<Value>>(),
         "types": types,
     });
+    let mut further = view.middlewares.iter().filter(|one| {
+        let mut chosen = view.slots.iter().filter_map(|slot| slot.middleware);
+        **one != view.middleware && !chosen.any(|of_slot| of_slot == **one)
+    });
+    if further.clone().next().is_some() {
+        all["further_middlewares"] = further.by_ref().map(|one| one.word()).collect();
+    }
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;
     }

@@ -9,6 +9,7 @@ use rc_cdsl::model::{self, Middleware, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
+use rc_vocabulary::Middlewares;
 use rc_vocabulary::qos::{Policies, Policy, PolicyName, PolicyValue};
 use serde::{Serialize, Serializer};
 use std::time::Duration;
@@ -181,17 +182,19 @@ impl Serialize for Qos {
     }
 }
 
-/// The view of a project that has no errors, for a middleware.
-pub fn of(project: &Project, middleware: Middleware) -> (Component, Diagnostics) {
+/// The view of a project that has no errors, for middlewares.
+pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Component, Diagnostics) {
+    let generated_for = generated_for.into();
+    let middleware = generated_for.main();
     let mut found = Diagnostics::new();
     let component = &project.component;
     let library = &component.library;
     check_language(project, &mut found);
     // Slots that choose ROS 2 were checked when the component was read.
-    if middleware.can().has_nodes {
+    if generated_for.iter().any(|one| one.can().has_nodes) {
         found.extend(ros::refused(library));
     }
-    let mut middlewares = vec![middleware];
+    let mut middlewares: Vec<Middleware> = generated_for.iter().collect();
     for backend in component.slots.iter().filter_map(|slot| slot.backend) {
         if !middlewares.contains(&backend) {
             middlewares.push(backend);
@@ -200,10 +203,12 @@ pub fn of(project: &Project, middleware: Middleware) -> (Component, Diagnostics)
     let note = Note {
         component: component.name.text.clone(),
         model: format!("{:016x}", project.hash),
-        middleware: middleware.word().to_owned(),
+        middleware: generated_for.to_string(),
     };
     let slots = component.slots.iter();
-    let slots: Vec<Slot> = slots.map(|slot| one(library, slot, middleware)).collect();
+    let slots: Vec<Slot> = slots
+        .map(|slot| one(library, slot, generated_for))
+        .collect();
     let external_types: Vec<String> = slots
         .iter()
         .flat_map(|s| s.external_types.clone())
@@ -272,7 +277,8 @@ impl Component {
     }
 }
 
-fn one(library: &Library, slot: &model::Slot, middleware: Middleware) -> Slot {
+fn one(library: &Library, slot: &model::Slot, generated_for: Middlewares) -> Slot {
+    let middleware = generated_for.main();
     let interface = library.interface(slot.interface);
     // An interface without operations is a connection, but there is nothing to handle or publish.
     let any = !interface.operations.is_empty();
@@ -294,7 +300,9 @@ fn one(library: &Library, slot: &model::Slot, middleware: Middleware) -> Slot {
         qos: Qos(slot.qos.clone()),
         available: slot.available.iter().map(|s| s.text.clone()).collect(),
         in_place: slot.in_place,
-        external_types: if backend.can().has_nodes {
+        external_types: if backend.can().has_nodes
+            || slot.backend.is_none() && generated_for.iter().any(|one| one.can().has_nodes)
+        {
             external_types(library, slot)
         } else {
             Vec::new()

@@ -73,7 +73,7 @@ impl Connector<'_> {
     }
 
     /// The location of the bind of a connection, or of its consumer.
-    fn bind_span(&self, connection: Connection) -> Span {
+    pub(super) fn bind_span(&self, connection: Connection) -> Span {
         let mut made = self.bound_by.iter();
         let made = made.find(|(own, _)| *own == connection);
         made.map_or_else(

@@ -9,4 +9,5 @@ mod page;
 mod processes;
 mod settings;
 mod size;
+mod transports;
 mod units;

@@ -108,7 +108,18 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
             let conversion = network.conversions.get(c);
             let converts = conversion.map(|made| format!(" converts {made} by {}", made.plan));
             let converts = converts.unwrap_or_default();
-            format!("{} -> {}{converts}", name(c.consumer), name(c.provider))
+            // Where connections choose it.
+            let ends = [c.consumer, c.provider].map(|end| deployment.instances[end.instance].auto);
+            let over = ends
+                .iter()
+                .any(Option::is_some)
+                .then(|| network.transports[c]);
+            let over = over.map_or(String::new(), |over| format!(" over {over}"));
+            format!(
+                "{} -> {}{converts}{over}",
+                name(c.consumer),
+                name(c.provider)
+            )
         })
         .collect();
     (connections, found)

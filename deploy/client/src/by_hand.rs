@@ -118,6 +118,7 @@ fn silent(name: &str) -> ComponentStatus {
         uptime_s: None,
         ready: false,
         middleware: String::new(),
+        transports: BTreeMap::new(),
         cpu: Vec::new(),
         priority: None,
         executable: PathBuf::new(),

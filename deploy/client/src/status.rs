@@ -151,9 +151,11 @@ fn write_head(status: &NetworkStatus, f: &mut String) -> fmt::Result {
 fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Result {
     let width = components.iter().map(|c| c.name.len()).max();
     let width = width.unwrap_or(0).max(9);
+    let over = components.iter().map(|c| c.middleware.len()).max();
+    let over = over.unwrap_or(0).max(10);
     writeln!(
         f,
-        "{:width$}  {:9}  {:>8}  {:>9}  {:10}",
+        "{:width$}  {:9}  {:>8}  {:>9}  {:over$}",
         "component", "state", "pid", "up", "middleware"
     )?;
     for component in components {
@@ -165,7 +167,7 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             .map_or_else(String::new, |s| format!("{s:.1} s"));
         write!(
             f,
-            "{:width$}  {:9}  {pid:>8}  {up:>9}  {:10}",
+            "{:width$}  {:9}  {pid:>8}  {up:>9}  {:over$}",
             component.name, component.state, component.middleware
         )?;
         if let Some(lifecycle) = component.lifecycle {
@@ -214,6 +216,13 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
                 .first()
                 .map_or_else(String::new, |last| format!("; {last}"));
             writeln!(f, "{:width$}  {now}{last}", "")?;
+        }
+        if !component.transports.is_empty() {
+            let each = component.transports.iter();
+            let each: Vec<String> = each
+                .map(|(slot, over)| format!("{slot} over {over}"))
+                .collect();
+            writeln!(f, "{:width$}  {}", "", each.join("; "))?;
         }
         for trouble in &component.troubles {
             writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;

@@ -165,11 +165,7 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             .map(|group| process_name(&deployment.groups[group].path));
         let mut groups: Vec<String> = groups.collect();
         groups.reverse();
-        let slots = network.projects[at]
-            .iter()
-            .flat_map(|project| &project.component.slots);
-        let chosen = slots.map(|slot| slot.backend.unwrap_or(instance.middleware));
-        let chosen: Vec<Middleware> = chosen.collect();
+        let chosen = network.middlewares_of(at);
         let part = Part {
             component,
             name: process_name(&component.name),

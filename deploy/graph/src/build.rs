@@ -3,8 +3,8 @@
 use crate::model::{Component, Finding, Graph, Group, Slot};
 use rc_cdsl::model::Role;
 use rc_codegen::paths::normal;
-use rc_ddsl::Connection as Pair;
 use rc_ddsl::model::InstanceOrGroup;
+use rc_ddsl::{Connection as Pair, Endpoint};
 use rc_deploy_network::Network;
 use rc_deploy_network::topology::{Connection, Kind, interface_name};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
@@ -74,7 +74,11 @@ impl Builder<'_> {
         let component = self.network.projects[at].as_ref().map(|p| &p.component);
         let slots = component
             .iter()
-            .flat_map(|c| c.slots.iter().map(move |s| (c, s)));
+            .flat_map(|c| c.slots.iter().zip(0..).map(move |s| (c, s)));
+        let over = |slot: usize| {
+            let end = Endpoint { instance: at, slot };
+            self.network.middlewares(end)[0].word()
+        };
         Component {
             name: instance.path.clone(),
             component: component.map(|c| c.name.text.clone()),
@@ -86,7 +90,10 @@ impl Builder<'_> {
                 .process
                 .as_ref()
                 .map(|process| process.text.clone()),
-            middleware: instance.middleware.word(),
+            middleware: match instance.auto {
+                Some(_) => "auto",
+                None => instance.middleware.word(),
+            },
             clock: self.network.clock(at).kind,
             external: false,
             live: None,
@@ -94,11 +101,11 @@ impl Builder<'_> {
                 .as_ref()
                 .and_then(|project| project.state_machine.clone()),
             slots: slots
-                .map(|(component, slot)| Slot {
+                .map(|(component, (slot, number))| Slot {
                     name: slot.name.clone(),
                     interface: component.library.interface_path(slot.interface),
                     role: slot.role,
-                    middleware: slot.backend.unwrap_or(instance.middleware).word(),
+                    middleware: over(number),
                     optional: slot.optional,
                 })
                 .collect(),

@@ -6,7 +6,6 @@ mod search;
 
 use crate::bounds::{self, Arrival, Cost, Hop, Rate, Way};
 use crate::model::Network;
-use crate::network_time::are_apart;
 use flow::{Direction, Flow};
 use rc_cdsl::model::{Middleware, Role};
 use rc_ddsl::Endpoint;
@@ -327,7 +326,7 @@ impl Network {
             .as_deref()
             .map(|project| &project.component.slots[to.slot]);
         let middleware = slot.and_then(|slot| slot.backend).unwrap_or(own.middleware);
-        let apart = from.is_some_and(|from| are_apart(&self.deployment, &instances[from], own));
+        let apart = from.is_some_and(|from| self.deployment.are_apart(&instances[from], own));
         let assumed = match middleware {
             _ if apart => hosts,
             Middleware::Dds | Middleware::Ros2 => network,

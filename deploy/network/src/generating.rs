@@ -56,7 +56,8 @@ impl Network {
     /// The components to generate, each with its middleware.
     fn stale(&self) -> Vec<(&Project, Middleware)> {
         let mut stale: Vec<(&Project, Middleware)> = Vec::new();
-        for (instance, project, variant) in self.built() {
+        for (at, project, variant) in self.built() {
+            let instance = &self.deployment.instances[at];
             let note = Note::of_generated(project.code());
             let middleware = match (&note, variant) {
                 // A folder with code of an older model, or with code that does not tell.

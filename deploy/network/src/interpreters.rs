@@ -21,7 +21,8 @@ impl Network {
     pub fn check_interpreters(&self, next: Next, found: &mut Diagnostics) {
         let mut in_path = InPath::default();
         let mut seen: HashSet<&Path> = HashSet::new();
-        for (instance, project, _) in self.built() {
+        for (at, project, _) in self.built() {
+            let instance = &self.deployment.instances[at];
             let is_python = project.language().is_some_and(Language::has_interpreter);
             let is_elsewhere = self.deployment.remote_host(instance).is_some();
             if is_python && !is_elsewhere && seen.insert(&project.path) {

@@ -6,11 +6,11 @@
 use crate::error::{Error, cannot, refused};
 use crate::model::Profile;
 use crate::variant;
-use rc_cdsl::model::Middleware;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
 use rc_codegen::note::Note;
 use rc_codegen::{Project, generate, python};
+use rc_vocabulary::Middlewares;
 use std::ffi::OsString;
 use std::io;
 use std::os::unix::fs::PermissionsExt;
@@ -86,7 +86,7 @@ pub(crate) fn of(
     root: &Path,
     target: &Path,
     profile: Profile,
-    variant: Option<Middleware>,
+    variant: Option<Middlewares>,
     path: PathBuf,
 ) -> Result<Launcher, Error> {
     let package = package(project);
@@ -103,7 +103,7 @@ pub(crate) fn of(
             let place = target
                 .join("rc")
                 .join(FOLDER)
-                .join(middleware.word())
+                .join(middleware.to_string())
                 .join(&package);
             let printed = generate::component(project, middleware, "");
             let (files, found) = printed.map_err(|error| Error::Workspace(error.to_string()))?;
@@ -114,7 +114,7 @@ pub(crate) fn of(
                 return Err(Error::Workspace(error.message.clone()));
             }
             staged = Some((place.clone(), files, folder.clone()));
-            (place, middleware.word().to_owned())
+            (place, middleware.to_string())
         }
     };
     let note = Note {

@@ -10,6 +10,7 @@
 //!                        → programs         where executables are, and how cargo builds them
 //!                        → shared_process   the program of components that share a process
 //!                        → interpreters     whether components in Python can start
+//!                        → transports       the middlewares of slots and components
 //!                        → services         the shared memory that guards hold open
 //! ```
 
@@ -36,6 +37,7 @@ mod scenes;
 pub mod services;
 mod shared_process;
 pub mod topology;
+mod transports;
 mod unsupported;
 mod variant;
 mod workspaces;

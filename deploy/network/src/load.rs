@@ -43,7 +43,10 @@ pub fn load(
     let middleware = overrides.middleware;
     if let Some(middleware) = middleware {
         let instances = deployment.instances.iter_mut();
-        instances.for_each(|instance| instance.middleware = middleware);
+        instances.for_each(|instance| {
+            instance.middleware = middleware;
+            instance.auto = None;
+        });
     }
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
@@ -61,7 +64,6 @@ pub fn load(
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
-    let variants = variants(&deployment, &projects, middleware);
     let periods = periods(&projects, &configured);
     let mut network = Network {
         path: path.to_path_buf(),
@@ -71,7 +73,8 @@ pub fn load(
         connections,
         time: None,
         middleware,
-        variants,
+        needed: Vec::new(),
+        variants: Vec::new(),
         parameters,
         periods,
         chains: Vec::new(),
@@ -82,6 +85,8 @@ pub fn load(
     };
     network.check_topics(&mut found);
     network.check_time(&mut found);
+    network.needed = network.needed();
+    network.variants = variants(&network);
     network.check_chains(&mut found);
     network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);

@@ -8,6 +8,7 @@ use rc_codegen::Project;
 use rc_configuration::Binding;
 use rc_ddsl::model::{Deployment, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
+use rc_vocabulary::Middlewares;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -41,9 +42,11 @@ pub struct Network {
     pub time: Option<NetworkTime>,
     /// The middleware of all components, if the command line sets it.
     pub(crate) middleware: Option<Middleware>,
-    /// The middleware for which each instance is a variant. `None` if its program is built from its
-    /// folder, or is named.
-    pub(crate) variants: Vec<Option<Middleware>>,
+    /// The middlewares that each instance needs.
+    pub(crate) needed: Vec<Middlewares>,
+    /// The middlewares for which each instance is a variant. `None` if its program is built from
+    /// its folder, or is named.
+    pub(crate) variants: Vec<Option<Middlewares>>,
     /// For each instance, the values that the network sets, and those that are in effect.
     pub(crate) parameters: Vec<OverriddenParameters>,
     /// For each instance, the period of its `compute()`.

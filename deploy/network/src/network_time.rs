@@ -3,7 +3,7 @@
 use crate::model::{Network, NetworkTime};
 use crate::process_name::process_name;
 use rc_cdsl::model::Middleware;
-use rc_ddsl::model::{Deployment, Instance};
+use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_middleware::qos::MAX_READERS;
 use rc_vocabulary::Value;
@@ -36,19 +36,6 @@ impl fmt::Display for ClockPlan {
 }
 
 impl Network {
-    /// The middlewares of an instance: its own, then those that its slots choose.
-    fn middlewares(&self, at: usize) -> Vec<Middleware> {
-        let mut all = vec![self.deployment.instances[at].middleware];
-        let project = self.projects[at].as_deref();
-        let slots = project.map_or(&[][..], |project| &project.component.slots);
-        for backend in slots.iter().filter_map(|slot| slot.backend) {
-            if !all.contains(&backend) {
-                all.push(backend);
-            }
-        }
-        all
-    }
-
     fn simulates_time(&self, at: usize) -> bool {
         let project = self.projects[at].as_deref();
         project.is_some_and(|project| project.component.simulates_time)
@@ -58,7 +45,7 @@ impl Network {
     fn uses_ros_clock(&self, at: usize) -> bool {
         let set = self.deployment.instances[at].setting(Middleware::Ros2, "use_sim_time");
         set.is_some_and(|set| set.value == Value::Bool(true))
-            && self.middlewares(at).contains(&Middleware::Ros2)
+            && self.middlewares_of(at).contains(&Middleware::Ros2)
     }
 
     /// Finds the source of time and its followers, and reports mistakes.
@@ -126,14 +113,27 @@ impl Network {
     /// The first middleware of a follower that connects it with its source; else the reason why
     /// there is none.
     fn time_link(&self, source: usize, at: usize) -> Result<Middleware, String> {
-        let theirs = self.middlewares(source);
-        let own = self.middlewares(at);
-        let common: Vec<Middleware> = own.iter().copied().filter(|b| theirs.contains(b)).collect();
         let instances = &self.deployment.instances;
         let (one, other) = (&instances[source], &instances[at]);
+        // `auto` adds what its peer needs.
+        let theirs = self.middlewares_of(source);
+        let own = self.middlewares_of(at);
+        let common: Vec<Middleware> = match (one.auto, other.auto) {
+            // Tools hear the time of a process in shared memory.
+            (Some(_), Some(_)) => match self.deployment.fastest(one, other) {
+                Middleware::Local => vec![Middleware::DEFAULT],
+                fastest => vec![fastest],
+            },
+            (Some(_), None) => own.clone(),
+            (None, Some(_)) => theirs.clone(),
+            (None, None) => {
+                let own = own.iter().copied();
+                own.filter(|backend| theirs.contains(backend)).collect()
+            }
+        };
         let mut reasons = Vec::new();
         for backend in common {
-            let apart = backend == Middleware::Iceoryx2 && are_apart(&self.deployment, one, other);
+            let apart = backend == Middleware::Iceoryx2 && self.deployment.are_apart(one, other);
             if apart {
                 reasons.push("they are on different hosts, which iceoryx2 does not connect".into());
             } else if domain(one, backend) != domain(other, backend) {
@@ -245,14 +245,6 @@ impl Network {
             ("system", _) if self.simulates_time(at) => vec![("--clock", "system".to_owned())],
             _ => Vec::new(),
         }
-    }
-}
-
-/// Whether two instances are on different machines.
-pub(crate) fn are_apart(deployment: &Deployment, one: &Instance, other: &Instance) -> bool {
-    match (deployment.remote_host(one), deployment.remote_host(other)) {
-        (Some(one), Some(other)) => !one.is_same(other),
-        (one, other) => one.is_some() || other.is_some(),
     }
 }
 

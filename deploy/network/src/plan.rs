@@ -68,9 +68,12 @@ pub struct Component {
     /// Whether everything that decides its life is recorded.
     #[serde(default)]
     pub exact: bool,
-    /// The middleware that it was generated for. Only for people.
+    /// The middlewares of its connections. Only for people.
     #[serde(default)]
     pub middleware: String,
+    /// Of `middleware auto;`, the middlewares of each slot with connections. Only for people.
+    #[serde(default)]
+    pub transports: BTreeMap<String, String>,
     /// The machine that it runs on. `None`: this machine.
     #[serde(default)]
     pub host: Option<Host>,
@@ -134,6 +137,7 @@ impl Component {
             priority: None,
             exact: false,
             middleware: String::new(),
+            transports: BTreeMap::new(),
             host: None,
             files: Vec::new(),
         }

@@ -16,13 +16,9 @@ use std::path::{Path, PathBuf};
 impl Network {
     /// The settings of the middlewares that an instance uses.
     fn passed_settings(&self, at: usize) -> impl Iterator<Item = &Setting> {
-        let default = self.deployment.instances[at].middleware;
-        let project = self.projects[at].as_deref();
-        let slots = project.map_or(&[][..], |project| &project.component.slots);
-        self.passed_settings[at].iter().filter(move |set| {
-            let mut chosen = slots.iter().filter_map(|slot| slot.backend);
-            set.middleware == default || chosen.any(|backend| backend == set.middleware)
-        })
+        let used = self.middlewares_of(at);
+        let settings = self.passed_settings[at].iter();
+        settings.filter(move |set| used.contains(&set.middleware))
     }
 
     /// The files that a component of the plan needs beside its program: its configuration, and the
@@ -105,6 +101,9 @@ impl Network {
                 let value = &set.value;
                 option("--set-middleware", format!("{middleware}.{key}={value}"));
             }
+            for chosen in self.transport_options(at) {
+                option("--transport", chosen);
+            }
             for array in &instance.arrays {
                 let members = array.members.iter().map(|name| name.text.as_str());
                 let members = members.collect::<Vec<_>>().join(",");
@@ -155,7 +154,8 @@ impl Network {
                 cpu: instance.cpu.clone(),
                 priority: instance.priority.map(|(priority, _)| priority),
                 exact: instance.exact.is_some(),
-                middleware: instance.middleware.word().to_owned(),
+                middleware: self.middleware_text(at),
+                transports: self.transports(at),
                 host: host.map(|host| plan::Host {
                     name: host.name.text.clone(),
                     address: host.address.text.clone(),

@@ -10,12 +10,12 @@ use crate::model::{Network, Profile};
 use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
-use rc_cdsl::model::Middleware;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
 use rc_codegen::{Project, names};
-use rc_ddsl::model::{Deployment, Instance};
+use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
+use rc_vocabulary::Middlewares;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -23,23 +23,29 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// For each instance, the middleware of its variant: that of `all`, otherwise its own, if the
-/// generated code in its folder is for another one. `None` if the instance names its program, or
-/// nothing was ever generated.
-pub(crate) fn variants(
-    deployment: &Deployment,
-    projects: &[Option<Rc<Project>>],
-    all: Option<Middleware>,
-) -> Vec<Option<Middleware>> {
-    let instances = deployment.instances.iter().zip(projects);
-    let variant = |(instance, project): (&Instance, &Option<Rc<Project>>)| {
+/// For each instance, the middlewares of its variant: those that it needs, if the generated code in
+/// its folder is without one of them, or the command line sets the middleware. `None` if the
+/// instance names its program, or nothing was ever generated.
+pub(crate) fn variants(network: &Network) -> Vec<Option<Middlewares>> {
+    let instances = network.deployment.instances.iter();
+    let instances = instances.zip(&network.projects).zip(&network.needed);
+    let variant = |((instance, project), needed): ((&Instance, &Option<Rc<Project>>), _)| {
+        let needed: &Middlewares = needed;
         let project = built(instance, project.as_ref())?;
-        all.or_else(|| {
-            let note = Note::of_generated(project.code()).ok()??;
-            (note.middleware != instance.middleware.word()).then_some(instance.middleware)
-        })
+        if network.middleware.is_some() {
+            return Some(*needed);
+        }
+        let note = Note::of_generated(project.code()).ok()??;
+        (!has_all(&note, *needed)).then_some(*needed)
     };
     instances.map(variant).collect()
+}
+
+/// Whether a program with this note has the middlewares that an instance needs.
+fn has_all(note: &Note, needed: Middlewares) -> bool {
+    note.middleware.parse().is_ok_and(|built: Middlewares| {
+        built.main() == needed.main() && needed.iter().all(|one| built.contains(one))
+    })
 }
 
 /// The component of an instance whose program is built. `None` if the program is named.
@@ -53,7 +59,7 @@ fn check_executable(
     path: &Path,
     notes: &io::Result<Vec<Note>>,
     place: Span,
-    instance: &Instance,
+    (instance, needed): (&Instance, Middlewares),
     project: &Project,
     build: &str,
     found: &mut Diagnostics,
@@ -108,12 +114,11 @@ fn check_executable(
                 project.path.display()
             ),
         ),
-        Ok(Some(note)) if note.middleware != instance.middleware.word() => (
+        Ok(Some(note)) if !has_all(note, needed) => (
             "middleware-mismatch",
             format!(
-                "the executable of `{name}` uses {}, the network {}",
+                "the executable of `{name}` uses {}, the network {needed}",
                 note.middleware,
-                instance.middleware.word()
             ),
         ),
         Ok(Some(_)) if may_run(path) => return,
@@ -161,7 +166,7 @@ fn how_to_generate(project: &Project) -> String {
 fn check_variant(
     instance: &Instance,
     project: &Project,
-    middleware: Middleware,
+    middleware: Middlewares,
     found: &mut Diagnostics,
 ) {
     // A generator that fails reports that when it writes.
@@ -231,20 +236,23 @@ impl Network {
     }
 
     /// The instances whose programs are built, with their components and variants.
-    pub(crate) fn built(&self) -> impl Iterator<Item = (&Instance, &Project, Option<Middleware>)> {
+    pub(crate) fn built(&self) -> impl Iterator<Item = (usize, &Project, Option<Middlewares>)> {
         let instances = self.deployment.instances.iter();
         let instances = instances.zip(&self.declared).zip(&self.variants);
-        instances.filter_map(|((instance, project), variant)| {
-            Some((instance, built(instance, project.as_ref())?, *variant))
-        })
+        instances
+            .enumerate()
+            .filter_map(|(at, ((instance, project), variant))| {
+                Some((at, built(instance, project.as_ref())?, *variant))
+            })
     }
 
     /// Checks that generated code is up to date and that variants can be generated.
     pub fn check_generated(&self, found: &mut Diagnostics) {
         self.check_copies(found);
         self.check_processes(found);
-        let mut seen: HashSet<(&Path, Middleware)> = HashSet::new();
-        for (instance, project, variant) in self.built() {
+        let mut seen: HashSet<(&Path, Middlewares)> = HashSet::new();
+        for (at, project, variant) in self.built() {
+            let instance = &self.deployment.instances[at];
             match variant {
                 None => check_folder(instance, project, found),
                 Some(middleware) => {
@@ -260,7 +268,8 @@ impl Network {
     /// likely, a folder was copied.
     fn check_copies(&self, found: &mut Diagnostics) {
         let mut first: HashMap<(PathBuf, String), (&Path, Span)> = HashMap::new();
-        for (instance, project, _) in self.built() {
+        for (at, project, _) in self.built() {
+            let instance = &self.deployment.instances[at];
             // A manifest that cannot be read is reported where it is needed.
             let Ok(Some(root)) = Workspaces::root(project.code()) else {
                 continue;
@@ -283,7 +292,8 @@ impl Network {
     }
 
     /// Advice for an executable that does not match.
-    fn how_to_build(&self, instance: &Instance, profile: Profile) -> String {
+    fn how_to_build(&self, at: usize, profile: Profile) -> String {
+        let instance = &self.deployment.instances[at];
         let mut command = "rcdeploy up --build".to_owned();
         if profile != Profile::Release {
             let _ = write!(command, " --profile {}", profile.word());
@@ -297,7 +307,7 @@ impl Network {
         }
         format!(
             "leave `executable` out, so that `{command}` builds it, or let it name a program that was generated for {}",
-            instance.middleware.word(),
+            self.needed[at],
         )
     }
 
@@ -313,7 +323,8 @@ impl Network {
             let notes = notes
                 .entry(path.clone())
                 .or_insert_with(|| Note::read(&path));
-            let build = self.how_to_build(instance, profile);
+            let build = self.how_to_build(at, profile);
+            let instance = (instance, self.needed[at]);
             check_executable(&path, notes, place, instance, project, &build, found);
         }
     }
@@ -374,7 +385,8 @@ impl Network {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         let mut scripts: BTreeMap<PathBuf, BTreeMap<String, (&Project, _)>> = BTreeMap::new();
         let mut processes: BTreeMap<&str, Members<'_>> = BTreeMap::new();
-        for (instance, project, variant) in self.built() {
+        for (at, project, variant) in self.built() {
+            let instance = &self.deployment.instances[at];
             if let Some(process) = instance.process.as_ref()
                 && project.is_built_by_cargo()
             {
@@ -480,7 +492,7 @@ impl Network {
     fn launched(
         &self,
         root: PathBuf,
-        scripts: BTreeMap<String, (&Project, Option<Middleware>)>,
+        scripts: BTreeMap<String, (&Project, Option<Middlewares>)>,
         profile: Profile,
     ) -> Result<Build, Error> {
         let target = self.workspaces.target(&root);

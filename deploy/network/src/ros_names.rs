@@ -91,16 +91,16 @@ impl Network {
     /// The first component on this machine with a slot on the middleware ros2, and the value of
     /// `RMW_IMPLEMENTATION` in its environment.
     pub fn ros_implementation(&self) -> Option<(&Instance, String)> {
-        let instances = self.deployment.instances.iter().zip(&self.projects);
-        let mut here = instances.filter(|(instance, project)| {
-            let slots = project.iter().flat_map(|project| &project.component.slots);
-            self.deployment.remote_host(instance).is_none()
-                && (instance.middleware == Middleware::Ros2
-                    || slots
-                        .into_iter()
-                        .any(|slot| slot.backend == Some(Middleware::Ros2)))
-        });
-        let (instance, _) = here.next()?;
+        let mut here = self
+            .deployment
+            .instances
+            .iter()
+            .enumerate()
+            .filter(|(at, instance)| {
+                self.deployment.remote_host(instance).is_none()
+                    && self.middlewares_of(*at).contains(&Middleware::Ros2)
+            });
+        let (_, instance) = here.next()?;
         let mut own = instance.env.iter();
         let own = own.find(|(name, _)| name.text == RMW);
         let value = own.map(|(_, value)| value.text.clone());
@@ -115,9 +115,7 @@ impl Network {
         instance: &'a Instance,
         project: &'a Project,
     ) -> Option<Node<'a>> {
-        let mut slots = project.component.slots.iter();
-        let is_in_ros = instance.middleware == Middleware::Ros2
-            || slots.any(|slot| slot.backend == Some(Middleware::Ros2));
+        let is_in_ros = self.middlewares_of(at).contains(&Middleware::Ros2);
         let mut args = instance.args.iter();
         if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
             return None;
@@ -176,8 +174,8 @@ impl Network {
                     instance: node.at,
                     slot: index,
                 };
-                let backend = slot.backend.unwrap_or(node.instance.middleware);
-                if backend != Middleware::Ros2 || refused.contains(&place) {
+                let over = self.middlewares(place);
+                if !over.contains(&Middleware::Ros2) || refused.contains(&place) {
                     continue;
                 }
                 for operation in &component.library.interface(slot.interface).operations {

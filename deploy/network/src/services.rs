@@ -103,11 +103,11 @@ impl Network {
             let Some(project) = self.projects.get(instance).and_then(Option::as_ref) else {
                 continue;
             };
-            let (library, slot) = (&project.component.library, &project.component.slots[slot]);
-            let chosen = self.deployment.instances[instance].middleware;
-            if slot.backend.unwrap_or(chosen) != Middleware::Iceoryx2 {
+            let over = self.middlewares(End { instance, slot });
+            if !over.contains(&Middleware::Iceoryx2) {
                 continue;
             }
+            let (library, slot) = (&project.component.library, &project.component.slots[slot]);
             let path = library.interface_path(slot.interface);
             let user = &self.deployment.instances[instance].path;
             let uses = |service: &mut Service| {

@@ -9,12 +9,12 @@ use crate::model::Network;
 use crate::variant::{self, Staged, Staging};
 use crate::workspaces::Workspaces;
 use cargo_metadata::Dependency;
-use rc_cdsl::model::Middleware;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::{Project, names};
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_syntax::Name;
+use rc_vocabulary::Middlewares;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, Table, value};
 const WORKER: &str = "SpecificWorker";
 
 /// The components of a process, by their packages, each with the middleware of its variant.
-pub(crate) type Members<'n> = BTreeMap<String, (&'n Project, Option<Middleware>)>;
+pub(crate) type Members<'n> = BTreeMap<String, (&'n Project, Option<Middlewares>)>;
 
 /// The program of a process: `process-NETWORK-PROCESS`, and `-MIDDLEWARE` if the command line sets
 /// that of all components. No component and no variant has such a name.
@@ -168,7 +168,8 @@ struct Checked<'n> {
     instance: &'n Instance,
     process: &'n Name,
     project: &'n Project,
-    variant: Option<Middleware>,
+    needed: Middlewares,
+    variant: Option<Middlewares>,
 }
 
 impl Network {
@@ -182,13 +183,15 @@ impl Network {
 
     /// Checks that the components of each process can be linked into one program.
     pub fn check_processes(&self, found: &mut Diagnostics) {
-        let members = self.built().filter_map(|(instance, project, variant)| {
+        let members = self.built().filter_map(|(at, project, variant)| {
+            let instance = &self.deployment.instances[at];
             let process = instance.process.as_ref()?;
             let built = project.is_built_by_cargo();
             built.then_some(Checked {
                 instance,
                 process,
                 project,
+                needed: self.needed[at],
                 variant,
             })
         });
@@ -258,9 +261,9 @@ fn check_middlewares(members: &[Checked<'_>], found: &mut Diagnostics) {
             "the process `{}` has the component `{}` for two middlewares: {} for `{}`, {} for `{}`",
             member.process.text,
             member.project.component.name.text,
-            other.instance.middleware.word(),
+            other.needed,
             other.instance.path,
-            member.instance.middleware.word(),
+            member.needed,
             member.instance.path
         );
         let error = Diagnostic::error("process-middlewares", member.process.span, message);

@@ -129,13 +129,12 @@ impl Network {
             let (Some(slot), Some(address)) = (self.slot(*end), addresses.get(end)) else {
                 continue;
             };
-            let instance = &self.deployment.instances[end.instance];
             let library = self.projects[end.instance]
                 .as_ref()
                 .map(|p| &p.component.library);
             let interface = library.map(|library| library.interface_path(slot.interface));
             let interface = interface.unwrap_or_default();
-            let middleware = slot.backend.unwrap_or(instance.middleware).word();
+            let middleware = self.middlewares(*end)[0].word();
             let peer = peers.entry((address, interface.clone(), middleware));
             let peer = peer.or_insert_with(|| External {
                 address: address.clone(),
@@ -219,8 +218,9 @@ impl Network {
             .filter_map(|pair| {
                 let slot = self.slot(pair.provider)?;
                 let component = &self.projects[pair.provider.instance].as_ref()?.component;
-                let instance = &self.deployment.instances[pair.consumer.instance];
-                let own = self.slot(pair.consumer)?.backend;
+                self.slot(pair.consumer)?;
+                let own = self.connections.transports.get(&pair).copied();
+                let own = own.unwrap_or_else(|| self.middlewares(pair.consumer)[0]);
                 let kind = kind(slot);
                 let (from, to) = match kind {
                     Kind::Topic => (pair.provider, pair.consumer),
@@ -231,7 +231,7 @@ impl Network {
                     to: self.end(to),
                     interface: component.library.interface_path(slot.interface),
                     kind,
-                    middleware: own.unwrap_or(instance.middleware).word(),
+                    middleware: own.word(),
                     address: made
                         .contains(&pair)
                         .then(|| addresses.get(&pair.consumer).cloned())

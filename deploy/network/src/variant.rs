@@ -9,10 +9,10 @@
 
 use crate::error::{Error, cannot, refused};
 use cargo_metadata::{Dependency, DependencyKind, Source};
-use rc_cdsl::model::Middleware;
 use rc_codegen::files::{Files, GENERATED, Owner};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::{Project, generate, generation, names};
+use rc_vocabulary::Middlewares;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::collections::BTreeSet;
@@ -37,8 +37,8 @@ const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-depe
 pub(crate) const PATIENCE: Duration = Duration::from_mins(30);
 
 /// The program of a variant; it lies beside the one that the user builds.
-pub(crate) fn program(package: &str, middleware: Middleware) -> String {
-    format!("{package}-{}", middleware.word())
+pub(crate) fn program(package: &str, middleware: Middlewares) -> String {
+    format!("{package}-{middleware}")
 }
 
 /// Variants that are there to be built. As long as this lives, no other process changes which they
@@ -63,9 +63,9 @@ pub(crate) fn stage(
     target: &Path,
     projects: &[&Project],
     dependencies: &[Dependency],
-    middleware: Middleware,
+    middleware: Middlewares,
 ) -> Result<Staged, Error> {
-    let staging = Staging::begin(root, target.join("rc").join(middleware.word()))?;
+    let staging = Staging::begin(root, target.join("rc").join(middleware.to_string()))?;
     let packages = projects
         .iter()
         .map(|project| names::package(&project.component.name.text));
@@ -103,7 +103,7 @@ impl<'r> Staging<'r> {
 
     /// Stages components, each in the folder of its package and for its middleware. They use the
     /// workspace's crate of interfaces in its place.
-    pub(crate) fn variants(&self, variants: &[(&str, &Project, Middleware)]) -> Result<(), Error> {
+    pub(crate) fn variants(&self, variants: &[(&str, &Project, Middlewares)]) -> Result<(), Error> {
         if variants.is_empty() {
             return Ok(());
         }
@@ -332,7 +332,7 @@ fn component(
     project: &Project,
     interfaces: &InterfaceCrate,
     package: &str,
-    middleware: Middleware,
+    middleware: Middlewares,
     shared: &DocumentMut,
     staged: &Path,
     root: &Path,
@@ -402,7 +402,7 @@ fn inherited(manifest: &DocumentMut, shared: &DocumentMut, root: &Path) -> Resul
 fn user_manifest(
     folder: &Path,
     package: &str,
-    middleware: Middleware,
+    middleware: Middlewares,
 ) -> Result<DocumentMut, Error> {
     let mut manifest = read(&folder.join("Cargo.toml"))?;
     // Where the component is the root of its workspace, the variant is not.

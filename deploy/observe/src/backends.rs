@@ -122,6 +122,12 @@ pub(crate) fn shares_memory(middleware: &str) -> bool {
     known.is_some_and(|middleware| middleware.can().shares_memory)
 }
 
+/// Whether messages of this middleware stay in their process.
+pub(crate) fn is_inside_process(middleware: &str) -> bool {
+    let known = rc_vocabulary::Middleware::from_word(middleware);
+    known.is_some_and(|middleware| !middleware.can().joins_processes)
+}
+
 /// The endpoint of a topic for a tool that receives.
 pub(crate) fn receiving(topic: &Topic) -> Result<Endpoint, Error> {
     let keeps = topic.description.qos.durability == Durability::TransientLocal

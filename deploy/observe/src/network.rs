@@ -1,5 +1,6 @@
 //! A running network, from the descriptions of its components.
 
+use crate::backends::is_inside_process;
 use crate::error::Error;
 use crate::lookup::find;
 use rc_deploy_client::{by_hand, connection, names, place};
@@ -10,6 +11,7 @@ use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
 use rc_values::description::Module;
 use rc_values::{Catalog, Interface};
+use rc_vocabulary::Middleware;
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -57,6 +59,8 @@ pub struct End {
     pub slot: String,
     /// The machine, if it is not this one.
     pub host: Option<String>,
+    /// The middlewares of its connections.
+    pub middlewares: Vec<String>,
 }
 
 /// A topic.
@@ -104,6 +108,14 @@ pub struct Operation {
     pub clients: Vec<End>,
     /// The operation.
     pub operation: rc_values::Operation,
+}
+
+impl End {
+    /// Whether its messages do not leave its process: tools reach it by its management alone.
+    pub(crate) fn is_inside(&self) -> bool {
+        let mut all = self.middlewares.iter();
+        !self.middlewares.is_empty() && all.all(|middleware| is_inside_process(middleware))
+    }
 }
 
 impl std::fmt::Display for End {
@@ -180,14 +192,38 @@ impl Network {
                     component: component.name.clone(),
                     slot: slot.name.clone(),
                     host: component.host.clone(),
+                    middlewares: middlewares(slot).map(str::to_owned).collect(),
                 };
                 (component, slot, end)
             })
         })
     }
 
+    /// For each address, the middlewares that are one place there: an end has connections over all
+    /// of them. The first one is that which tools use.
+    fn meetings(&self) -> BTreeMap<&str, Vec<Vec<&str>>> {
+        let mut all: BTreeMap<&str, Vec<Vec<&str>>> = BTreeMap::new();
+        for (_, slot, _) in self.slots() {
+            let Some(address) = slot.address.as_deref() else {
+                continue;
+            };
+            let mut own: Vec<&str> = middlewares(slot).collect();
+            let here = all.entry(address).or_default();
+            let (joined, mut others): (Vec<_>, Vec<_>) = here
+                .drain(..)
+                .partition(|one| one.iter().any(|middleware| own.contains(middleware)));
+            own.extend(joined.into_iter().flatten());
+            own.sort_by_key(|word| (rank(word), *word));
+            own.dedup();
+            others.push(own);
+            *here = others;
+        }
+        all
+    }
+
     /// The topics, by address.
     pub fn topics(&self) -> Vec<Topic> {
+        let meetings = self.meetings();
         let mut topics: BTreeMap<(String, String), Topic> = BTreeMap::new();
         for (component, slot, end) in self.slots() {
             let sends = match slot.role {
@@ -199,22 +235,28 @@ impl Network {
             let Some((interface, address)) = interface.zip(slot.address.as_deref()) else {
                 continue;
             };
+            let middleware = met(&meetings, address, &slot.middleware);
             for description in &slot.operations {
                 let Some(operation) = interface.operation(&description.name) else {
                     continue;
                 };
                 let address = format!("{address}/{}", description.name);
-                let key = (address.clone(), slot.middleware.clone());
+                let key = (address.clone(), middleware.to_owned());
                 let topic = topics.entry(key).or_insert_with(|| Topic {
                     address,
-                    middleware: slot.middleware.clone(),
-                    settings: settings(component, &slot.middleware),
+                    middleware: middleware.to_owned(),
+                    settings: BTreeMap::new(),
                     interface: Arc::clone(interface),
                     operation: operation.clone(),
                     description: description.clone(),
                     publishers: Vec::new(),
                     subscribers: Vec::new(),
                 });
+                if let Some(own) = component.described.middlewares.get(middleware)
+                    && topic.settings.is_empty()
+                {
+                    topic.settings.clone_from(own);
+                }
                 if sends {
                     // What a publisher offers counts.
                     topic.description = description.clone();
@@ -230,6 +272,7 @@ impl Network {
 
     /// The services, by address.
     pub fn services(&self) -> Vec<Service> {
+        let meetings = self.meetings();
         let mut services: BTreeMap<(String, String), Service> = BTreeMap::new();
         for (component, slot, end) in self.slots() {
             let serves = match slot.role {
@@ -241,10 +284,11 @@ impl Network {
             let Some((interface, address)) = interface.zip(slot.address.clone()) else {
                 continue;
             };
-            let key = (address.clone(), slot.middleware.clone());
+            let middleware = met(&meetings, &address, &slot.middleware).to_owned();
+            let key = (address.clone(), middleware.clone());
             let service = services.entry(key).or_insert_with(|| Service {
                 address,
-                middleware: slot.middleware.clone(),
+                middleware,
                 interface: Arc::clone(interface),
                 servers: Vec::new(),
                 clients: Vec::new(),
@@ -313,9 +357,29 @@ impl Operation {
     }
 }
 
-fn settings(component: &Component, middleware: &str) -> BTreeMap<String, String> {
-    let found = component.described.middlewares.get(middleware);
-    found.cloned().unwrap_or_default()
+/// The middlewares of a slot.
+fn middlewares(slot: &SlotDescription) -> impl Iterator<Item = &str> {
+    let further = slot.further.iter().map(String::as_str);
+    std::iter::once(slot.middleware.as_str()).chain(further)
+}
+
+/// The middleware by which tools know a place where ends meet.
+fn met<'n>(
+    meetings: &BTreeMap<&str, Vec<Vec<&'n str>>>,
+    address: &str,
+    middleware: &'n str,
+) -> &'n str {
+    let all = meetings.get(address).into_iter().flatten();
+    let own = all.into_iter().find(|one| one.contains(&middleware));
+    own.and_then(|one| one.first().copied())
+        .unwrap_or(middleware)
+}
+
+/// The order of middlewares for tools.
+fn rank(word: &str) -> usize {
+    let mut all = Middleware::ALL.iter();
+    let known = all.position(|one| one.word() == word);
+    known.unwrap_or(Middleware::ALL.len())
 }
 
 /// The machines of components that do not run on this one, as the supervisor knows them.

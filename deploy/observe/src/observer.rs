@@ -1,6 +1,6 @@
 //! The messages of topics and of tapped slots, in one stream.
 
-use crate::backends::{Backends, receiving, shares_memory};
+use crate::backends::{Backends, is_inside_process, receiving, shares_memory};
 use crate::error::Error;
 use crate::network::{End, Network, Topic, connect, failed};
 use rc_management::component::{Done, Request};
@@ -206,8 +206,12 @@ impl Observer {
     }
 }
 
-/// The end that has to copy the samples of a topic: those in the shared memory of another machine.
+/// The end that has to copy the samples of a topic: those inside a process, or in the shared memory
+/// of another machine.
 fn copied_by(topic: &Topic) -> Option<&End> {
+    if is_inside_process(&topic.middleware) {
+        return topic.publishers.iter().chain(&topic.subscribers).next();
+    }
     if !shares_memory(&topic.middleware) {
         return None;
     }

@@ -1,8 +1,8 @@
 //! Sends samples to a topic.
 
-use crate::backends::{Backends, sending, shares_memory};
+use crate::backends::{Backends, is_inside_process, sending, shares_memory};
 use crate::error::Error;
-use crate::network::{Network, Topic, connect, failed};
+use crate::network::{End, Network, Topic, connect, failed};
 use rc_management::Client;
 use rc_management::component::{Done, Request};
 use rc_middleware::{Header, Publisher, now};
@@ -16,10 +16,16 @@ const MATCHING: Duration = Duration::from_secs(2);
 /// How long the last samples may take to arrive.
 const LINGER: Duration = Duration::from_secs(1);
 
+/// Whether a subscriber gets samples by its management: inside its process, or in the shared memory
+/// of another machine.
+fn is_apart(topic: &Topic, end: &End) -> bool {
+    end.is_inside() || shares_memory(&topic.middleware) && end.host.is_some()
+}
+
 /// Sends samples to a topic.
 pub struct Sender {
     port: Option<Box<dyn Publisher>>,
-    /// Subscribers in the shared memory of other machines.
+    /// Subscribers inside their processes, or in the shared memory of other machines.
     others: Vec<(String, String, Client)>,
     topic: Topic,
     sent: u64,
@@ -28,27 +34,26 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// Whether sending waits for a subscriber: each one in the shared memory of another machine
-    /// confirms each sample.
+    /// Whether sending waits for a subscriber: each one inside its process, or in the shared memory of
+    /// another machine, confirms each sample.
     pub fn confirms(topic: &Topic) -> bool {
-        let is_shared = shares_memory(&topic.middleware);
-        is_shared && topic.subscribers.iter().any(|end| end.host.is_some())
+        topic.subscribers.iter().any(|end| is_apart(topic, end))
     }
 
     /// Opens the topic for sending, and waits for the first subscriber.
     pub fn open(network: &Network, topic: &Topic) -> Result<Self, Error> {
         let mut backends = Backends::new(&network.name)?;
-        let is_shared = shares_memory(&topic.middleware);
-        let (here, there): (Vec<_>, Vec<_>) = topic
+        let (there, here): (Vec<_>, Vec<_>) = topic
             .subscribers
             .iter()
-            .partition(|end| !is_shared || end.host.is_none());
+            .partition(|end| is_apart(topic, end));
         let mut others = Vec::new();
         for end in there {
             let client = connect(&network.name, &end.component, LIMIT)?;
             others.push((end.component.clone(), end.slot.clone(), client));
         }
-        let port = if here.is_empty() && is_shared {
+        let is_bound = shares_memory(&topic.middleware) || is_inside_process(&topic.middleware);
+        let port = if here.is_empty() && is_bound {
             if others.is_empty() {
                 return Err(Error::Component {
                     component: topic.address.clone(),

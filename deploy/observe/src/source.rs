@@ -1,6 +1,6 @@
 //! Resolves a name of a command line to a topic, or to the calls of an operation.
 
-use crate::backends::shares_memory;
+use crate::backends::{is_inside_process, shares_memory};
 use crate::clock::MachineClock;
 use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};
@@ -90,10 +90,10 @@ impl Source {
 impl Topic {
     /// The clock of the samples' times of sending, as [`Source::sending_clock`].
     pub fn sending_clock(&self) -> SendingClock<'_> {
-        if !shares_memory(&self.middleware) {
+        if !shares_memory(&self.middleware) && !is_inside_process(&self.middleware) {
             return clock_of(self.publishers.iter(), MachineClock::System);
         }
-        // Shared memory has both ends on one machine. The component whose memory the samples are in
+        // Shared memory, as a process, has both ends on one machine. The component whose memory the samples are in
         // copies them, with their times.
         let ends = if self.publishers.is_empty() {
             &self.subscribers
@@ -133,6 +133,7 @@ mod tests {
             component: component.into(),
             slot: "s".into(),
             host: host.map(str::to_owned),
+            middlewares: Vec::new(),
         }
     }
 

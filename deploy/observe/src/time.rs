@@ -124,6 +124,7 @@ impl Network {
             component: component.name.clone(),
             slot: "rc_time".to_owned(),
             host: component.host.clone(),
+            middlewares: Vec::new(),
         };
         let address = network_time::address(&self.name).ok()?;
         Some(TimeTopic {

@@ -69,6 +69,7 @@ struct ListedEnd {
     slot: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     host: Option<String>,
+    middlewares: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rate_hz: Option<f64>,
 }
@@ -101,6 +102,7 @@ pub(super) fn list(network: &str, format: Format) -> Result<u8, Failure> {
                 component: end.component,
                 slot: end.slot,
                 host: end.host,
+                middlewares: end.middlewares,
                 rate_hz: rate.map(|rate| (rate * 10.0).round() / 10.0),
             }
         });
@@ -139,33 +141,52 @@ pub(super) fn list(network: &str, format: Format) -> Result<u8, Failure> {
 
 fn table(listing: &Listing) -> String {
     let mut out = String::new();
-    let end = |end: &ListedEnd| {
+    let end = |middleware: &str, end: &ListedEnd| {
+        // All the same: the line of the address has it.
+        let over = match end.middlewares.as_slice() {
+            [only] if only == middleware => String::new(),
+            several => format!("  over {}", clean(&several.join(", "))),
+        };
         let host = end.host.as_ref();
         let host = host.map_or(String::new(), |host| format!(" on {}", clean(host)));
         let rate = end
             .rate_hz
             .map_or(String::new(), |rate| format!("  {rate} Hz"));
-        format!("{}.{}{host}{rate}", clean(&end.component), clean(&end.slot))
+        format!(
+            "{}.{}{host}{rate}{over}",
+            clean(&end.component),
+            clean(&end.slot)
+        )
     };
-    let ends = |out: &mut String, verb: &str, ends: &[ListedEnd]| {
+    let ends = |out: &mut String, over: &str, verb: &str, ends: &[ListedEnd]| {
         for (at, one) in ends.iter().enumerate() {
             let verb = if at == 0 { verb } else { "" };
-            let _ = writeln!(out, "    {verb:<14}{}", end(one));
+            let _ = writeln!(out, "    {verb:<14}{}", end(over, one));
         }
     };
     let _ = writeln!(out, "topics");
     for topic in &listing.topics {
         let (address, middleware) = (clean(&topic.address), clean(&topic.middleware));
         let _ = writeln!(out, "  {address}  {middleware}");
-        ends(&mut out, "published by", &topic.publishers);
-        ends(&mut out, "received by", &topic.subscribers);
+        ends(
+            &mut out,
+            &topic.middleware,
+            "published by",
+            &topic.publishers,
+        );
+        ends(
+            &mut out,
+            &topic.middleware,
+            "received by",
+            &topic.subscribers,
+        );
     }
     let _ = writeln!(out, "services");
     for service in &listing.services {
         let (address, middleware) = (clean(&service.address), clean(&service.middleware));
         let _ = writeln!(out, "  {address}  {middleware}");
-        ends(&mut out, "served by", &service.servers);
-        ends(&mut out, "called by", &service.clients);
+        ends(&mut out, &service.middleware, "served by", &service.servers);
+        ends(&mut out, &service.middleware, "called by", &service.clients);
         let _ = writeln!(
             out,
             "    {:<14}{}",

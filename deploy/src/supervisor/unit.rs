@@ -672,6 +672,7 @@ impl Unit {
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
             ready: self.ready && running.is_some(),
             middleware: self.component.middleware.clone(),
+            transports: self.component.transports.clone(),
             cpu: self.component.cpu.clone(),
             priority: self.component.priority,
             executable: self.component.executable.clone(),

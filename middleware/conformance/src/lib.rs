@@ -57,10 +57,9 @@ pub trait Subject: Sync {
     fn wipe(&self, _directory: &RunDirectory) {}
 }
 
-/// Defines one `#[test]` for each requirement. The argument is an expression that gives a
-/// [`Subject`].
+/// Those of [`suite`] for topics alone: for publishers over several backends.
 #[macro_export]
-macro_rules! suite {
+macro_rules! topics {
     ($subject:expr) => {
         $crate::suite!(@of topics, $subject,
             a_sample_reaches_every_subscriber
@@ -77,6 +76,16 @@ macro_rules! suite {
             a_sample_wakes_its_subscriber
             topics_of_different_types_refuse_each_other
         );
+        $crate::suite!(@of in_place, $subject, samples_are_written_in_place);
+    };
+}
+
+/// Defines one `#[test]` for each requirement. The argument is an expression that gives a
+/// [`Subject`].
+#[macro_export]
+macro_rules! suite {
+    ($subject:expr) => {
+        $crate::topics!($subject);
         $crate::suite!(@of calls, $subject,
             commands_and_queries_keep_their_order
             each_client_gets_its_own_replies
@@ -111,7 +120,6 @@ macro_rules! suite {
             queries_return_results_exceptions_and_errors
         );
         $crate::suite!(@of in_place, $subject,
-            samples_are_written_in_place
             replies_are_written_in_place
         );
     };

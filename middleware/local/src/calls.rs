@@ -1,11 +1,12 @@
 //! Commands and queries.
 
-use crate::hub::{self, Table, lock};
+use crate::body::{Body, Pool};
+use crate::hub::{self, QUEUE_LIMIT, Table, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::{
-    CallError, Client, Endpoint, Environment, Header, OpenError, ReceiveError, Reply, Server,
-    WakeEvent, wait,
+    CallError, Client, Encoding, Endpoint, Environment, Header, OpenError, QueueGauge,
+    ReceiveError, Reply, Server, WakeEvent, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -28,6 +29,8 @@ pub(crate) struct State {
 /// The server that is open.
 struct Registration {
     port: u64,
+    /// The bytes of all requests that wait.
+    gauge: QueueGauge,
     holder: String,
     signal: WakeEvent,
 }
@@ -56,8 +59,15 @@ struct Ticket {
 enum ReplyState {
     #[default]
     Pending,
-    Ready(Vec<u8>),
+    Ready(Answer),
     Dropped,
+}
+
+/// The reply of a server.
+enum Answer {
+    Copied(Vec<u8>),
+    /// In memory of the server, in this encoding.
+    Lent(Arc<Body>, Encoding),
 }
 
 impl Ticket {
@@ -113,13 +123,20 @@ pub(crate) fn server(
             holder: server.holder.clone(),
         });
     }
+    let gauge = QueueGauge::new(QUEUE_LIMIT);
     guard.server = Some(Registration {
         port,
+        gauge: gauge.clone(),
         holder: format!("pid {} ({})", std::process::id(), environment.instance),
         signal: signal.clone(),
     });
     drop(guard);
-    Ok(LocalServer { state, signal })
+    Ok(LocalServer {
+        state,
+        signal,
+        gauge,
+        pool: Pool::default(),
+    })
 }
 
 /// A client.
@@ -142,7 +159,8 @@ impl LocalClient {
         ) else {
             return Err(CallError::NoServer(self.address.clone()));
         };
-        if queue.requests.len() >= REQUEST_QUEUE {
+        let is_full = queue.requests.len() >= REQUEST_QUEUE;
+        if is_full || !server.gauge.add(request.body.len()) {
             return Err(CallError::QueueFull(self.address.clone()));
         }
         queue.requests.push_back(request);
@@ -212,8 +230,12 @@ impl Client for LocalClient {
         loop {
             self.signal.clear();
             match std::mem::take(&mut *lock(&slot)) {
-                ReplyState::Ready(reply) => {
+                ReplyState::Ready(Answer::Copied(reply)) => {
                     take(header, &reply);
+                    return Ok(());
+                }
+                ReplyState::Ready(Answer::Lent(body, encoding)) => {
+                    take(Header { encoding, ..header }, body.bytes());
                     return Ok(());
                 }
                 ReplyState::Dropped => return Err(self.silence(asked)),
@@ -255,6 +277,37 @@ impl Drop for LocalClient {
 pub(crate) struct LocalServer {
     state: Arc<Mutex<State>>,
     signal: WakeEvent,
+    gauge: QueueGauge,
+    /// Memory of replies.
+    pool: Pool,
+}
+
+/// Takes a reply: copied, or in memory that the client reads.
+struct LocalReply<'s> {
+    copied: Vec<u8>,
+    pool: &'s mut Pool,
+    lent: Option<(Arc<Body>, Encoding)>,
+    is_lent_sent: bool,
+}
+
+impl Reply for LocalReply<'_> {
+    fn body(&mut self) -> &mut Vec<u8> {
+        &mut self.copied
+    }
+
+    fn can_loan(&self, _encoding: Encoding) -> bool {
+        true
+    }
+
+    fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
+        let body = self.pool.take(length)?;
+        let (body, _) = self.lent.insert((body, encoding));
+        Arc::get_mut(body).map(Body::bytes_mut)
+    }
+
+    fn send_loan(&mut self) {
+        self.is_lent_sent = self.lent.is_some();
+    }
 }
 
 impl State {
@@ -292,10 +345,25 @@ impl Server for LocalServer {
         let Some(request) = request else {
             return Ok(false);
         };
-        let mut reply = Vec::new();
+        self.gauge.remove(request.body.len());
+        let mut reply = LocalReply {
+            copied: Vec::new(),
+            pool: &mut self.pool,
+            lent: None,
+            is_lent_sent: false,
+        };
         handler(request.header, &request.body, &mut reply);
-        if let Some(ticket) = request.ticket.filter(|_| !reply.is_empty()) {
-            ticket.resolve(ReplyState::Ready(reply));
+        let answer = match reply.lent.filter(|_| reply.is_lent_sent) {
+            Some((body, encoding)) => {
+                reply.pool.keep(&body);
+                Some(Answer::Lent(body, encoding))
+            }
+            None => Some(reply.copied)
+                .filter(|copied| !copied.is_empty())
+                .map(Answer::Copied),
+        };
+        if let Some((ticket, answer)) = request.ticket.zip(answer) {
+            ticket.resolve(ReplyState::Ready(answer));
         }
         Ok(true)
     }
@@ -306,6 +374,10 @@ impl Server for LocalServer {
             .iter()
             .filter(|queue| queue.open)
             .count()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.gauge.clone())
     }
 }
 

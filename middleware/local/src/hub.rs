@@ -5,6 +5,9 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+/// The most bytes that wait in the queue of one subscriber or server.
+pub(crate) const QUEUE_LIMIT: u64 = 64 << 20;
+
 /// The state `T` of each address of each network. An entry lives as long as one of its endpoints.
 pub(crate) type Table<T> = HashMap<(String, Address), (TypeIdentity, Weak<Mutex<T>>)>;
 

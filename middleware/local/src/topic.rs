@@ -1,9 +1,10 @@
 //! Topics: publishers and subscribers.
 
-use crate::hub::{self, Table, lock};
+use crate::body::{Body, Pool};
+use crate::hub::{self, QUEUE_LIMIT, Table, lock};
 use rc_middleware::{
-    Durability, Endpoint, Environment, Header, OpenError, Publisher, ReceiveError, SendError,
-    Subscriber, WakeEvent,
+    Durability, Encoding, Endpoint, Environment, Header, KEPT_SAMPLES, KeptSample, LoanedSample,
+    OpenError, Publisher, QueueGauge, ReceiveError, SendError, Subscriber, WakeEvent,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -21,33 +22,56 @@ pub(crate) struct State {
 /// The last samples, up to a depth: those that a subscriber has not received, or that a publisher
 /// keeps for late subscribers.
 struct Queue {
-    values: Mutex<VecDeque<Value>>,
+    samples: Mutex<VecDeque<Sample>>,
     depth: usize,
+    gauge: QueueGauge,
     signal: WakeEvent,
 }
 
-type Value = (Header, Arc<[u8]>);
+type Sample = (Header, Arc<Body>);
 
 impl Queue {
     fn new(depth: usize, signal: WakeEvent) -> Arc<Self> {
         Arc::new(Self {
-            values: Mutex::default(),
+            samples: Mutex::default(),
             depth,
+            gauge: QueueGauge::new(QUEUE_LIMIT),
             signal,
         })
     }
 
-    fn push(&self, value: Value) {
+    /// Adds a sample. A full queue drops its oldest ones; a sample that is larger than the whole
+    /// queue is dropped itself.
+    fn push(&self, sample: Sample) {
         if self.depth == 0 {
             return;
         }
-        let mut values = lock(&self.values);
-        if values.len() == self.depth {
-            values.pop_front();
+        let size = sample.1.bytes().len();
+        let Some(room) = self.gauge.limit().checked_sub(size as u64) else {
+            return self.gauge.drop_one();
+        };
+        let mut samples = lock(&self.samples);
+        while samples.len() >= self.depth || self.gauge.bytes() > room {
+            let is_full = samples.len() >= self.depth;
+            let Some((_, body)) = samples.pop_front() else {
+                break;
+            };
+            self.gauge.remove(body.bytes().len());
+            if !is_full {
+                self.gauge.drop_one();
+            }
         }
-        values.push_back(value);
-        drop(values);
+        self.gauge.add(size);
+        samples.push_back(sample);
+        drop(samples);
         self.signal.wake();
+    }
+
+    /// Takes the oldest sample.
+    fn next(&self) -> Option<Sample> {
+        let (header, body) = lock(&self.samples).pop_front()?;
+        self.gauge.remove(body.bytes().len());
+        Some((header, body))
     }
 }
 
@@ -72,12 +96,13 @@ pub(crate) fn publisher(
     };
     let kept = Queue::new(keeps, hub::signal(endpoint)?);
     lock(&state).publishers.push(Arc::clone(&kept));
-    let sender = hub::number().into();
-    Ok(LocalPublisher {
+    Ok(LocalPublisher(Arc::new(Outlet {
+        address: endpoint.address.to_string(),
         state,
         kept,
-        sender,
-    })
+        sender: hub::number().into(),
+        pool: Mutex::default(),
+    })))
 }
 
 /// Opens a subscriber.
@@ -90,53 +115,138 @@ pub(crate) fn subscriber(
     let mut guard = lock(&state);
     if is_late(endpoint) {
         for publisher in &guard.publishers {
-            for value in lock(&publisher.values).iter() {
-                queue.push(value.clone());
+            for sample in lock(&publisher.samples).iter() {
+                queue.push(sample.clone());
             }
         }
     }
     guard.subscribers.push(Arc::clone(&queue));
     drop(guard);
-    Ok(LocalSubscriber { state, queue })
+    Ok(LocalSubscriber {
+        address: endpoint.address.to_string(),
+        state,
+        queue,
+        kept: Arc::default(),
+    })
 }
 
 /// A publisher.
-pub(crate) struct LocalPublisher {
+pub(crate) struct LocalPublisher(Arc<Outlet>);
+
+/// What a publisher and the samples that it lends need to send.
+struct Outlet {
+    address: String,
     state: Arc<Mutex<State>>,
     kept: Arc<Queue>,
     sender: u128,
+    pool: Mutex<Pool>,
+}
+
+impl Outlet {
+    fn no_memory(&self, length: usize) -> SendError {
+        SendError::Backend {
+            address: self.address.clone(),
+            reason: format!("there is no memory for {length} bytes"),
+        }
+    }
+
+    /// Hands a body to all subscribers, which share it.
+    fn send(&self, header: Header, body: Arc<Body>) {
+        lock(&self.pool).keep(&body);
+        let sender = self.sender;
+        let sample: Sample = (Header { sender, ..header }, body);
+        // One lock for both steps: a late subscriber gets each sample once.
+        let state = lock(&self.state);
+        self.kept.push(sample.clone());
+        for subscriber in &state.subscribers {
+            subscriber.push(sample.clone());
+        }
+    }
+}
+
+impl LocalPublisher {
+    fn lend(&self, length: usize) -> Result<Box<Lent>, SendError> {
+        let outlet = Arc::clone(&self.0);
+        let body = lock(&outlet.pool).take(length);
+        let body = body.ok_or_else(|| outlet.no_memory(length))?;
+        Ok(Box::new(Lent { outlet, body }))
+    }
 }
 
 impl Publisher for LocalPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
-        let sender = self.sender;
-        let value: Value = (Header { sender, ..header }, Arc::from(body));
-        // One lock for both steps: a late subscriber gets each sample once.
-        let state = lock(&self.state);
-        self.kept.push(value.clone());
-        for subscriber in &state.subscribers {
-            subscriber.push(value.clone());
-        }
+        let copied = lock(&self.0.pool).copy(body);
+        let copied = copied.ok_or_else(|| self.0.no_memory(body.len()))?;
+        self.0.send(header, copied);
         Ok(())
     }
 
+    fn can_loan(&self, _encoding: Encoding) -> bool {
+        true
+    }
+
+    fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
+        Ok(self.lend(length)?)
+    }
+
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        Ok(Some(self.lend(length)?))
+    }
+
     fn peers(&self) -> usize {
-        lock(&self.state).subscribers.len()
+        lock(&self.0.state).subscribers.len()
+    }
+}
+
+/// A sample that is being written.
+struct Lent {
+    outlet: Arc<Outlet>,
+    /// Nobody else has it.
+    body: Arc<Body>,
+}
+
+impl LoanedSample for Lent {
+    fn memory(&self) -> &[u8] {
+        self.body.bytes()
+    }
+
+    fn memory_mut(&mut self) -> &mut [u8] {
+        Arc::get_mut(&mut self.body).map_or(&mut [], Body::bytes_mut)
+    }
+
+    fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
+        self.outlet.send(header, self.body);
+        Ok(())
     }
 }
 
 impl Drop for LocalPublisher {
     fn drop(&mut self) {
-        lock(&self.state)
+        lock(&self.0.state)
             .publishers
-            .retain(|other| !Arc::ptr_eq(other, &self.kept));
+            .retain(|other| !Arc::ptr_eq(other, &self.0.kept));
     }
 }
 
 /// A subscriber.
 pub(crate) struct LocalSubscriber {
+    address: String,
     state: Arc<Mutex<State>>,
     queue: Arc<Queue>,
+    /// Each kept sample has a clone.
+    kept: Arc<()>,
+}
+
+/// A sample that its receiver keeps.
+struct Kept {
+    body: Arc<Body>,
+    _counted: Arc<()>,
+}
+
+impl KeptSample for Kept {
+    fn memory(&self) -> &[u8] {
+        self.body.bytes()
+    }
 }
 
 impl Subscriber for LocalSubscriber {
@@ -149,16 +259,44 @@ impl Subscriber for LocalSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        let value = lock(&self.queue.values).pop_front();
-        let Some((header, body)) = value else {
+        let Some((header, body)) = self.queue.next() else {
             return Ok(false);
         };
-        take(header, &body);
+        take(header, body.bytes());
+        Ok(true)
+    }
+
+    fn can_keep(&self) -> bool {
+        true
+    }
+
+    fn receive_kept(
+        &mut self,
+        take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
+    ) -> Result<bool, ReceiveError> {
+        if Arc::strong_count(&self.kept) > KEPT_SAMPLES + 1 {
+            return Err(ReceiveError {
+                address: self.address.clone(),
+                reason: format!("its receiver keeps more than {KEPT_SAMPLES} samples"),
+            });
+        }
+        let Some((header, body)) = self.queue.next() else {
+            return Ok(false);
+        };
+        let kept = Kept {
+            body,
+            _counted: Arc::clone(&self.kept),
+        };
+        take(header, Box::new(kept));
         Ok(true)
     }
 
     fn peers(&self) -> usize {
         lock(&self.state).publishers.len()
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        Some(self.queue.gauge.clone())
     }
 }
 

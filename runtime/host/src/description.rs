@@ -24,6 +24,9 @@ struct Text {
     name: String,
     model: String,
     middleware: String,
+    /// Those over which a network may connect its slots, too.
+    #[serde(default)]
+    further_middlewares: Vec<String>,
     period_ns: u64,
     #[serde(default)]
     parameters: Option<serde_json::Value>,
@@ -151,8 +154,9 @@ impl Program {
         let described: Vec<rc_runtime::Slot> = std::iter::zip(&text.slots, &slots)
             .map(|(text, slot)| describe_slot(text, slot))
             .collect::<Result<_, _>>()?;
-        let words =
-            std::iter::once(&text.middleware).chain(text.slots.iter().map(|slot| &slot.middleware));
+        let words = std::iter::once(&text.middleware)
+            .chain(&text.further_middlewares)
+            .chain(text.slots.iter().map(|slot| &slot.middleware));
         let mut linked: Vec<Linked> = Vec::new();
         for word in words {
             let backend = backends::find(word)?;

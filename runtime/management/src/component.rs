@@ -331,7 +331,7 @@ pub struct SlotStatus {
     /// The type of the connection, `RoboCompLaser::Laser`.
     #[serde(deserialize_with = "foreign::text")]
     pub interface: String,
-    /// The middleware.
+    /// The middlewares of its connections: `iceoryx2`, or several as in `iceoryx2, local`.
     #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
     /// Where the ends of the connection meet; none until it is open.

@@ -54,9 +54,13 @@ pub struct SlotDescription {
     /// The interface with its module, `RoboCompLaser::Laser`.
     #[serde(deserialize_with = "foreign::text")]
     pub interface: String,
-    /// The middleware.
+    /// The middleware that tools use.
     #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
+    /// Those over which it has connections, too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub further: Vec<String>,
     /// Where the ends of the connection meet. A topic adds the name of its operation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "foreign::optional")]

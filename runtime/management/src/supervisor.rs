@@ -287,9 +287,13 @@ pub struct ComponentStatus {
     pub uptime_s: Option<f64>,
     /// Whether it has reported readiness.
     pub ready: bool,
-    /// The middleware that it was generated for.
+    /// The middlewares of its connections.
     #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
+    /// Where connections choose their middlewares, those of each slot: `iceoryx2, local`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub transports: BTreeMap<String, String>,
     /// The processors that it may run on; empty for all.
     #[serde(default)]
     pub cpu: Vec<u16>,

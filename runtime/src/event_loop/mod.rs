@@ -545,7 +545,8 @@ impl<'a> EventLoop<'a> {
         let mut counts = vec![0; self.connections.slots().len()];
         for port in &mut self.ports {
             counts[port.slot] = match &port.receiver {
-                Receiver::Server(server) => server.peers(),
+                // A server listens on each middleware.
+                Receiver::Server(server) => counts[port.slot] + server.peers(),
                 Receiver::Subscriber {
                     port: subscriber, ..
                 } => {

@@ -32,7 +32,7 @@ use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
 use crate::ports::{Connections, Ports};
-use crate::slots::{Listed, SlotTable};
+use crate::slots::{Listed, SlotTable, Transports};
 use crate::status::{NetworkTime, Shared};
 use crate::worker_error::WorkerError;
 use backend::{FakeBackend, Hub};
@@ -215,6 +215,7 @@ fn slots(description: &'static Description) -> Result<SlotTable, OpenError> {
         description,
         (NETWORK, description.name),
         &bindings,
+        &Transports::new(),
         Listed::new(),
     )
 }

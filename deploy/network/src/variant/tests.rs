@@ -19,7 +19,8 @@ fn a_program_has_the_name_of_its_middleware_and_the_dependencies_of_its_user() {
              [[bin]]\nname = \"tool\"\npath = \"src/tool.rs\"\n\n[[bin]]\nname = \"lidar\"\npath = \"src/lidar.rs\"\n",
     );
     let path = folder.path();
-    let manifest = user_manifest(path, "lidar", Middleware::Dds).expect("a manifest");
+    let manifest =
+        user_manifest(path, "lidar", rc_vocabulary::Middleware::Dds.into()).expect("a manifest");
     let here = path.display();
     let wanted = format!(
         "[package]\nname = \"lidar\"\nautobins = false\n\n[dependencies]\n\

@@ -58,6 +58,7 @@ fn status() -> NetworkStatus {
         uptime_s: (at != 5).then_some(62.0 * (at * at) as f64),
         ready: true,
         middleware: "iceoryx2".to_owned(),
+        transports: std::collections::BTreeMap::new(),
         cpu: Vec::new(),
         priority: None,
         executable: "/robot/bin".into(),

@@ -11,20 +11,30 @@ use std::path::Path;
 /// How many poses a run has: ten seconds of simulated time.
 const POSES: u32 = 200;
 
-/// The patrol in simulated time, as fast as it goes. `all` holds more fields of each component,
-/// `clock` of its clock.
-fn patrol(site: &Site, all: &str, clock: &str) {
+/// The patrol in simulated time, as fast as it goes. `head` stands before the components, `all` in
+/// each of them, `clock` in the clock. Those that `inside` names are threads of one process.
+fn placed(site: &Site, head: &str, inside: &[&str], all: &str, clock: &str) {
+    let component = |name: &str, of: &str, more: &str| {
+        let process = inside.contains(&name).then_some("process robot;");
+        let process = process.unwrap_or_default();
+        format!("    Component {name} {{ cdsl \"../{of}/{of}.cdsl\"; {more} {all} {process} }};\n")
+    };
     let text = format!(
-        "Deployment patrol\n{{\n    time simulated by clock;\n\n    \
-         Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; {all} }};\n    \
-         Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; {all} }};\n    \
-         Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; {all} }};\n    \
-         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; {all} {clock} }};\n\n    \
-         bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n"
+        "Deployment patrol\n{{\n    {head}\n    time simulated by clock;\n\n{}{}{}{}\n    \
+         bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n",
+        component("simulator", "simulator", ""),
+        component("monitor", "pose_monitor", "config \"monitor.toml\";"),
+        component("avoider", "avoider", ""),
+        component("clock", "clock", &format!("config \"clock.toml\"; {clock}")),
     );
     site.write_ddsl(&text);
     let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"500ms\"\n";
     site.write("clock.toml", clock);
+}
+
+/// The patrol with a process for each component.
+fn patrol(site: &Site, all: &str, clock: &str) {
+    placed(site, "", &[], all, clock);
 }
 
 fn up(site: &Site) {
@@ -37,10 +47,10 @@ fn down(site: &Site) {
     site.assert_nothing_left();
 }
 
-/// The poses of a run, with every digit. `all` holds more fields of each component.
-fn run(site: &Site, all: &str) -> String {
+/// The poses of a run, with every digit.
+fn run(site: &Site, head: &str, inside: &[&str]) -> String {
     site.monitor("trace", POSES);
-    patrol(site, all, "");
+    placed(site, head, inside, "", "");
     up(site);
     site.await_end_of("monitor");
     // The monitor has left in order: time goes on without it.
@@ -63,21 +73,30 @@ fn run(site: &Site, all: &str) -> String {
 
 #[test]
 fn the_patrol_in_lockstep_repeats_exactly() {
-    let first = run(&Site::new("time_one"), "");
+    let first = run(&Site::new("time_one"), "", &[]);
     assert_eq!(first.lines().count(), POSES as usize);
-    assert_eq!(first, run(&Site::new("time_two"), ""));
+    assert_eq!(first, run(&Site::new("time_two"), "", &[]));
 }
 
 /// `cargo xtask test` has built the program from `programs/in_one.ddsl`; its name has that of the
 /// network.
 #[test]
-fn the_patrol_in_lockstep_is_the_same_in_one_process() {
-    let apart = run(&Site::new("time_apart"), "");
+fn the_patrol_in_lockstep_is_the_same_wherever_its_components_run() {
+    let apart = run(&Site::new("time_apart"), "", &[]);
     let mut site = Site::new("patrol_in_one");
     site.network = "patrol_in_one".into();
-    let together = run(&site, "process robot;");
-    assert_eq!(together.lines().count(), POSES as usize);
-    assert_eq!(apart, together);
+    let all = ["simulator", "monitor", "avoider", "clock"];
+    for (head, inside) in [
+        ("", &all[..]),
+        // In the process, and over shared memory to those outside.
+        ("middleware auto;", &all),
+        ("middleware auto;", &["simulator", "avoider"]),
+        ("middleware auto;", &["simulator", "monitor"]),
+    ] {
+        let together = run(&site, head, inside);
+        assert_eq!(together.lines().count(), POSES as usize);
+        assert_eq!(apart, together, "{head} {inside:?}");
+    }
 }
 
 fn pid(site: &Site, name: &str) -> Pid {

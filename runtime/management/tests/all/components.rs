@@ -39,6 +39,7 @@ fn of_observation(golden: &mut Golden) {
             role: component::Role::Publishes,
             interface: text("RoboCompPosePub::PosePub"),
             middleware: text("dds"),
+            further: vec!["local".to_owned()],
             address: Some(text("default/PosePub")),
             hash: text("00000000000000ff"),
             operations: vec![OperationDescription {

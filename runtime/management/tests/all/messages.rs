@@ -115,6 +115,7 @@ fn of_supervisors(golden: &mut Golden) {
         uptime_s: Some(2.5),
         ready: true,
         middleware: text("dds"),
+        transports: [(text("Laser"), text("iceoryx2, local"))].into(),
         cpu: vec![2],
         priority: Some(50),
         executable: PathBuf::from("/robot/lidar"),

@@ -1,0 +1,109 @@
+//! Chooses the middleware of each connection, and checks that it carries the connection.
+//!
+//! A consumer has one middleware for all its connections, so no sample reaches it twice. A provider
+//! with `auto` has those of all its consumers.
+
+use super::{Connection, Connector};
+use crate::endpoint::Endpoint;
+use rc_cdsl::model::Middleware;
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use std::collections::HashMap;
+
+impl Connector<'_> {
+    /// Chooses the middleware of each connection. Removes connections that none carries.
+    pub(super) fn choose_transports(&mut self) {
+        let connections = std::mem::take(&mut self.connections);
+        let mut of: HashMap<Endpoint, Vec<Endpoint>> = HashMap::new();
+        for Connection { consumer, provider } in &connections {
+            of.entry(*consumer).or_default().push(*provider);
+        }
+        let of: HashMap<Endpoint, Middleware> = of
+            .iter()
+            .map(|(consumer, providers)| (*consumer, self.of_consumer(*consumer, providers)))
+            .collect();
+        for connection in connections {
+            let Connection { consumer, provider } = connection;
+            let middleware = of[&consumer];
+            let mut found = Diagnostics::new();
+            if self.agrees(middleware, connection, &mut found)
+                & self.compatibility.carries(
+                    middleware,
+                    self.bind_span(connection),
+                    consumer,
+                    provider,
+                    &mut found,
+                )
+            {
+                self.transports.insert(connection, middleware);
+                self.connections.push(connection);
+            } else {
+                self.conversions.remove(&connection);
+            }
+            for diagnostic in found {
+                self.report(consumer, Some(provider), diagnostic);
+            }
+        }
+    }
+
+    /// The middleware of a consumer: its own, that of a provider which has one, or the fastest that
+    /// reaches all providers.
+    fn of_consumer(&self, consumer: Endpoint, providers: &[Endpoint]) -> Middleware {
+        let compatibility = &self.compatibility;
+        let chosen = compatibility.chosen(consumer);
+        let chosen = chosen.or_else(|| {
+            let mut chosen = providers
+                .iter()
+                .filter_map(|end| compatibility.chosen(*end));
+            chosen.next()
+        });
+        let slowest = || {
+            let each = providers.iter();
+            let each = each.map(|end| compatibility.fastest(consumer, *end));
+            each.max_by_key(|middleware| {
+                let can = middleware.can();
+                (can.joins_machines, can.joins_processes)
+            })
+        };
+        chosen.or_else(slowest).unwrap_or(Middleware::DEFAULT)
+    }
+
+    /// Whether the provider of a connection has the middleware of its consumer, or can have it.
+    fn agrees(
+        &self,
+        middleware: Middleware,
+        connection: Connection,
+        found: &mut Diagnostics,
+    ) -> bool {
+        let Connection { consumer, provider } = connection;
+        let auto = |end| self.instance(end).auto;
+        let theirs = match self.compatibility.chosen(provider) {
+            Some(theirs) => theirs,
+            // Both choose by the places of the other one.
+            None if middleware.can().joins_machines
+                && self.compatibility.chosen(consumer).is_none() =>
+            {
+                auto(provider).unwrap_or(middleware)
+            }
+            None => return true,
+        };
+        if theirs == middleware {
+            return true;
+        }
+        let message = format!(
+            "`{}` and `{}` use different middleware: `{}` and `{}`",
+            self.name(consumer),
+            self.name(provider),
+            middleware.word(),
+            theirs.word()
+        );
+        let span = self.bind_span(connection);
+        let error = Diagnostic::error("middleware-mismatch", span, message);
+        let chosen = [consumer, provider].map(|end| self.compatibility.chosen(end));
+        found.push(match chosen {
+            [None, None] => error.help("name the same middleware after `remote` for both"),
+            [None, Some(_)] => error.help("a slot has one middleware for all its connections: give all its providers one, or `middleware auto`"),
+            _ => error,
+        });
+        false
+    }
+}
