@@ -11,6 +11,7 @@ use crate::lifecycle::LifecycleService;
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
 use crate::request_body::RequestBody;
+use crate::started::Awaiting;
 use crate::{Address, Encoding, Header, Qos, QueueGauge};
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
@@ -241,6 +242,46 @@ pub trait Client {
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
+
+    /// Sends a request and returns without its reply. [`Client::poll`] ends the call, which the
+    /// sequence number of `header` identifies, within `limit`. At most
+    /// [`STARTED_CALLS`](crate::started::STARTED_CALLS) have not ended; one more is
+    /// [`CallError::QueueFull`].
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let (..) = (request, limit);
+        let sequence = header.sequence;
+        Err(CallError::Backend {
+            address: String::new(),
+            reason: format!("call {sequence} was not started: this client only waits for replies"),
+        })
+    }
+
+    /// The sequence number and the result of the next started call that has ended, the oldest
+    /// first. If the result is `Ok`, `take` got the number and the reply, once. Each call ends
+    /// once.
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let _ = take;
+        None
+    }
+
+    /// Forgets a started call: it does not end any more, and its reply is dropped.
+    fn forget(&mut self, sequence: u64) {
+        let _ = sequence;
+    }
+
+    /// What to wait for while started calls have not ended. Poll until nothing is left before each
+    /// wait: other calls of this client also clear readiness.
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        None
+    }
 
     /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;

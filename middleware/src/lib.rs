@@ -42,6 +42,7 @@ pub mod request_body;
 pub mod rpc;
 pub mod settings;
 mod spin;
+pub mod started;
 pub mod typed;
 pub mod wait;
 pub mod wake_event;

@@ -1,6 +1,7 @@
 //! Typed publishers, clients and requests: the layer between generated code and the bytes of a
 //! backend. Only this layer and generated code know codecs.
 
+mod call;
 mod client;
 mod codec;
 mod gate;
@@ -9,7 +10,8 @@ mod publisher;
 mod request;
 mod sample;
 
-pub use client::{TypedClient, expect_result, reply_values};
+pub use call::{Call, CallId};
+pub use client::{Ended, TypedClient, expect_result, reply_values};
 pub use codec::{Arguments, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;

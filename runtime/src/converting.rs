@@ -5,6 +5,7 @@
 use rc_conversion::{Fault, Place, Plan, Program};
 use rc_middleware::in_place::zerocopy::IntoBytes;
 use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{self, Operation};
 use rc_middleware::{
     CallError, Client, DecodeError, EncodeError, Encoding, Header, KeptSample, Profile, QueueGauge,
@@ -228,6 +229,8 @@ pub(crate) struct ConvertingClient {
     calls: Vec<CallPrograms>,
     counts: ConversionCounts,
     copy: Copied,
+    /// The operations of started calls that may be converted, by the places of their programs.
+    started: BTreeMap<u64, usize>,
 }
 
 /// The programs for the calls of an operation.
@@ -268,6 +271,7 @@ impl ConvertingClient {
             calls: calls.collect(),
             counts: counts.clone(),
             copy: Copied::default(),
+            started: BTreeMap::new(),
         })
     }
 }
@@ -375,6 +379,7 @@ impl Client for ConvertingClient {
             calls,
             counts,
             copy,
+            ..
         } = self;
         let profile = port.profile();
         let Some((call, at)) = of_request(calls, profile, request) else {
@@ -397,6 +402,66 @@ impl Client for ConvertingClient {
             },
         )?;
         failure.map_or(Ok(()), Err)
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let found = of_request(&self.calls, self.port.profile(), request);
+        let Some((call, at)) = found else {
+            return self.port.start(header, request, limit);
+        };
+        let place = self
+            .calls
+            .iter()
+            .position(|other| std::ptr::eq(other, call));
+        match converted_request((call, at), request, &self.counts)? {
+            Some(bytes) => self.port.start(header, &bytes, limit)?,
+            None => self.port.start(header, request, limit)?,
+        }
+        self.started
+            .extend(place.map(|place| (header.sequence, place)));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let Self {
+            port,
+            calls,
+            counts,
+            copy,
+            started,
+        } = self;
+        let profile = port.profile();
+        let mut failure = None;
+        let (sequence, result) = port.poll(&mut |sequence, header, body| {
+            let call = started.get(&sequence).and_then(|place| calls.get(*place));
+            let converted = call.map_or(Ok(false), |call| {
+                call.convert_reply((header, profile), body, counts, copy)
+            });
+            match converted {
+                Ok(true) => take(sequence, header, copy.bytes()),
+                Ok(false) => take(sequence, header, body),
+                Err(error) => failure = Some(error),
+            }
+        })?;
+        started.remove(&sequence);
+        Some((sequence, failure.map_or(result, Err)))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.started.remove(&sequence);
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
     }
 
     fn peers(&self) -> usize {

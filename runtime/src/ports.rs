@@ -24,7 +24,7 @@ use rc_middleware::{
     OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
 };
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -298,6 +298,7 @@ impl Connections {
                 Some((_, reply)) => Box::new(DefaultingClient {
                     port,
                     reply: *reply,
+                    ended: VecDeque::new(),
                 }),
                 None => port,
             };

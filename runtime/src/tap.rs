@@ -3,6 +3,7 @@
 use crate::waker::Waker;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::{Client, LoanedSample, Profile, Publisher, Reply};
+use rc_middleware::started::Awaiting;
 use rc_middleware::{
     CallError, Encoding, Header, QueueGauge, RequestBody, SendError, now, request_body,
 };
@@ -309,6 +310,35 @@ impl Client for TappedClient {
             taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
             take(header, body);
         })
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        self.copy_request(header, request);
+        self.port.start(header, request, limit)
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
+        self.port.poll(&mut |sequence, header, body| {
+            taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
+            take(sequence, header, body);
+        })
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
     }
 
     fn peers(&self) -> usize {

@@ -2,10 +2,12 @@
 
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::rpc::{self, ReplyKind, RequestId};
+use rc_middleware::started::Awaiting;
 use rc_middleware::{
-    Backend, CallError, Client, Endpoint, Header, OpenError, Publisher, Reader, ReceiveError,
-    Reply, Server, Subscriber, Writer,
+    Backend, CallError, Client, Endpoint, Header, OpenError, Profile, Publisher, Reader,
+    ReceiveError, Reply, Server, Subscriber, Writer,
 };
+use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
@@ -32,6 +34,7 @@ impl Backend for Enveloping {
         Ok(Box::new(Asking {
             port: self.0.client(endpoint)?,
             sequence: 0,
+            started: BTreeMap::new(),
         }))
     }
 
@@ -49,6 +52,17 @@ impl Backend for Enveloping {
 struct Asking {
     port: Box<dyn Client>,
     sequence: u64,
+    /// The numbers in the envelopes of started calls, by those in their headers.
+    started: BTreeMap<u64, u64>,
+}
+
+/// The number in the envelope of a reply, and its body.
+fn opened(reply: &[u8], profile: Profile) -> (u64, &[u8]) {
+    let mut reader = Reader::new(reply);
+    let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
+    assert_eq!(kind, ReplyKind::Case(0));
+    rpc::open_body(&mut reader, profile);
+    (id.sequence, reader.rest())
 }
 
 impl Asking {
@@ -87,13 +101,52 @@ impl Client for Asking {
         let (sequence, profile) = (self.sequence, self.port.profile());
         self.port
             .call(header, &request, limit, &mut |header, reply| {
-                let mut reader = Reader::new(reply);
-                let (id, kind) = rpc::open_reply(&mut reader, OPERATION).expect("an envelope");
-                assert_eq!(id.sequence, sequence, "a reply to another request");
-                assert_eq!(kind, ReplyKind::Case(0));
-                rpc::open_body(&mut reader, profile);
-                take(header, reader.rest());
+                let (number, body) = opened(reply, profile);
+                assert_eq!(number, sequence, "a reply to another request");
+                take(header, body);
             })
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let request = self.envelope(request);
+        self.port.start(header, &request, limit)?;
+        self.started.insert(header.sequence, self.sequence);
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let profile = self.port.profile();
+        let mut replied = None;
+        let (sequence, result) = self.port.poll(&mut |sequence, header, reply| {
+            let (number, body) = opened(reply, profile);
+            assert_eq!(replied.replace(number), None, "two replies to one call");
+            take(sequence, header, body);
+        })?;
+        let asked = self.started.remove(&sequence);
+        assert!(
+            asked.is_some(),
+            "a call that was not started, or ended before"
+        );
+        let answered = result.is_ok().then_some(asked).flatten();
+        assert_eq!(replied, answered, "a reply to another request");
+        Some((sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.started.remove(&sequence);
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
     }
 
     fn peers(&self) -> usize {

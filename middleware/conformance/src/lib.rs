@@ -25,6 +25,7 @@ pub mod failures;
 pub mod in_place;
 pub mod limits;
 pub mod network;
+pub mod started;
 pub mod topics;
 pub mod typed;
 
@@ -110,6 +111,16 @@ macro_rules! suite {
             a_closing_server_ends_accepted_calls
             a_polling_client_sleeps_in_the_end
         );
+        $crate::suite!(@of started, $subject,
+            started_calls_get_their_own_replies
+            the_number_of_started_calls_is_limited
+            a_started_call_ends_at_its_deadline
+            without_a_server_no_call_is_started
+            a_closing_server_ends_started_calls
+            a_forgotten_call_does_not_end
+            started_calls_keep_their_order_with_others
+            a_stop_ends_started_calls
+        );
         $crate::suite!(@of limits, $subject,
             sixty_four_clients_are_served
             a_thousand_requests_get_their_own_replies
@@ -118,6 +129,7 @@ macro_rules! suite {
         $crate::suite!(@of typed, $subject,
             topics_carry_values
             queries_return_results_exceptions_and_errors
+            started_queries_end_with_results_exceptions_and_errors
         );
         $crate::suite!(@of in_place, $subject,
             replies_are_written_in_place

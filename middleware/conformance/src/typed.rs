@@ -2,8 +2,13 @@
 
 use crate::Subject;
 use crate::network::{LIMIT, Network, endpoint, receive};
-use rc_middleware::typed::{Operation, ReplyVariant, Request, TypedClient, TypedPublisher};
-use rc_middleware::{CallError, Cdr, Header, Reader, Reply};
+use rc_middleware::started::STARTED_CALLS;
+use rc_middleware::typed::{
+    Call, CallId, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
+    TypedPublisher,
+};
+use rc_middleware::{CallError, Cdr, DecodeError, Header, Reader, Reply, wait};
+use std::time::Instant;
 
 /// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
 const DIVIDE: Operation = Operation {
@@ -60,20 +65,7 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
     let handler = |header: Header, body: &[u8], reply: &mut dyn Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         if request.operation == DIVIDE.id {
-            let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
-            if let Ok((a, b)) = request.arguments(&DIVIDE, read) {
-                if a == UNAVAILABLE {
-                    request.unavailable(&DIVIDE, "driving.forward");
-                    return request.close();
-                }
-                let (case, value) = match a.checked_div(b) {
-                    Some(result) => (0, result),
-                    None => (BY_ZERO, a),
-                };
-                request
-                    .reply_with(case, |writer| writer.put(&value))
-                    .expect("a reply");
-            }
+            answer(&mut request);
         } else {
             let note = request
                 .arguments(&NOTE, Reader::get::<String>)
@@ -132,4 +124,114 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
         assert_eq!(left, Ok((0, 5)));
     });
     assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);
+}
+
+/// What `divide` throws.
+#[derive(Clone, Debug, PartialEq)]
+enum Failed {
+    ByZero(i32),
+    Call(CallError),
+}
+
+impl From<CallError> for Failed {
+    fn from(error: CallError) -> Self {
+        Self::Call(error)
+    }
+}
+
+impl Throws for Failed {
+    fn read(case: i32, reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        match case {
+            BY_ZERO => Ok(Self::ByZero(reader.get()?)),
+            _ => Err(DecodeError::Unknown("exception in the reply")),
+        }
+    }
+
+    fn refuse(self, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        match self {
+            Self::ByZero(a) => request.reply_with(BY_ZERO, |writer| writer.put(&a)),
+            Self::Call(error) => request.fail(&error),
+        }
+    }
+}
+
+/// The next started call that ends.
+fn next(caller: &mut TypedClient) -> (CallId, Result<i32, Failed>) {
+    let end = Instant::now() + LIMIT;
+    loop {
+        let ended = caller.poll_with(|ended| (ended.id, ended.result::<i32, Failed>()));
+        if let Some(ended) = ended {
+            return ended;
+        }
+        assert!(Instant::now() < end, "no call has ended");
+        let awaiting = caller.awaiting().expect("a started call");
+        let left = awaiting.until.saturating_duration_since(Instant::now());
+        wait(&[awaiting.descriptor], left.min(LIMIT));
+    }
+}
+
+/// Started calls end with all kinds of replies. A call that is dropped leaves its place to another
+/// one, and never ends.
+pub fn started_queries_end_with_results_exceptions_and_errors(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Calculator");
+    network.serving_bare(&address, divide, || {
+        let backend = network.join_bare("client");
+        let port = backend.client(&address).expect("a client");
+        let mut caller = TypedClient::new(port, LIMIT);
+        let start = |caller: &mut TypedClient, a: i32, b: i32| {
+            caller
+                .start::<i32, Failed>(&DIVIDE, (&a, &b))
+                .expect("to be started")
+        };
+        let state = "driving.forward".to_owned();
+        let cases = [
+            ((42, 6), Ok(7)),
+            ((42, 0), Err(Failed::ByZero(42))),
+            (
+                (UNAVAILABLE, 3),
+                Err(Failed::Call(CallError::Unavailable { state })),
+            ),
+            ((9, 3), Ok(3)),
+        ];
+        let calls = cases.clone().map(|((a, b), _)| start(&mut caller, a, b));
+        let called = caller.call::<i32, Failed>(&DIVIDE, (&8, &2));
+        assert_eq!(called, Ok(4), "a call that waits, among them");
+        for (call, (_, expected)) in calls.iter().zip(cases) {
+            assert_eq!(next(&mut caller), (call.id(), expected));
+        }
+        assert!(caller.awaiting().is_none());
+        let dropped: Vec<Call<i32, Failed>> = (0..STARTED_CALLS)
+            .map(|_| start(&mut caller, 1, 1))
+            .collect();
+        drop(dropped);
+        let last = start(&mut caller, 10, 2);
+        assert_eq!(next(&mut caller), (last.id(), Ok(5)));
+        assert!(caller.awaiting().is_none());
+        assert!(caller.poll_with(|_| ()).is_none());
+    });
+}
+
+/// Serves `divide`.
+fn divide(header: Header, body: &[u8], reply: &mut dyn Reply) {
+    let mut request = Request::open(header, body, reply).expect("an envelope");
+    answer(&mut request);
+    request.close();
+}
+
+/// Replies to `divide`.
+fn answer(request: &mut Request<'_>) {
+    let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
+    let Ok((a, b)) = request.arguments(&DIVIDE, read) else {
+        return;
+    };
+    if a == UNAVAILABLE {
+        request.unavailable(&DIVIDE, "driving.forward");
+        return;
+    }
+    let replied = match a.checked_div(b) {
+        Some(result) => request.reply_with(0, |writer| writer.put(&result)),
+        None => Failed::ByZero(a).refuse(request),
+    };
+    replied.expect("a reply");
 }

@@ -4,11 +4,12 @@ use crate::inbox::Replies;
 use crate::names;
 use rc_ddsc::BEFORE_BODY;
 use rc_middleware::rpc;
+use rc_middleware::started::{Awaiting, StartedCalls};
 use rc_middleware::{
     CallError, Client, Endpoint, Header, OpenError, QueueGauge, RequestBody, Spin,
 };
 use rc_network::{
-    CallState, Caller, ClientPorts, EndpointSpec, GuidPrefix, Opening, Role, Session, body,
+    CallState, Caller, ClientPorts, EndpointSpec, GuidPrefix, Opening, ROOM, Role, Session, body,
     sample_header, signal, stamp,
 };
 use std::cell::Cell;
@@ -44,6 +45,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
         },
         ports: ClientPorts { requests, replies },
         inbox,
+        started: StartedCalls::default(),
     };
     let found = || client.peers() > 0;
     let state = client.ports.requests.state();
@@ -55,21 +57,30 @@ pub(crate) struct DdsClient {
     caller: Caller,
     ports: ClientPorts,
     inbox: Arc<Replies>,
+    started: StartedCalls<Asked>,
+}
+
+/// A request that was sent: its number, and its server.
+#[derive(Clone, Copy)]
+struct Asked {
+    request: u64,
+    server: GuidPrefix,
 }
 
 impl DdsClient {
-    /// Sends a request; gives its server. Each request gets a reply, a command an empty one.
-    /// `is_awaited`: whether a call waits for the reply.
+    /// Sends a request after it has waited for room, at most `room`. Each request gets a reply, a
+    /// command an empty one. `is_awaited`: whether a call waits for the reply.
     fn submit(
         &mut self,
         header: Header,
         request: &dyn RequestBody,
         is_awaited: bool,
-    ) -> Result<GuidPrefix, CallError> {
+        room: Duration,
+    ) -> Result<Asked, CallError> {
         let (caller, queue) = (&self.caller, &self.inbox.queue);
         let server = self.ports.server(queue.server());
         let server = server.ok_or_else(|| CallError::NoServer(caller.address.clone()))?;
-        caller.make_room(queue, server, self.ports.is_external(server))?;
+        caller.make_room(queue, server, self.ports.is_external(server), room)?;
         let id = rpc::request_id(request.begin());
         let id = id.ok_or_else(|| caller.failed(&"a request has no envelope"))?;
         let writer = &self.ports.requests.writer;
@@ -82,12 +93,27 @@ impl DdsClient {
             queue.cancel(id.sequence);
             caller.not_sent(&error)
         })?;
-        Ok(server)
+        Ok(Asked {
+            request: id.sequence,
+            server,
+        })
     }
 
-    /// Passes the reply to the waiting call to `take`, if it has arrived.
-    fn take_reply(&self, take: &mut dyn FnMut(Header, &[u8])) -> Option<Result<(), CallError>> {
-        let reply = self.inbox.queue.take()?;
+    /// How a call stands. If its reply has arrived, `take` gets it.
+    fn state(&self, asked: Asked, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
+        CallState {
+            has_server: self.ports.has(asked.server),
+            reply: self.take_reply(asked.request, take),
+        }
+    }
+
+    /// Passes the reply to a request to `take`, if it has arrived.
+    fn take_reply(
+        &self,
+        request: u64,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Option<Result<(), CallError>> {
+        let reply = self.inbox.queue.take(request)?;
         let taken = reply.and_then(|sample| {
             let header = sample_header(&sample, sample.writer().into(), 0);
             take(header, body(&sample)?);
@@ -108,7 +134,7 @@ impl Client for DdsClient {
     }
 
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
-        self.submit(header, request, false).map(drop)
+        self.submit(header, request, false, ROOM).map(drop)
     }
 
     fn call(
@@ -122,13 +148,57 @@ impl Client for DdsClient {
         if self.caller.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        let server = self.submit(header, request, true)?;
-        let result = self.caller.await_reply((start, limit), || CallState {
-            has_server: self.ports.has(server),
-            reply: self.take_reply(take),
-        });
-        self.inbox.queue.finish();
+        let asked = self.submit(header, request, true, ROOM)?;
+        let state = || self.state(asked, take);
+        let result = self.caller.await_reply((start, limit), state);
+        self.inbox.queue.finish(asked.request);
         result
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.caller.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        self.started.check_room(&self.caller.address)?;
+        let asked = self.submit(header, request, true, Duration::ZERO)?;
+        self.started.add(header.sequence, asked, (start, limit));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        if self.started.is_empty() {
+            return None;
+        }
+        self.caller.signal.clear();
+        let mut started = std::mem::take(&mut self.started);
+        let is_stopping = self.caller.wake_event.is_stopping();
+        let ended = started.next(&self.caller.address, is_stopping, |sequence, asked| {
+            self.caller
+                .look(self.state(*asked, &mut |header, body| take(sequence, header, body)))
+        });
+        self.started = started;
+        let (sequence, asked, result) = ended?;
+        self.inbox.queue.finish(asked.request);
+        Some((sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        if let Some(asked) = self.started.forget(sequence) {
+            self.inbox.queue.finish(asked.request);
+        }
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.caller.awaiting(&self.started)
     }
 
     fn peers(&self) -> usize {

@@ -15,6 +15,7 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
+use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, RequestBody, Spin};
 use std::cell::{Cell, RefCell};
 use std::fmt::Debug;
@@ -66,6 +67,7 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         last_reply: Cell::new(None),
         command: session.command(),
         spin: Cell::new(Spin::new(endpoint.qos.spin)),
+        started: StartedCalls::default(),
         port,
         calls,
         session: Arc::clone(session),
@@ -85,9 +87,16 @@ pub(crate) struct SharedClient {
     last_reply: Cell<Option<Instant>>,
     command: PendingCommand,
     spin: Cell<Spin>,
+    started: StartedCalls<Asked>,
     port: ClientPort,
     calls: CallService,
     session: Arc<Session>,
+}
+
+/// A started call: its request, and the server that got it.
+struct Asked {
+    pending: PendingResponse,
+    server: Option<u128>,
 }
 
 impl SharedClient {
@@ -245,6 +254,32 @@ impl SharedClient {
         dead || self.registered().map(|(server, _)| server) != asked
     }
 
+    /// The server that is monitored.
+    fn known_server(&self) -> Option<u128> {
+        let monitor = self.server_process.borrow();
+        monitor.as_ref().map(|monitor| monitor.server)
+    }
+
+    /// The error of a request that the server dropped.
+    fn unanswered(&self) -> CallError {
+        self.failed_for("the server took the request and sent no reply".to_owned())
+    }
+
+    /// How a started call stands. If its reply has arrived, `take` gets it.
+    fn look(&self, asked: &Asked, take: &mut dyn FnMut(Header, &[u8])) -> Look {
+        // The server's state is read before the queue, so that no reply is missed.
+        let gone = self.is_gone(asked.server);
+        let dropped = !asked.pending.is_connected();
+        match self.take(&asked.pending, take) {
+            Ok(true) => Look::Ended(Ok(())),
+            Err(error) => Look::Ended(Err(error)),
+            Ok(false) if gone => Look::Ended(Err(CallError::ServerDied(self.address.clone()))),
+            // The death or departure of the server shows soon.
+            Ok(false) if dropped => Look::Lost(self.unanswered(), POLL_INTERVAL),
+            Ok(false) => Look::Pending,
+        }
+    }
+
     fn failed(&self, error: &dyn Debug) -> CallError {
         self.failed_for(format!("{error:?}"))
     }
@@ -293,22 +328,14 @@ impl Client for SharedClient {
         let recently_replied =
             last_reply.is_some_and(|at| start.saturating_duration_since(at) < RECENT_REPLY);
         // The registered server is the one that replied, not a successor.
-        let known = self
-            .server_process
-            .borrow()
-            .as_ref()
-            .map(|monitor| monitor.server);
+        let known = self.known_server();
         let recently_replied =
             recently_replied && self.registered().map(|(server, _)| server) == known;
         if !recently_replied && !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
         }
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
-        let asked = self
-            .server_process
-            .borrow()
-            .as_ref()
-            .map(|monitor| monitor.server);
+        let asked = self.known_server();
         if self.spin(&pending, take, limit)? {
             self.last_reply.set(Some(start));
             return Ok(());
@@ -343,8 +370,7 @@ impl Client for SharedClient {
                 return Err(CallError::ServerDied(self.address.clone()));
             }
             if given_up {
-                let reason = "the server took the request and sent no reply";
-                return Err(self.failed_for(reason.to_owned()));
+                return Err(self.unanswered());
             }
             if stopping() {
                 return Err(CallError::Stopping);
@@ -357,6 +383,59 @@ impl Client for SharedClient {
                 });
             }
         }
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.session.environment.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        self.started.check_room(&self.address)?;
+        if !self.has_server() {
+            return Err(CallError::NoServer(self.address.clone()));
+        }
+        let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
+        let server = self.known_server();
+        let asked = Asked { pending, server };
+        self.started.add(header.sequence, asked, (start, limit));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        if self.started.is_empty() {
+            return None;
+        }
+        let notified = self.wait_set.sleep(Duration::ZERO);
+        self.listener.acknowledge(notified);
+        let mut started = std::mem::take(&mut self.started);
+        let is_stopping = self.session.environment.wake_event.is_stopping();
+        let look = |sequence, asked: &mut Asked| {
+            self.look(asked, &mut |header, body| take(sequence, header, body))
+        };
+        let ended = started.next(&self.address, is_stopping, look);
+        self.started = started;
+        ended.map(|(sequence, _, result)| (sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.started.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        let look_again = Instant::now() + POLL_INTERVAL;
+        let due = self.started.due();
+        (!self.started.is_empty()).then(|| Awaiting {
+            descriptor: self.wait_set.descriptor(),
+            until: due.map_or(look_again, |due| due.min(look_again)),
+        })
     }
 
     fn peers(&self) -> usize {

@@ -3,7 +3,7 @@
 use rustix::event::{Timespec, epoll};
 use std::io;
 use std::mem::MaybeUninit;
-use std::os::fd::{BorrowedFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::time::Duration;
 
 const NOTIFIED: u64 = 0;
@@ -38,6 +38,11 @@ impl WaitSet {
         let mut events = [MaybeUninit::uninit(); 3];
         epoll::wait(&self.0, &mut events, limit.as_ref())
             .is_ok_and(|(events, _)| events.iter().any(|event| event.data.u64() == NOTIFIED))
+    }
+
+    /// Readable when a sleep would end.
+    pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
+        self.0.as_fd()
     }
 
     fn add(

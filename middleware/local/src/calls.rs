@@ -4,6 +4,7 @@ use crate::body::{Body, Pool};
 use crate::hub::{self, QUEUE_LIMIT, Table, lock};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{
     CallError, Client, Encoding, Endpoint, Environment, Header, OpenError, QueueGauge,
     ReceiveError, Reply, Server, WakeEvent, wait,
@@ -105,6 +106,7 @@ pub(crate) fn client(
         state,
         port,
         signal,
+        started: StartedCalls::default(),
     })
 }
 
@@ -146,9 +148,61 @@ pub(crate) struct LocalClient {
     state: Arc<Mutex<State>>,
     port: u64,
     signal: WakeEvent,
+    started: StartedCalls<Asked>,
+}
+
+/// A call whose request was sent.
+struct Asked {
+    header: Header,
+    slot: Arc<Mutex<ReplyState>>,
+    server: u64,
 }
 
 impl LocalClient {
+    /// Sends the request of a call.
+    fn ask(&self, header: Header, request: &dyn RequestBody) -> Result<Asked, CallError> {
+        let slot = Arc::new(Mutex::new(ReplyState::default()));
+        let server = self.submit(Request {
+            header: self.signed(header),
+            body: buffer(request)?,
+            ticket: Some(Ticket {
+                slot: Arc::clone(&slot),
+                signal: self.signal.clone(),
+            }),
+        })?;
+        Ok(Asked {
+            header,
+            slot,
+            server,
+        })
+    }
+
+    /// The result of a call, if it has ended. If its reply has come, `take` gets it.
+    fn result(
+        &self,
+        asked: &Asked,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Option<Result<(), CallError>> {
+        // Nobody waits for the lock while `take` runs.
+        let state = std::mem::take(&mut *lock(&asked.slot));
+        match state {
+            ReplyState::Ready(Answer::Copied(reply)) => {
+                take(asked.header, &reply);
+                Some(Ok(()))
+            }
+            ReplyState::Ready(Answer::Lent(body, encoding)) => {
+                let header = Header {
+                    encoding,
+                    ..asked.header
+                };
+                take(header, body.bytes());
+                Some(Ok(()))
+            }
+            ReplyState::Dropped => Some(Err(self.silence(asked.server))),
+            ReplyState::Pending => None,
+        }
+    }
+
     /// Puts a request into the queue; gives the server that will reply.
     fn submit(&self, request: Request) -> Result<u64, CallError> {
         let mut state = lock(&self.state);
@@ -217,29 +271,12 @@ impl Client for LocalClient {
         if self.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        let slot = Arc::new(Mutex::new(ReplyState::default()));
-        let asked = self.submit(Request {
-            header: self.signed(header),
-            body: buffer(request)?,
-            ticket: Some(Ticket {
-                slot: Arc::clone(&slot),
-                signal: self.signal.clone(),
-            }),
-        })?;
+        let asked = self.ask(header, request)?;
         let mut interrupted = false;
         loop {
             self.signal.clear();
-            match std::mem::take(&mut *lock(&slot)) {
-                ReplyState::Ready(Answer::Copied(reply)) => {
-                    take(header, &reply);
-                    return Ok(());
-                }
-                ReplyState::Ready(Answer::Lent(body, encoding)) => {
-                    take(Header { encoding, ..header }, body.bytes());
-                    return Ok(());
-                }
-                ReplyState::Dropped => return Err(self.silence(asked)),
-                ReplyState::Pending => {}
+            if let Some(result) = self.result(&asked, take) {
+                return result;
             }
             if self.wake_event.is_stopping() {
                 return Err(CallError::Stopping);
@@ -256,6 +293,52 @@ impl Client for LocalClient {
             let waited = if interrupted { 1 } else { 2 };
             interrupted |= wait(&descriptors[..waited], left.min(CYCLE)) & 2 != 0;
         }
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        self.started.check_room(&self.address)?;
+        let asked = self.ask(header, request)?;
+        self.started.add(header.sequence, asked, (start, limit));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        if self.started.is_empty() {
+            return None;
+        }
+        self.signal.clear();
+        let mut started = std::mem::take(&mut self.started);
+        let is_stopping = self.wake_event.is_stopping();
+        let ended = started.next(&self.address, is_stopping, |sequence, asked| {
+            self.result(asked, &mut |header, body| take(sequence, header, body))
+                .map_or(Look::Pending, Look::Ended)
+        });
+        self.started = started;
+        ended.map(|(sequence, _, result)| (sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.started.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        let until = self.started.due().unwrap_or_else(|| Instant::now() + CYCLE);
+        (!self.started.is_empty()).then(|| Awaiting {
+            descriptor: self.signal.as_fd(),
+            until,
+        })
     }
 
     fn peers(&self) -> usize {

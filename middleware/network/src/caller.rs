@@ -2,6 +2,7 @@
 
 use crate::{GuidPrefix, Peer, ReaderPort, ReplyQueue, Role, WriterPort};
 use rc_middleware::qos::REQUEST_QUEUE;
+use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{CallError, Spin, WakeEvent, wait};
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -102,15 +103,16 @@ impl Caller {
         }
     }
 
-    /// Waits until there is room for one more request to `server`.
+    /// Waits until there is room for one more request to `server`, at most `limit`.
     pub fn make_room<K: Copy + Ord, S>(
         &self,
         queue: &ReplyQueue<K, S>,
         server: GuidPrefix,
         is_external: bool,
+        limit: Duration,
     ) -> Result<(), CallError> {
         queue.set_server(server);
-        let deadline = Instant::now() + ROOM;
+        let deadline = Instant::now() + limit;
         loop {
             self.signal.clear();
             if queue.pending() >= REQUEST_QUEUE && is_external {
@@ -125,6 +127,29 @@ impl Caller {
             }
             wait(&[self.signal.as_fd()], left);
         }
+    }
+
+    /// How a started call stands.
+    pub fn look(&self, state: CallState) -> Look {
+        match state {
+            CallState {
+                reply: Some(result),
+                ..
+            } => Look::Ended(result),
+            CallState {
+                has_server: false, ..
+            } => Look::Lost(CallError::ServerDied(self.address.clone()), AFTER_DEATH),
+            CallState { .. } => Look::Pending,
+        }
+    }
+
+    /// What to wait for while started calls have not ended.
+    pub fn awaiting<T>(&self, calls: &StartedCalls<T>) -> Option<Awaiting<'_>> {
+        let until = calls.due().unwrap_or_else(|| Instant::now() + CYCLE);
+        (!calls.is_empty()).then(|| Awaiting {
+            descriptor: self.signal.as_fd(),
+            until,
+        })
     }
 
     /// Waits for the reply, at most until `limit` has passed since `start`, and returns the result

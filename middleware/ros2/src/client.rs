@@ -7,6 +7,7 @@ use crate::node::Node;
 use rc_ddsc::{BEFORE_BODY, Identity, Sample};
 use rc_diagnostics::foreign::clean;
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
+use rc_middleware::started::{Awaiting, StartedCalls};
 use rc_middleware::{
     CallError, Client, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, RequestBody, Spin,
 };
@@ -146,6 +147,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
         services,
         _listed: listed,
         received: replies,
+        started: StartedCalls::default(),
         number: node.number_client(),
         sent: 0,
         has_advised: false,
@@ -164,6 +166,7 @@ pub(crate) struct RosClient {
     services: Vec<Service>,
     _listed: Listed,
     received: Arc<Replies>,
+    started: StartedCalls<Asked>,
     /// The number of this client in its component.
     number: u32,
     /// Number of requests, for servers that do not count samples.
@@ -174,6 +177,15 @@ pub(crate) struct RosClient {
     last: usize,
     /// The envelope of a reply.
     buffer: Vec<u8>,
+}
+
+/// A request that was sent: its operation, its identity in the envelope and here, and its server.
+#[derive(Clone, Copy)]
+struct Asked {
+    at: usize,
+    id: RequestId,
+    key: RequestKey,
+    server: GuidPrefix,
 }
 
 impl Service {
@@ -230,14 +242,15 @@ impl RosClient {
         waited.map_err(|_| CallError::QueueFull(self.caller.address.clone()))
     }
 
-    /// Sends a request; gives its operation, its identity and its server. Each request gets a
-    /// reply, a command an empty response. `is_awaited`: whether a call waits for the reply.
+    /// Sends a request after it has waited for room, at most `room`. Each request gets a reply, a
+    /// command an empty response. `is_awaited`: whether a call waits for the reply.
     fn submit(
         &mut self,
         header: Header,
         request: &dyn RequestBody,
         is_awaited: bool,
-    ) -> Result<(usize, RequestId, GuidPrefix), CallError> {
+        room: Duration,
+    ) -> Result<Asked, CallError> {
         let (at, id) = self.operation(request)?;
         let no_server = || CallError::NoServer(self.caller.address.clone());
         let service = &self.services[at];
@@ -245,7 +258,7 @@ impl RosClient {
         let server = server.ok_or_else(no_server)?;
         let (_, is_external, mapping) = service.reader_of(server).ok_or_else(no_server)?;
         let queue = &self.received.queue;
-        self.caller.make_room(queue, server, is_external)?;
+        self.caller.make_room(queue, server, is_external, room)?;
         if is_external {
             self.keep_order(server, at)?;
         }
@@ -288,16 +301,37 @@ impl RosClient {
         self.services[at].sent = sequence;
         self.sent = count;
         self.last = at;
-        Ok((at, id, server))
+        Ok(Asked {
+            at,
+            id,
+            key,
+            server,
+        })
     }
 
-    /// Passes the reply to the waiting call, of operation `at`, to `take`, if it has arrived.
+    /// How a call stands. If its reply has arrived, `take` gets it.
+    fn state(&mut self, asked: Asked, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
+        CallState {
+            has_server: self.services[asked.at].ports.has(asked.server),
+            reply: self.take_reply(asked, take),
+        }
+    }
+
+    /// Ends a call, which has this result.
+    fn finish(&mut self, asked: Asked, result: &Result<(), CallError>) {
+        if matches!(result, Err(CallError::Deadline { .. })) {
+            self.advise(asked.at, asked.server);
+        }
+        self.received.queue.finish(asked.key);
+    }
+
+    /// Passes the reply to a request to `take`, if it has arrived.
     fn take_reply(
         &mut self,
-        (at, id): (usize, RequestId),
+        Asked { at, id, key, .. }: Asked,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
-        let received = match self.received.queue.take()? {
+        let received = match self.received.queue.take(key)? {
             Ok(received) => received,
             Err(reason) => return Some(Err(self.caller.failed(&reason))),
         };
@@ -352,7 +386,7 @@ impl Client for RosClient {
     }
 
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
-        self.submit(header, request, false).map(drop)
+        self.submit(header, request, false, ROOM).map(drop)
     }
 
     fn call(
@@ -366,17 +400,59 @@ impl Client for RosClient {
         if self.caller.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        let (at, id, server) = self.submit(header, request, true)?;
+        let asked = self.submit(header, request, true, ROOM)?;
         let caller = Rc::clone(&self.caller);
-        let result = caller.await_reply((start, limit), || CallState {
-            has_server: self.services[at].ports.has(server),
-            reply: self.take_reply((at, id), take),
-        });
-        if matches!(result, Err(CallError::Deadline { .. })) {
-            self.advise(at, server);
-        }
-        self.received.queue.finish();
+        let result = caller.await_reply((start, limit), || self.state(asked, take));
+        self.finish(asked, &result);
         result
+    }
+
+    /// A server of another program is asked only after it has the requests of the last operation,
+    /// which takes at most [`ROOM`].
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let start = Instant::now();
+        if self.caller.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        self.started.check_room(&self.caller.address)?;
+        let asked = self.submit(header, request, true, Duration::ZERO)?;
+        self.started.add(header.sequence, asked, (start, limit));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        if self.started.is_empty() {
+            return None;
+        }
+        let caller = Rc::clone(&self.caller);
+        caller.signal.clear();
+        let mut started = std::mem::take(&mut self.started);
+        let is_stopping = caller.wake_event.is_stopping();
+        let ended = started.next(&caller.address, is_stopping, |sequence, asked| {
+            caller.look(self.state(*asked, &mut |header, body| take(sequence, header, body)))
+        });
+        self.started = started;
+        let (sequence, asked, result) = ended?;
+        self.finish(asked, &result);
+        Some((sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        if let Some(asked) = self.started.forget(sequence) {
+            self.received.queue.finish(asked.key);
+        }
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.caller.awaiting(&self.started)
     }
 
     fn queue(&self) -> Option<QueueGauge> {

@@ -1,5 +1,6 @@
 //! Calls the operations of one interface.
 
+use super::call::{Call, CallId};
 use super::{Operation, Put, ReplyVariant, Returned, Throws, code, fill, result};
 use crate::backend::{Client, Profile};
 use crate::cdr::{DecodeError, Reader, Writer};
@@ -9,6 +10,9 @@ use crate::header::{Encoding, Header, now};
 use crate::in_place::BEHIND_ENVELOPE;
 use crate::request_body::{RequestBody, Written};
 use crate::rpc::{self, ReplyKind, RequestId};
+use crate::started::Awaiting;
+use std::collections::BTreeMap;
+use std::sync::Weak;
 use std::time::Duration;
 
 /// Calls the operations of one interface.
@@ -29,6 +33,43 @@ pub struct TypedClient {
     id: RequestId,
     timeout: Duration,
     sent: Counter,
+    started: BTreeMap<u64, Started>,
+}
+
+/// A call that was started: what its reply has to be, and whether somebody still has the [`Call`].
+struct Started {
+    request: PendingCall,
+    holder: Weak<()>,
+}
+
+/// The reply to a started call, or why there is none.
+pub struct Ended<'r> {
+    /// The call.
+    pub id: CallId,
+    /// The discriminator of its operation.
+    pub operation: i32,
+    reply: Result<(i32, Reader<'r>), CallError>,
+}
+
+impl Ended<'_> {
+    /// The result, for an operation whose exceptions are those of `E`.
+    pub fn result<R: Returned, E: Throws>(self) -> Result<R, E> {
+        let (case, mut reader) = self.reply?;
+        read_reply(case, &mut reader, result)
+    }
+}
+
+/// Reads a result with `read`, or the exception of a reply.
+fn read_reply<R, E: Throws>(
+    case: i32,
+    reader: &mut Reader<'_>,
+    read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
+) -> Result<R, E> {
+    if case == 0 {
+        return read(reader).map_err(|error| CallError::from(error).into());
+    }
+    let thrown = E::read(case, reader);
+    Err(thrown.unwrap_or_else(|error| CallError::from(error).into()))
 }
 
 impl TypedClient {
@@ -45,6 +86,7 @@ impl TypedClient {
             id,
             timeout,
             sent: Counter::default(),
+            started: BTreeMap::new(),
         }
     }
 
@@ -130,12 +172,79 @@ impl TypedClient {
         read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
     ) -> Result<R, E> {
         self.call_with(operation, write, |case, reader| {
-            if case == 0 {
-                return read(reader).map_err(|error| CallError::from(error).into());
-            }
-            let thrown = E::read(case, reader);
-            Err(thrown.unwrap_or_else(|error| CallError::from(error).into()))
+            read_reply(case, reader, read)
         })
+    }
+
+    /// Starts a call of `operation` and returns at once. [`TypedClient::poll_with`] ends it within
+    /// the timeout; dropping the [`Call`] forgets it. `write` serializes the parameters.
+    ///
+    /// # Errors
+    /// The request was not sent, for example because [`STARTED_CALLS`](crate::started::STARTED_CALLS)
+    /// have not ended.
+    pub fn start_with<R, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<Call<R, E>, E> {
+        self.forget_dropped();
+        let timeout = self.timeout;
+        self.id.sequence = self.sent.next();
+        let request = self.pending(operation);
+        self.submit(operation, write, |port, header, request| {
+            port.start(header, request, timeout)
+        })?;
+        let (call, holder) = Call::new(request.id.sequence);
+        self.started
+            .insert(request.id.sequence, Started { request, holder });
+        Ok(call)
+    }
+
+    /// [`TypedClient::start_with`] for parameters that are a value.
+    pub fn start<R, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        arguments: impl Put,
+    ) -> Result<Call<R, E>, E> {
+        self.start_with(operation, |writer| arguments.put(writer))
+    }
+
+    /// Hands the next started call that has ended to `read`, the oldest first, and gives its
+    /// value. The reply is read in the memory of the middleware.
+    pub fn poll_with<T>(&mut self, read: impl FnOnce(Ended<'_>) -> T) -> Option<T> {
+        self.forget_dropped();
+        let Self { port, started, .. } = self;
+        let (mut read, mut value) = (Some(read), None);
+        let polled = port.poll(&mut |sequence, header, body| {
+            if let (Some(call), Some(read)) = (started.remove(&sequence), read.take()) {
+                let request = call.request;
+                value = Some(read(request.ended(open(body, header, request))));
+            }
+        });
+        let (sequence, result) = polled?;
+        if value.is_some() {
+            return value;
+        }
+        let (call, read) = (started.remove(&sequence)?, read?);
+        let error = result.err()?;
+        Some(read(call.request.ended(Err(error))))
+    }
+
+    /// What to wait for while started calls have not ended, see [`Client::awaiting`].
+    pub fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
+    }
+
+    /// Forgets the calls that nobody has any more.
+    fn forget_dropped(&mut self) {
+        let port = &mut self.port;
+        self.started.retain(|sequence, call| {
+            let is_held = call.holder.strong_count() > 0;
+            if !is_held {
+                port.forget(*sequence);
+            }
+            is_held
+        });
     }
 
     /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays
@@ -197,6 +306,16 @@ struct PendingCall {
     type_hash: u64,
     profile: Profile,
     replies: &'static [ReplyVariant],
+}
+
+impl PendingCall {
+    fn ended(self, reply: Result<(i32, Reader<'_>), CallError>) -> Ended<'_> {
+        Ended {
+            id: CallId(self.id.sequence),
+            operation: self.operation,
+            reply,
+        }
+    }
 }
 
 /// Opens the envelope of a reply.

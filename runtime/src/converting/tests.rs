@@ -1,8 +1,8 @@
 //! What passes through the ports of slots that convert.
 
 use super::*;
-use rc_middleware::typed::{ReplyVariant, TypedClient};
-use rc_middleware::{Cdr, Gaps, Reader, Writer, cdr};
+use rc_middleware::typed::{HandlerError, ReplyVariant, Request, Throws, TypedClient};
+use rc_middleware::{Cdr, DecodeError, Gaps, Reader, Writer, cdr};
 use std::cell::RefCell;
 use std::fs::File;
 use std::os::fd::AsFd;
@@ -34,6 +34,8 @@ struct Server {
     profile: Profile,
     case: i32,
     seen: Rc<RefCell<Vec<f32>>>,
+    /// The replies to started calls.
+    started: Vec<(Header, Vec<u8>)>,
 }
 
 impl Client for Server {
@@ -85,6 +87,27 @@ impl Client for Server {
         Ok(())
     }
 
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let mut reply = Vec::new();
+        self.call(header, request, limit, &mut |_, body| reply = body.to_vec())?;
+        self.started.push((header, reply));
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let (Header { sequence, .. }, reply) = self.started.pop()?;
+        take(sequence, Header::default(), &reply);
+        Some((sequence, Ok(())))
+    }
+
     fn peers(&self) -> usize {
         1
     }
@@ -97,6 +120,7 @@ fn call(profile: Profile, case: i32, request: f32) -> (Result<(i32, f64), CallEr
         profile,
         case,
         seen: Rc::clone(&seen),
+        started: Vec::new(),
     };
     let counts = ConversionCounts::default();
     let port = ConvertingClient::over(&plan(), &OPERATIONS, &counts, Box::new(port));
@@ -126,6 +150,56 @@ fn a_call_is_converted_there_and_back_in_both_profiles() {
             call(profile, THROWN, 2.0),
             (Ok((THROWN, 2.5)), vec![2000.0])
         );
+    }
+}
+
+/// What `started_calls_are_converted_there_and_back` reads from a reply.
+#[derive(Debug, PartialEq)]
+enum Failed {
+    Thrown(f64),
+    Call(CallError),
+}
+
+impl From<CallError> for Failed {
+    fn from(error: CallError) -> Self {
+        Self::Call(error)
+    }
+}
+
+impl Throws for Failed {
+    fn read(_: i32, reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self::Thrown(reader.get()?))
+    }
+
+    fn refuse(self, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.fail(&format!("{self:?}"))
+    }
+}
+
+#[test]
+fn started_calls_are_converted_there_and_back() {
+    for profile in [Profile::Rpc, Profile::Bare] {
+        for (case, expected) in [
+            (0, Ok(("base".to_owned(), 1.5_f32))),
+            (THROWN, Err(Failed::Thrown(2.5))),
+        ] {
+            let seen: Rc<RefCell<Vec<f32>>> = Rc::default();
+            let port = Server {
+                profile,
+                case,
+                seen: Rc::clone(&seen),
+                started: Vec::new(),
+            };
+            let counts = ConversionCounts::default();
+            let port = ConvertingClient::over(&plan(), &OPERATIONS, &counts, Box::new(port));
+            let mut client = TypedClient::new(port, Duration::from_secs(1));
+            let started = client.start::<(String, f32), Failed>(&OPERATIONS[0], (&0.25_f32,));
+            let call = started.expect("to be started");
+            let ended = client.poll_with(|ended| (ended.id, ended.result()));
+            assert_eq!(ended, Some((call.id(), expected)));
+            assert_eq!(seen.take(), [250.0]);
+            assert_eq!((counts.converted(), counts.refused()), (2, 0));
+        }
     }
 }
 

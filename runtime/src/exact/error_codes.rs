@@ -6,6 +6,14 @@ use rc_middleware::{CallError, SendError};
 use std::borrow::Cow;
 use std::time::Duration;
 
+/// The error of a started call, the same while a component is recorded and when it is replayed.
+pub(super) fn not_recorded(slot: usize) -> CallError {
+    CallError::Backend {
+        address: format!("slot {slot}"),
+        reason: "an exact recording has no started calls; wait for the reply".to_owned(),
+    }
+}
+
 /// The first number of an error in `operation`; smaller numbers are encodings of a reply.
 const ERRORS: u16 = 16;
 

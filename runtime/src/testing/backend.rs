@@ -6,7 +6,7 @@ use rc_middleware::{
     Backend, Client, Endpoint, OpenError, Publisher, Server, Subscriber, WakeEvent,
 };
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -99,6 +99,7 @@ impl Backend for FakeBackend {
         Ok(Box::new(server::Port {
             calls,
             wake_event: self.hub.wake_event.clone(),
+            ended: VecDeque::new(),
         }))
     }
 

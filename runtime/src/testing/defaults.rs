@@ -1,8 +1,10 @@
 //! Default values in place of a server that is not there, for whole components under test.
 
 use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::started::{Awaiting, STARTED_CALLS};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{CallError, Client, Header, Profile, QueueGauge, Reply};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Replies to a request of one slot with default values.
@@ -12,6 +14,8 @@ pub type DefaultReply = fn(&mut Request<'_>) -> Result<(), HandlerError>;
 pub(crate) struct DefaultingClient {
     pub(crate) port: Box<dyn Client>,
     pub(crate) reply: DefaultReply,
+    /// Started calls that got default values, and end at the next polls.
+    pub(crate) ended: VecDeque<(Header, Vec<u8>)>,
 }
 
 /// A reply that stays in this process.
@@ -83,6 +87,43 @@ impl Client for DefaultingClient {
         }
     }
 
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        match self.port.start(header, request, limit) {
+            Err(CallError::NoServer(_)) if self.ended.len() < STARTED_CALLS => {
+                let reply = self.default_of(header, request)?;
+                self.ended.push_back((header, reply));
+                Ok(())
+            }
+            Err(CallError::NoServer(address)) => Err(CallError::QueueFull(address)),
+            started => started,
+        }
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let Some((header, reply)) = self.ended.pop_front() else {
+            return self.port.poll(take);
+        };
+        take(header.sequence, header, &reply);
+        Some((header.sequence, Ok(())))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.ended.retain(|(header, _)| header.sequence != sequence);
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
+    }
+
     /// At least one: the calls of the worker get replies.
     fn peers(&self) -> usize {
         self.port.peers().max(1)
@@ -131,16 +172,24 @@ mod tests {
             Ok(())
         }
 
+        fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
+            Err(CallError::NoServer(String::new()))
+        }
+
         fn peers(&self) -> usize {
             0
         }
     }
 
-    fn call(has_server: bool) -> Vec<u8> {
-        let mut client = DefaultingClient {
+    fn client(has_server: bool) -> DefaultingClient {
+        DefaultingClient {
             port: Box::new(Port(has_server)),
             reply: |request| request.reply_with(0, |writer| writer.put(&9_i32)),
-        };
+            ended: VecDeque::new(),
+        }
+    }
+
+    fn request() -> Vec<u8> {
         let id = RequestId {
             writer: [1; 16],
             sequence: 1,
@@ -148,7 +197,11 @@ mod tests {
         let mut writer = Writer::over(Vec::new());
         rpc::begin_request(&mut writer, id, 3);
         rpc::begin_body(&mut writer, Profile::Bare);
-        let request = writer.into_bytes();
+        writer.into_bytes()
+    }
+
+    fn call(has_server: bool) -> Vec<u8> {
+        let (mut client, request) = (client(has_server), request());
         let mut reply = Vec::new();
         let mut take = |_: Header, body: &[u8]| body.clone_into(&mut reply);
         let limit = Duration::from_secs(1);
@@ -168,10 +221,37 @@ mod tests {
     }
 
     #[test]
+    fn started_calls_get_default_values_and_end_once() {
+        let (mut client, request) = (client(false), request());
+        let start = |client: &mut DefaultingClient, sequence| {
+            let header = Header {
+                sequence,
+                ..Header::default()
+            };
+            client.start(header, &request, Duration::from_secs(1))
+        };
+        for sequence in 0..STARTED_CALLS as u64 {
+            assert_eq!(start(&mut client, sequence), Ok(()));
+        }
+        let full = start(&mut client, 99);
+        assert!(matches!(full, Err(CallError::QueueFull(_))), "{full:?}");
+        client.forget(1);
+        let mut ended = Vec::new();
+        let mut take = |sequence, _: Header, body: &[u8]| ended.push((sequence, body.len()));
+        while let Some((_, result)) = client.poll(&mut take) {
+            assert_eq!(result, Ok(()));
+        }
+        let all = (0..STARTED_CALLS as u64).filter(|sequence| *sequence != 1);
+        let expected = all.map(|sequence| (sequence, rpc::ENVELOPE + 4));
+        assert_eq!(ended, expected.collect::<Vec<_>>());
+    }
+
+    #[test]
     fn other_errors_stay() {
         let mut client = DefaultingClient {
             port: Box::new(Port(false)),
             reply: |_| Ok(()),
+            ended: VecDeque::new(),
         };
         let sent = client.send(Header::default(), &Vec::new());
         assert!(matches!(sent, Err(CallError::QueueFull(_))), "{sent:?}");

@@ -2,10 +2,11 @@
 
 use super::{Answering, TestBed};
 use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::started::STARTED_CALLS;
 use rc_middleware::typed::{HandlerError, Operation, Request};
 use rc_middleware::{CallError, Client, Header, WakeEvent};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -25,6 +26,9 @@ pub enum Fault {
 }
 
 type Answer = Box<dyn FnMut(&mut Request<'_>) -> Result<(), HandlerError>>;
+
+/// The reply to a query, or why its server sent none.
+type Answered = Result<Vec<u8>, CallError>;
 
 /// The server at one address.
 pub(super) struct Calls {
@@ -189,9 +193,42 @@ impl<T: Clone + 'static> FakeServer<T> {
 pub(super) struct Port {
     pub(super) calls: Rc<RefCell<Calls>>,
     pub(super) wake_event: WakeEvent,
+    /// Started calls that end at the next polls. The server has answered them when they began.
+    pub(super) ended: VecDeque<EndedCall>,
+}
+
+/// A started call that has ended.
+pub(super) struct EndedCall {
+    header: Header,
+    result: Answered,
 }
 
 impl Port {
+    /// Lets the server answer a query, as its fault tells.
+    fn ask(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<Answered, CallError> {
+        if self.wake_event.is_stopping() {
+            return Err(CallError::Stopping);
+        }
+        let fault = self.calls.borrow_mut().take_fault();
+        let address = self.calls.borrow().address.clone();
+        match fault {
+            Some(Fault::NoServer) => return Err(CallError::NoServer(address)),
+            Some(Fault::QueueFull) => return Err(CallError::QueueFull(address)),
+            _ => {}
+        }
+        let reply = self.serve(header, &buffer(request)?)?;
+        Ok(match fault {
+            Some(Fault::Timeout) => Err(CallError::Deadline { address, limit }),
+            Some(Fault::ServerDied) => Err(CallError::ServerDied(address)),
+            _ => Ok(reply),
+        })
+    }
+
     /// Keeps a request and answers it. Gives the reply, which is empty for a command.
     fn serve(&self, header: Header, body: &[u8]) -> Result<Vec<u8>, CallError> {
         let operation = Request::open(header, body, &mut Vec::new())?.operation;
@@ -246,25 +283,36 @@ impl Client for Port {
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        if self.wake_event.is_stopping() {
-            return Err(CallError::Stopping);
+        let reply = self.ask(header, request, limit)??;
+        take(header, &reply);
+        Ok(())
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        if self.ended.len() >= STARTED_CALLS {
+            return Err(CallError::QueueFull(self.calls.borrow().address.clone()));
         }
-        let fault = self.calls.borrow_mut().take_fault();
-        let address = self.calls.borrow().address.clone();
-        match fault {
-            Some(Fault::NoServer) => return Err(CallError::NoServer(address)),
-            Some(Fault::QueueFull) => return Err(CallError::QueueFull(address)),
-            _ => {}
-        }
-        let reply = self.serve(header, &buffer(request)?)?;
-        match fault {
-            Some(Fault::Timeout) => Err(CallError::Deadline { address, limit }),
-            Some(Fault::ServerDied) => Err(CallError::ServerDied(address)),
-            _ => {
-                take(header, &reply);
-                Ok(())
-            }
-        }
+        let result = self.ask(header, request, limit)?;
+        self.ended.push_back(EndedCall { header, result });
+        Ok(())
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let EndedCall { header, result } = self.ended.pop_front()?;
+        let result = result.map(|reply| take(header.sequence, header, &reply));
+        Some((header.sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.ended.retain(|call| call.header.sequence != sequence);
     }
 
     fn peers(&self) -> usize {

@@ -65,6 +65,44 @@ fn a_killed_server_ends_the_call_and_is_replaced() {
     assert_eq!(own.peers(), 1);
 }
 
+/// Calls that were started end once, also those that the killed server had not taken.
+#[test]
+fn a_killed_server_ends_started_calls() {
+    let network = Network::new("kt");
+    let backend = network.join("client");
+    let motor = endpoint("default/Motor");
+    let mut client = backend.client(&motor).expect("a client");
+    let mut server = network.start("server");
+    assert_eq!(ask(&mut *client, b"here"), Ok(b"here".to_vec()));
+    for (sequence, request) in [(1, &b"hold"[..]), (2, b"queued"), (3, b"queued")] {
+        client
+            .start(header(sequence), &request, LIMIT)
+            .expect("to be started");
+    }
+    server.says("holding");
+    assert_eq!(client.poll(&mut |_, _, _| {}), None);
+    server.kill();
+    let killed = Instant::now();
+    for sequence in 1..=3 {
+        let ended = loop {
+            if let Some(ended) = client.poll(&mut |_, _, _| panic!("a reply")) {
+                break ended;
+            }
+            assert!(killed.elapsed() < LIMIT, "the calls do not end");
+            let awaiting = client.awaiting().expect("a started call");
+            let left = awaiting.until.saturating_duration_since(Instant::now());
+            wait(&[awaiting.descriptor], left);
+        };
+        let died = CallError::ServerDied("default/Motor".to_owned());
+        assert_eq!(ended, (sequence, Err(died)));
+    }
+    assert!(killed.elapsed() < LIMIT / 10, "{:?}", killed.elapsed());
+    assert_eq!(client.poll(&mut |_, _, _| {}), None);
+    assert!(client.awaiting().is_none());
+    let nobody = Err(CallError::NoServer("default/Motor".to_owned()));
+    assert_eq!(client.start(header(4), b"still?", LIMIT), nobody);
+}
+
 /// Removing the files of dead processes takes seconds. Calls do not wait for it.
 #[test]
 fn a_call_keeps_its_deadline_while_many_processes_die() {

@@ -1,4 +1,4 @@
-//! The pending requests of a client, and the reply that it waits for.
+//! The pending requests of a client, and the replies that it waits for.
 
 use crate::{GuidPrefix, lock};
 use rc_middleware::QueueGauge;
@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// The pending requests of one client, each by its identity `K`, and the reply to the call that
-/// waits.
+/// The pending requests of one client, each by its identity `K`, and the replies to its
+/// calls.
 ///
 /// Every participant of a domain may write replies. A reply counts only if its request is pending
 /// and its writer belongs to the server of that request. A reply ends its request; its content is
-/// kept only if a call waits for it. So at most one reply is kept, with at most as many bytes as
-/// the limit of the queue.
+/// kept only if a call waits for it. All replies together have at most as many bytes as the limit
+/// of the queue.
 #[derive(Debug)]
 pub struct ReplyQueue<K, S> {
     calls: Mutex<Calls<K, S>>,
@@ -25,16 +25,15 @@ struct Calls<K, S> {
     server: Option<GuidPrefix>,
     /// Requests without a reply, and when they were sent.
     pending: BTreeMap<K, Instant>,
-    /// The request whose reply is kept.
-    awaited: Option<K>,
-    reply: Option<Awaited<S>>,
+    /// The requests whose replies are kept, and those that have come.
+    awaited: BTreeMap<K, Option<Awaited<S>>>,
 }
 
-/// The reply to the waiting call.
+/// The reply to a call.
 #[derive(Debug)]
 struct Awaited<S> {
     size: usize,
-    /// `None` if it was larger than the queue.
+    /// `None` if there was no room for it.
     sample: Option<S>,
 }
 
@@ -45,8 +44,7 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
             calls: Mutex::new(Calls {
                 server: None,
                 pending: BTreeMap::new(),
-                awaited: None,
-                reply: None,
+                awaited: BTreeMap::new(),
             }),
             gauge: QueueGauge::new(limit),
         }
@@ -77,7 +75,7 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
         let mut calls = lock(&self.calls);
         calls.pending.insert(request, Instant::now());
         if is_awaited {
-            calls.awaited = Some(request);
+            calls.awaited.insert(request, None);
         }
     }
 
@@ -86,16 +84,13 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
         let mut calls = lock(&self.calls);
         calls.pending.remove(&request);
         // The next request may have the same number; its reply is not that of this call.
-        if calls.awaited == Some(request) {
-            calls.awaited = None;
-        }
+        calls.awaited.remove(&request);
     }
 
-    /// Ends the waiting call. A reply that comes later only ends its request.
-    pub fn finish(&self) {
+    /// Ends the call of a request. A reply that comes later only ends its request.
+    pub fn finish(&self, request: K) {
         let mut calls = lock(&self.calls);
-        calls.awaited = None;
-        if let Some(reply) = calls.reply.take() {
+        if let Some(Some(reply)) = calls.awaited.remove(&request) {
             self.free(&reply);
         }
     }
@@ -126,21 +121,23 @@ impl<K: Copy + Ord, S> ReplyQueue<K, S> {
             self.gauge.drop_one();
             return;
         }
-        if calls.awaited == Some(request) {
+        if let Some(reply) = calls.awaited.get_mut(&request) {
             let sample = self.gauge.add(size).then_some(sample);
-            calls.reply = Some(Awaited { size, sample });
+            *reply = Some(Awaited { size, sample });
         }
     }
 
-    /// Takes the reply to the waiting call. It is an error with the reason if the reply was larger
-    /// than the queue.
-    pub fn take(&self) -> Option<Result<S, String>> {
+    /// Takes the reply to the call of a request. It is an error with the reason if there was no
+    /// room for the reply.
+    pub fn take(&self, request: K) -> Option<Result<S, String>> {
         let mut calls = lock(&self.calls);
-        let reply = calls.reply.take()?;
+        let reply = calls.awaited.get_mut(&request)?.take()?;
         self.free(&reply);
         Some(reply.sample.ok_or_else(|| {
             let (size, limit) = (reply.size, self.gauge.limit());
-            format!("the reply has {size} bytes, and the setting `queue_mib` allows {limit}")
+            format!(
+                "the reply has {size} bytes, and the setting `queue_mib` allows {limit} for all that wait"
+            )
         }))
     }
 
@@ -171,14 +168,14 @@ mod tests {
         let queue = asked();
         for from in [None, Some(STRANGER)] {
             queue.put(2, from, 10, "forged");
-            assert_eq!((queue.take(), queue.pending()), (None, 2));
+            assert_eq!((queue.take(2), queue.pending()), (None, 2));
         }
         queue.put(3, Some(SERVER), 10, "unasked");
         assert_eq!(queue.gauge().dropped(), 3);
         queue.put(2, Some(SERVER), 10, "right");
         queue.put(2, Some(SERVER), 10, "again");
         assert_eq!((queue.gauge().bytes(), queue.gauge().dropped()), (10, 4));
-        assert_eq!((queue.take(), queue.take()), (Some(Ok("right")), None));
+        assert_eq!((queue.take(2), queue.take(2)), (Some(Ok("right")), None));
         assert_eq!((queue.gauge().bytes(), queue.pending()), (0, 1));
     }
 
@@ -189,7 +186,7 @@ mod tests {
         queue.cancel(6);
         queue.begin(6, false);
         queue.put(6, Some(SERVER), 10, "to the command of the same number");
-        assert_eq!((queue.take(), queue.gauge().bytes()), (None, 0));
+        assert_eq!((queue.take(2), queue.gauge().bytes()), (None, 0));
     }
 
     #[test]
@@ -197,20 +194,35 @@ mod tests {
         let queue = asked();
         queue.put(1, Some(SERVER), 10, "to a command");
         assert_eq!((queue.gauge().bytes(), queue.pending()), (0, 1));
-        queue.finish();
+        queue.finish(2);
         queue.put(2, Some(SERVER), 10, "late");
         assert_eq!((queue.gauge().bytes(), queue.pending()), (0, 0));
         queue.begin(4, true);
         queue.put(4, Some(SERVER), 10, "in time");
-        queue.finish();
-        assert_eq!((queue.gauge().bytes(), queue.take()), (0, None));
+        queue.finish(4);
+        assert_eq!((queue.gauge().bytes(), queue.take(4)), (0, None));
+    }
+
+    #[test]
+    fn each_call_has_its_own_reply() {
+        let queue = asked();
+        queue.begin(3, true);
+        queue.put(3, Some(SERVER), 60, "third");
+        queue.put(2, Some(SERVER), 60, "second");
+        let error = queue.take(2).expect("a result").expect_err("no room");
+        assert!(error.contains("60 bytes"), "{error}");
+        assert_eq!(
+            (queue.gauge().bytes(), queue.take(3)),
+            (60, Some(Ok("third")))
+        );
+        assert_eq!((queue.gauge().bytes(), queue.take(3)), (0, None));
     }
 
     #[test]
     fn a_reply_without_room_is_an_error() {
         let queue = asked();
         queue.put(2, Some(SERVER), 101, "large");
-        let error = queue.take().expect("a result").expect_err("no room");
+        let error = queue.take(2).expect("a result").expect_err("no room");
         assert!(
             error.contains("101 bytes") && error.contains("queue_mib"),
             "{error}"
@@ -225,7 +237,7 @@ mod tests {
         assert_eq!(queue.pending(), 2);
         queue.set_server(STRANGER);
         queue.put(2, Some(SERVER), 10, "of the last server");
-        assert_eq!((queue.take(), queue.pending()), (None, 0));
+        assert_eq!((queue.take(2), queue.pending()), (None, 0));
         queue.begin(5, false);
         queue.expire(Duration::ZERO);
         assert_eq!(queue.pending(), 0);

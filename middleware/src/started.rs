@@ -1,0 +1,241 @@
+//! Calls that were started and have not ended, for the clients of all middlewares.
+
+use crate::error::CallError;
+use std::collections::BTreeMap;
+use std::os::fd::BorrowedFd;
+use std::time::{Duration, Instant};
+
+/// Most started calls of one client that have not ended. Half the queue of requests stays free for
+/// commands and for calls that wait.
+pub const STARTED_CALLS: usize = crate::qos::REQUEST_QUEUE / 2;
+
+/// What to wait for while started calls of a client have not ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Awaiting<'c> {
+    /// Readable when a call may have ended.
+    pub descriptor: BorrowedFd<'c>,
+    /// When the next call ends without a reply.
+    pub until: Instant,
+}
+
+/// What a client found out about a started call.
+#[derive(Debug, PartialEq)]
+pub enum Look {
+    /// Its reply may still come.
+    Pending,
+    /// It has ended.
+    Ended(Result<(), CallError>),
+    /// No reply comes any more, unless it comes within this time after the first such look.
+    Lost(CallError, Duration),
+}
+
+/// Started calls of one client, by the sequence numbers of their headers. `T` is what the
+/// middleware knows about a call. A call leaves once: when it ends, or when it is forgotten.
+///
+/// ```
+/// use rc_middleware::started::{Look, StartedCalls};
+/// use std::time::{Duration, Instant};
+///
+/// let mut calls = StartedCalls::default();
+/// calls.add(7, "token", (Instant::now(), Duration::from_mins(1)));
+/// assert_eq!(calls.next("lidar", false, |_, _| Look::Pending), None);
+/// let ended = calls.next("lidar", false, |_, _| Look::Ended(Ok(())));
+/// assert_eq!(ended, Some((7, "token", Ok(()))));
+/// assert!(calls.is_empty());
+/// ```
+#[derive(Debug)]
+pub struct StartedCalls<T>(BTreeMap<u64, StartedCall<T>>);
+
+#[derive(Debug)]
+struct StartedCall<T> {
+    token: T,
+    /// `None` for a limit beyond the clock.
+    deadline: Option<Instant>,
+    limit: Duration,
+    /// When it was first found to be lost, and how long its reply may take from then on.
+    lost: Option<(Instant, Duration)>,
+}
+
+impl<T> Default for StartedCalls<T> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<T> StartedCalls<T> {
+    /// Whether no call is there.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Fails if there is no room for one more call.
+    pub fn check_room(&self, address: &str) -> Result<(), CallError> {
+        if self.0.len() < STARTED_CALLS {
+            Ok(())
+        } else {
+            Err(CallError::QueueFull(address.to_owned()))
+        }
+    }
+
+    /// Adds a call that began at an instant and has a limit.
+    pub fn add(&mut self, sequence: u64, token: T, (start, limit): (Instant, Duration)) {
+        let call = StartedCall {
+            token,
+            deadline: start.checked_add(limit),
+            limit,
+            lost: None,
+        };
+        self.0.insert(sequence, call);
+    }
+
+    /// Removes a call without an end.
+    pub fn forget(&mut self, sequence: u64) -> Option<T> {
+        self.0.remove(&sequence).map(|call| call.token)
+    }
+
+    /// Removes the oldest call that has ended, and gives its result. `look` says how a call stands;
+    /// a reply counts also at its deadline and while the component stops.
+    pub fn next(
+        &mut self,
+        address: &str,
+        is_stopping: bool,
+        mut look: impl FnMut(u64, &mut T) -> Look,
+    ) -> Option<(u64, T, Result<(), CallError>)> {
+        let mut ended = None;
+        for (sequence, call) in &mut self.0 {
+            let looked = look(*sequence, &mut call.token);
+            if let Some(result) = call.result(looked, address, is_stopping) {
+                ended = Some((*sequence, result));
+                break;
+            }
+        }
+        let (sequence, result) = ended?;
+        let call = self.0.remove(&sequence)?;
+        Some((sequence, call.token, result))
+    }
+
+    /// When the next call ends without a reply.
+    pub fn due(&self) -> Option<Instant> {
+        let ends = self.0.values().flat_map(|call| {
+            let lost = call.lost.map(|(since, grace)| since + grace);
+            [lost, call.deadline].into_iter().flatten()
+        });
+        ends.min()
+    }
+}
+
+impl<T> StartedCall<T> {
+    fn result(
+        &mut self,
+        look: Look,
+        address: &str,
+        is_stopping: bool,
+    ) -> Option<Result<(), CallError>> {
+        let now = Instant::now();
+        match look {
+            Look::Ended(result) => return Some(result),
+            Look::Lost(error, grace) => {
+                let (since, grace) = *self.lost.get_or_insert((now, grace));
+                if now.saturating_duration_since(since) >= grace {
+                    return Some(Err(error));
+                }
+            }
+            Look::Pending => {}
+        }
+        if is_stopping {
+            return Some(Err(CallError::Stopping));
+        }
+        let (address, limit) = (address.to_owned(), self.limit);
+        let is_late = self.deadline.is_some_and(|deadline| now >= deadline);
+        is_late.then_some(Err(CallError::Deadline { address, limit }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LONG: Duration = Duration::from_hours(1);
+
+    fn calls(limits: &[Duration]) -> StartedCalls<u64> {
+        let mut calls = StartedCalls::default();
+        for (sequence, limit) in (1..).zip(limits) {
+            calls.add(sequence, sequence, (Instant::now(), *limit));
+        }
+        calls
+    }
+
+    fn died() -> CallError {
+        CallError::ServerDied("lidar".to_owned())
+    }
+
+    #[test]
+    fn calls_end_once_in_their_order() {
+        let mut calls = calls(&[LONG, LONG, LONG]);
+        let second = calls.next("lidar", false, |_, call| match call {
+            2 => Look::Ended(Ok(())),
+            _ => Look::Pending,
+        });
+        assert_eq!(second, Some((2, 2, Ok(()))));
+        let mut ended = Vec::new();
+        while let Some((sequence, ..)) = calls.next("lidar", false, |_, _| Look::Ended(Err(died())))
+        {
+            ended.push(sequence);
+        }
+        assert_eq!(ended, [1, 3]);
+        assert_eq!((calls.is_empty(), calls.due()), (true, None));
+    }
+
+    #[test]
+    fn a_reply_counts_more_than_a_deadline_or_a_stop() {
+        for (limit, is_stopping) in [(Duration::ZERO, false), (LONG, true)] {
+            let mut calls = calls(&[limit]);
+            let ended = calls.next("lidar", is_stopping, |_, _| Look::Ended(Ok(())));
+            assert_eq!(ended, Some((1, 1, Ok(()))));
+        }
+        let late = calls(&[Duration::ZERO]).next("lidar", false, |_, _| Look::Pending);
+        let limit = Duration::ZERO;
+        let address = "lidar".to_owned();
+        assert_eq!(
+            late,
+            Some((1, 1, Err(CallError::Deadline { address, limit })))
+        );
+        let stopped = calls(&[LONG]).next("lidar", true, |_, _| Look::Pending);
+        assert_eq!(stopped, Some((1, 1, Err(CallError::Stopping))));
+    }
+
+    #[test]
+    fn a_lost_call_ends_after_its_grace() {
+        let mut lost = calls(&[LONG]);
+        let ended = lost.next("lidar", false, |_, _| Look::Lost(died(), LONG / 2));
+        assert_eq!(ended, None);
+        let due = lost.due().expect("an end");
+        assert!(
+            due < Instant::now() + LONG * 3 / 4,
+            "the grace, not the deadline"
+        );
+        let ended = calls(&[LONG]).next("lidar", false, |_, _| Look::Lost(died(), Duration::ZERO));
+        assert_eq!(ended, Some((1, 1, Err(died()))));
+    }
+
+    #[test]
+    fn the_number_of_calls_is_limited() {
+        let mut full = calls(&[LONG; STARTED_CALLS]);
+        let error = CallError::QueueFull("lidar".to_owned());
+        assert_eq!(full.check_room("lidar"), Err(error));
+        assert_eq!((full.forget(3), full.forget(3)), (Some(3), None));
+        assert_eq!(full.check_room("lidar"), Ok(()));
+    }
+
+    #[test]
+    fn a_limit_beyond_the_clock_never_ends() {
+        let mut endless = calls(&[Duration::MAX]);
+        assert_eq!(
+            (
+                endless.next("lidar", false, |_, _| Look::Pending),
+                endless.due()
+            ),
+            (None, None)
+        );
+    }
+}
