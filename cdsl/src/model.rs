@@ -148,6 +148,8 @@ pub struct Slot {
     pub qos: Policies,
     /// `in_place true;`: handlers receive samples, or write replies, in shared memory.
     pub in_place: bool,
+    /// `asynchronous true;`: queries can also be started, and end later.
+    pub asynchronous: bool,
     /// The states in which requests are served; in all states if there is none.
     pub available: Vec<Name>,
     /// The location of its declaration.

@@ -4,7 +4,7 @@ use crate::ast::Setting;
 use crate::model::Role;
 use crate::resolver::Resolver;
 use rc_diagnostics::Diagnostic;
-use rc_idsl::model::InterfaceId;
+use rc_idsl::model::{InterfaceId, Operation};
 use rc_syntax::{Literal, LiteralKind};
 use rc_vocabulary::qos::{Policies, PolicyName, Values};
 use rc_vocabulary::{Scalar, duration};
@@ -12,6 +12,8 @@ use std::collections::HashMap;
 
 /// The setting of a slot whose handlers receive or write values in shared memory.
 const IN_PLACE: &str = "in_place";
+/// The setting of a slot whose queries can also be started, and end later.
+const ASYNCHRONOUS: &str = "asynchronous";
 /// The setting of how an end waits, whose value begins with `spin`.
 const WAKE: &str = "wake";
 
@@ -40,12 +42,13 @@ fn allowed(policy: PolicyName) -> String {
     }
 }
 
-/// The setting of values in shared memory, for a role whose handlers choose it.
-fn in_place(role: Role) -> Option<&'static str> {
+/// The setting of a role that is `true` or `false`.
+fn choice(role: Role) -> Option<&'static str> {
     match role {
         Role::Implements | Role::SubscribesTo => Some(IN_PLACE),
-        // Publishers and clients choose `in_place` at each call.
-        Role::Requires | Role::Publishes => None,
+        Role::Requires => Some(ASYNCHRONOUS),
+        // Publishers choose values in shared memory at each call, as clients do.
+        Role::Publishes => None,
     }
 }
 
@@ -54,8 +57,8 @@ fn in_place(role: Role) -> Option<&'static str> {
 pub fn settings(role: Role) -> Vec<(&'static str, String, Option<Values>)> {
     let policies = PolicyName::ALL.into_iter().filter(|name| name.is_of(role));
     let policies = policies.map(|policy| (setting(policy), allowed(policy), Some(policy.values())));
-    let in_place = in_place(role).map(|word| (word, "`true` or `false`".to_owned(), None));
-    policies.chain(in_place).collect()
+    let choice = choice(role).map(|word| (word, "`true` or `false`".to_owned(), None));
+    policies.chain(choice).collect()
 }
 
 /// A literal as a value of a policy. The language has no word for no limit: it is the default.
@@ -72,29 +75,45 @@ fn scalar(value: &Literal) -> Scalar<'_> {
     }
 }
 
+/// The settings of a slot.
+#[derive(Default)]
+pub(crate) struct SlotSettings {
+    pub(crate) qos: Policies,
+    /// Whether values travel in place.
+    pub(crate) in_place: bool,
+    /// Whether queries can be started, and end later.
+    pub(crate) asynchronous: bool,
+}
+
 impl Resolver<'_> {
-    /// Reads the settings of a slot: the quality of service, and whether values travel in place.
-    /// Reports invalid ones.
+    /// Reads the settings of a slot. Reports invalid ones.
     pub(crate) fn qos(
         &mut self,
         role: Role,
         interface: InterfaceId,
         settings: &[Setting],
-    ) -> (Policies, bool) {
+    ) -> SlotSettings {
         let policies = PolicyName::ALL.into_iter().filter(|name| name.is_of(role));
-        let in_place = in_place(role);
-        let (mut qos, mut is_in_place) = (Policies::default(), false);
+        let choice = choice(role);
+        let mut read_settings = SlotSettings::default();
         let mut seen = HashMap::new();
         for Setting { name, value, spin } in settings {
             self.check_unique(&mut seen, name, "setting");
             let word = name.text.as_str();
-            let (is_valid, allowed) = if in_place == Some(word) {
+            let (is_valid, allowed) = if choice == Some(word) {
                 let choice = match value.kind {
                     LiteralKind::Bool(choice) => Some(choice),
                     _ => None,
                 };
-                is_in_place = choice == Some(true);
-                if is_in_place {
+                let is_chosen = choice == Some(true);
+                if role == Role::Requires {
+                    read_settings.asynchronous = is_chosen;
+                } else {
+                    read_settings.in_place = is_chosen;
+                }
+                if is_chosen && role == Role::Requires {
+                    self.check_asynchronous(interface, value);
+                } else if is_chosen {
                     self.check_in_place(role, interface, value);
                 }
                 (choice.is_some(), "`true` or `false`".to_owned())
@@ -102,12 +121,12 @@ impl Resolver<'_> {
                 let read = policy.read(scalar(value));
                 let read = read.filter(|_| *spin == (word == WAKE));
                 let is_valid = read.is_some();
-                qos.extend(read);
+                read_settings.qos.extend(read);
                 (is_valid, allowed(policy))
             } else {
                 let message = format!("`{}` has no setting `{word}`", role.word());
                 let diagnostic = Diagnostic::error("unknown-qos", name.span, message);
-                let words = policies.clone().map(setting).chain(in_place);
+                let words = policies.clone().map(setting).chain(choice);
                 self.found.push(diagnostic.suggest(word, words));
                 continue;
             };
@@ -123,7 +142,21 @@ impl Resolver<'_> {
                     .push(Diagnostic::error("bad-qos", value.span, message));
             }
         }
-        (qos, is_in_place)
+        read_settings
+    }
+
+    /// Reports an interface without any query.
+    fn check_asynchronous(&mut self, interface: InterfaceId, value: &Literal) {
+        let interface = self.library.interface(interface);
+        if !interface.operations.iter().any(Operation::has_result) {
+            let message = format!(
+                "`{}` has no query, whose end could come later",
+                interface.name.text
+            );
+            let help = "remove this setting: a command never waits for its server";
+            self.found
+                .push(Diagnostic::error("bad-qos", value.span, message).help(help));
+        }
     }
 
     /// Reports an interface without any operation whose values can travel in place.

@@ -509,13 +509,14 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Warns of components that require each other: simultaneous queries time out.
+    /// Warns of components that require each other: simultaneous queries time out. A component does
+    /// not wait for the queries of an asynchronous slot.
     fn check_requires_cycles(&mut self, network: &Network) {
         let mut next = vec![BTreeSet::new(); network.required.len()];
         for Connection { consumer, provider } in &network.connections {
             let calls = self
                 .slot(*consumer)
-                .is_some_and(|s| s.role == Role::Requires);
+                .is_some_and(|s| s.role == Role::Requires && !s.asynchronous);
             if calls && consumer.instance != provider.instance {
                 next[consumer.instance].insert(provider.instance);
             }

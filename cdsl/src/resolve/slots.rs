@@ -43,7 +43,7 @@ impl Resolver<'_> {
                 }
                 names.taken.insert(name.to_ascii_lowercase(), decl.span);
                 let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
-                let (qos, in_place) = self.qos(role, interface, &decl.qos);
+                let settings = self.qos(role, interface, &decl.qos);
                 let optional = self.optional(role, decl);
                 let available = self.available(role, decl);
                 slots.push(Slot {
@@ -53,8 +53,9 @@ impl Resolver<'_> {
                     is_array: decl.array.is_some(),
                     backend,
                     optional,
-                    qos,
-                    in_place,
+                    qos: settings.qos,
+                    in_place: settings.in_place,
+                    asynchronous: settings.asynchronous,
                     available,
                     span: decl.span,
                     interface_span: decl.interface.span,

@@ -451,7 +451,7 @@ fn backends_and_quality_of_service() {
         &expect![[r#"
             c.cdsl:3:16: error[unknown-middleware]: unknown middleware `dsd` (did you mean `dds`?)
             c.cdsl:3:23: error[unknown-qos]: `requires` has no setting `timout` (did you mean `timeout`?)
-            c.cdsl:3:34: error[unknown-qos]: `requires` has no setting `depth` (expected one of `timeout`, `wake`)
+            c.cdsl:3:34: error[unknown-qos]: `requires` has no setting `depth` (expected one of `timeout`, `wake`, `asynchronous`)
             c.cdsl:3:51: error[bad-qos]: invalid value of `timeout`: expected a duration such as `500ms`, found `soon`
             c.cdsl:3:57: error[repeated-clause]: duplicate setting `timeout`; first used here at c.cdsl:3:43
             c.cdsl:4:40: error[bad-qos]: invalid value of `reliability`: expected `reliable` or `best_effort`, found `reliabel`
@@ -482,6 +482,20 @@ fn backends_and_quality_of_service() {
 }
 
 #[test]
+fn slots_that_require_queries_may_be_asynchronous() {
+    check(
+        "requires Laser { asynchronous true; timeout 1s; }, Laser as a { asynchronous false; },\nLaser as b { asynchronous 1; }, Mixed { asynchronous true; };\nimplements Laser as d { asynchronous true; };",
+        "language rust;",
+        &expect![[r#"
+            c.cdsl:4:27: error[bad-qos]: invalid value of `asynchronous`: expected `true` or `false`, found the number 1
+            c.cdsl:4:33: error[wrong-pattern]: `Mixed` cannot be used under `requires`: operation `one` is a `publish`; declared here at Pub.idsl:3:33 (use the interface under `publishes` or `subscribesTo`)
+            c.cdsl:4:54: error[bad-qos]: `Mixed` has no query, whose end could come later (remove this setting: a command never waits for its server)
+            c.cdsl:5:25: error[unknown-qos]: `implements` has no setting `asynchronous` (expected one of `timeout`, `wake`, `in_place`)
+        "#]],
+    );
+}
+
+#[test]
 fn in_place_is_for_handlers_of_plain_structures() {
     check_file(
         "import \"Pictures.idsl\"; import \"Laser.idsl\"; import \"Pub.idsl\"; Component c { Communications {\n\
@@ -493,7 +507,7 @@ fn in_place_is_for_handlers_of_plain_structures() {
             c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has a plain struct with a bounded sequence as its only result (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
             c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has a plain struct with a bounded sequence as its only parameter (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
             c.cdsl:3:72: error[bad-qos]: invalid value of `in_place`: expected `true` or `false`, found the number 1
-            c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`)
+            c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`, `asynchronous`)
             c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `in_place` (expected one of `reliability`, `durability`, `depth`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );

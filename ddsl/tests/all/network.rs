@@ -312,6 +312,21 @@ fn cycles_of_requires_are_reported() {
 }
 
 #[test]
+fn a_component_does_not_wait_for_asynchronous_queries() {
+    connect(
+        &[
+            (
+                "a",
+                "requires Laser as other { asynchronous true; }; implements Laser;",
+            ),
+            ("b", "requires Laser as other; implements Laser;"),
+        ],
+        "bind a.other -> b.Laser;\nbind b.other -> a.Laser;",
+        &expect![[""]],
+    );
+}
+
+#[test]
 fn after_a_requirer_is_reported() {
     let wanted = expect![[r#"
         n.ddsl:2:39: error[after-cycle]: cyclic start order: lidar after g contains g.one requires lidar (remove this `after`: providers start first, and components that require each other start together)
