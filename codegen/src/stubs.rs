@@ -277,7 +277,8 @@ fn misfits(
             .map(|o| slot.operations[*o].method.as_str())
             .collect();
         for method in blocks(code, worker, slot).flat_map(|b| &b.methods) {
-            let operation = slot.operations.iter().find(|o| o.method == method.name);
+            let mut all = slot.operations.iter().chain(&slot.optional_handlers);
+            let operation = all.find(|o| o.method == method.name);
             if let Some(operation) = operation {
                 signature(slot, &operation.user_signature, method, &types, found);
                 continue;
@@ -291,7 +292,8 @@ fn misfits(
                 slot.type_name, method.name
             );
             let hooks = hooks.iter().filter(|_| of_states);
-            let known = missing.iter().chain(hooks).copied();
+            let optional = slot.optional_handlers.iter().map(|o| o.method.as_str());
+            let known = missing.iter().chain(hooks).copied().chain(optional);
             let near = rc_diagnostics::nearest(&method.name, known);
             let help = near.map_or("remove it".to_owned(), |near| {
                 format!("remove it, or is it `{near}` now?")
@@ -301,11 +303,12 @@ fn misfits(
     }
     contexts(component, code, worker, found);
     for block in code.blocks.iter().filter(|b| b.generated) {
-        let is_machine = block.name == TRAIT && component.machine.is_some();
+        let mut others = component.more_traits.iter();
+        let is_other = others.any(|of| of.type_name == block.name);
         let mut slots = component.slots.iter();
         let lets_a_value_serve = slots.any(|s| s.serving_trait.as_ref() == Some(&block.name));
         if block.name != "Worker"
-            && !is_machine
+            && !is_other
             && !lets_a_value_serve
             && !component.traits.contains(&block.name)
         {

@@ -246,20 +246,13 @@ pub trait Client {
     /// Sends a request and returns without its reply. [`Client::poll`] ends the call, which the
     /// sequence number of `header` identifies, within `limit`. At most
     /// [`STARTED_CALLS`](crate::started::STARTED_CALLS) have not ended; one more is
-    /// [`CallError::QueueFull`].
+    /// [`CallError::TooManyStarted`].
     fn start(
         &mut self,
         header: Header,
         request: &dyn RequestBody,
         limit: Duration,
-    ) -> Result<(), CallError> {
-        let (..) = (request, limit);
-        let sequence = header.sequence;
-        Err(CallError::Backend {
-            address: String::new(),
-            reason: format!("call {sequence} was not started: this client only waits for replies"),
-        })
-    }
+    ) -> Result<(), CallError>;
 
     /// The sequence number and the result of the next started call that has ended, the oldest
     /// first. If the result is `Ok`, `take` got the number and the reply, once. Each call ends
@@ -267,18 +260,14 @@ pub trait Client {
     fn poll(
         &mut self,
         take: &mut dyn FnMut(u64, Header, &[u8]),
-    ) -> Option<(u64, Result<(), CallError>)> {
-        let _ = take;
-        None
-    }
+    ) -> Option<(u64, Result<(), CallError>)>;
 
     /// Forgets a started call: it does not end any more, and its reply is dropped.
-    fn forget(&mut self, sequence: u64) {
-        let _ = sequence;
-    }
+    fn forget(&mut self, sequence: u64);
 
     /// What to wait for while started calls have not ended. Poll until nothing is left before each
-    /// wait: other calls of this client also clear readiness.
+    /// wait: other calls of this client also clear readiness. `None` also for a client whose calls
+    /// have ended when they are started.
     fn awaiting(&self) -> Option<Awaiting<'_>> {
         None
     }

@@ -224,6 +224,16 @@ macro_rules! call_error {
 /// #     ) -> Result<(), CallError> {
 /// #         Err(CallError::NoServer("base".to_owned()))
 /// #     }
+/// #     fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
+/// #         Err(CallError::NoServer("base".to_owned()))
+/// #     }
+/// #     fn poll(
+/// #         &mut self,
+/// #         _: &mut dyn FnMut(u64, Header, &[u8]),
+/// #     ) -> Option<(u64, Result<(), CallError>)> {
+/// #         None
+/// #     }
+/// #     fn forget(&mut self, _: u64) {}
 ///     fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
 ///         Err(CallError::NoServer("base".to_owned()))
 ///     }
@@ -255,6 +265,62 @@ macro_rules! client {
             /// Whether there is a server.
             pub fn is_connected(&self) -> bool {
                 self.client.peers() > 0
+            }
+
+            /// Calls by operations, for generated code.
+            #[doc(hidden)]
+            pub fn rc_typed(&mut self) -> &mut $crate::typed::TypedClient {
+                &mut self.client
+            }
+        }
+    };
+}
+
+/// Declares the client of an asynchronous slot: one of [`client!`], `base`, with a function `take` for
+/// results that were left. Generated code adds functions that start queries.
+///
+/// ```
+/// # use rc_middleware::typed::TypedClient;
+/// rc_middleware::client!(BaseClient);
+/// rc_middleware::async_client!(BaseAsyncClient over BaseClient, take);
+///
+/// fn is_connected(client: &BaseAsyncClient) -> bool {
+///     client.is_connected()
+/// }
+/// ```
+#[macro_export]
+macro_rules! async_client {
+    ($name:ident over $base:ty, $take:ident) => {
+        /// Calls operations and waits for their replies, or starts queries, which end later.
+        pub struct $name(pub(crate) $base);
+
+        impl $name {
+            /// Calls through `client`.
+            pub fn new(client: $crate::typed::TypedClient) -> Self {
+                Self(<$base>::new(client))
+            }
+
+            /// The result of a call that has ended, once. `None` if it has not ended, or if the
+            /// worker has handled its end.
+            pub fn $take<R: 'static, E: 'static>(
+                &mut self,
+                call: &$crate::typed::Call<R, E>,
+            ) -> ::std::option::Option<::std::result::Result<R, E>> {
+                self.0.rc_typed().take(call)
+            }
+        }
+
+        impl ::std::ops::Deref for $name {
+            type Target = $base;
+
+            fn deref(&self) -> &$base {
+                &self.0
+            }
+        }
+
+        impl ::std::ops::DerefMut for $name {
+            fn deref_mut(&mut self) -> &mut $base {
+                &mut self.0
             }
         }
     };

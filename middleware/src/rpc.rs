@@ -35,7 +35,7 @@ use crate::cdr::{DecodeError, Reader, Writer};
 use rc_diagnostics::foreign::clean;
 
 /// Identifies a request by client GUID and sequence number, from 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RequestId {
     /// The client.
     pub writer: [u8; 16],

@@ -11,7 +11,7 @@ mod request;
 mod sample;
 
 pub use call::{Call, CallId};
-pub use client::{Ended, TypedClient, expect_result, reply_values};
+pub use client::{Done, Ended, TypedClient, expect_result, reply_values};
 pub use codec::{Arguments, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;

@@ -16,6 +16,7 @@ use crate::testing::DefaultReply;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Member;
+use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
 use std::ops::DerefMut;
 use std::process::ExitCode;
@@ -83,6 +84,24 @@ pub trait Joined: Living {
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         let _ = (slot, operation);
         false
+    }
+
+    /// As [`Component::starts_calls`].
+    fn starts_calls(&self, slot: usize) -> bool {
+        let _ = slot;
+        false
+    }
+
+    /// As [`Component::end_call`].
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+        let _ = (slot, member);
+        false
+    }
+
+    /// As [`Component::awaiting`].
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        let _ = (slot, member);
+        None
     }
 }
 
@@ -235,6 +254,18 @@ impl<J: Joined> Component for Adapter<J> {
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         self.0.keeps(slot, operation)
     }
+
+    fn starts_calls(&self, slot: usize) -> bool {
+        self.0.starts_calls(slot)
+    }
+
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+        self.0.end_call(slot, member)
+    }
+
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        self.0.awaiting(slot, member)
+    }
 }
 
 /// A worker of Rust and its context, owned or borrowed, with the functions of its [`Dispatch`].
@@ -290,6 +321,27 @@ where
         let of = states.find(|of| of.state == state);
         of.map_or(Ok(()), |of| (of.during)(&mut self.worker, &mut self.ctx))
     }
+}
+
+/// Lets the worker handle the next end of a call that was started through a slot. `false` if none
+/// has ended.
+pub(crate) fn end_call<W: 'static, C: Dispatch<W>>(
+    worker: &mut W,
+    ctx: &mut C,
+    slot: usize,
+    member: Option<&Member>,
+) -> bool {
+    let mut ends = C::ENDS.iter();
+    let Some((_, end)) = ends.find(|(of, _)| *of == slot) else {
+        return false;
+    };
+    let client = WorkerContext::asynchronous(ctx, slot, member);
+    let ended = client.and_then(|client| client.poll_with(|ended| end(ended, member)));
+    let has_ended = ended.is_some();
+    if let Some(handle) = ended.flatten() {
+        handle(worker, ctx);
+    }
+    has_ended
 }
 
 fn no_slot() -> HandlerError {
@@ -394,6 +446,18 @@ where
             }
             _ => Err(no_slot()),
         }
+    }
+
+    fn starts_calls(&self, slot: usize) -> bool {
+        C::Target::ENDS.iter().any(|(of, _)| *of == slot)
+    }
+
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+        end_call(&mut *self.worker, &mut *self.ctx, slot, member)
+    }
+
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        WorkerContext::asynchronous(&mut *self.ctx, slot, member)?.awaiting()
     }
 }
 

@@ -5,6 +5,7 @@ use crate::lifecycle::Hook;
 use crate::machine::Parts;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
+use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Member, Reader};
 
@@ -100,6 +101,26 @@ pub trait Component {
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         let _ = (slot, operation);
         false
+    }
+
+    /// Whether the worker may start calls through a required slot. Asked for a member with the
+    /// number of its array.
+    fn starts_calls(&self, slot: usize) -> bool {
+        let _ = slot;
+        false
+    }
+
+    /// Lets the worker handle the end of a call that it has started through a required slot. `false`
+    /// if none has ended. `member` is that of a slot array, and `slot` then the number of the array.
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+        let _ = (slot, member);
+        false
+    }
+
+    /// What to wait for while calls that were started through a slot have not ended.
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        let _ = (slot, member);
+        None
     }
 }
 

@@ -10,7 +10,7 @@ use crate::ports::Ports;
 use crate::worker::{ManagedWorker, Worker};
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
-use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::typed::{Done, Ended, HandlerError, Request, TypedClient};
 use rc_middleware::{Member, Reader};
 use std::ops::DerefMut;
 
@@ -41,10 +41,20 @@ pub trait WorkerContext: DerefMut<Target = Core> + Sized {
     fn machine(&mut self) -> Option<&mut Parts> {
         None
     }
+
+    /// The client of an asynchronous slot, or of the member of an array of them.
+    fn asynchronous(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut TypedClient> {
+        let _ = (slot, member);
+        None
+    }
 }
 
+/// Reads the result of a started call of a slot, or of a member of an array, for a handler of the
+/// worker. `None` if the slot has no such operation.
+pub type End<W, C> = fn(Ended<'_>, Option<&Member>) -> Option<Done<W, C>>;
+
 /// The tables of a component whose worker is `W`. Generated code implements it for its context, for
-/// workers that have the functions of the machine.
+/// workers that have the functions of the machine and those that handle the ends of calls.
 pub trait Dispatch<W: 'static>: WorkerContext + 'static {
     /// The component.
     const DESCRIPTION: &'static Description;
@@ -52,6 +62,8 @@ pub trait Dispatch<W: 'static>: WorkerContext + 'static {
     const WORKER: WorkerTable<W, Self>;
     /// The functions of the state machine.
     const MACHINE: MachineTable<W, Self> = MachineTable::NONE;
+    /// The numbers of the asynchronous slots, and how their calls end.
+    const ENDS: &'static [(usize, End<W, Self>)] = &[];
 }
 
 /// [`Dispatch`] for workers that have the handlers of all slots.

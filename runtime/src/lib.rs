@@ -64,7 +64,7 @@ pub use component::{Body, Component, Sample};
 pub use context::Core;
 pub use description::{Description, Slot};
 pub use dispatch::{
-    Dispatch, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
+    Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
 };
 pub use error::StartError;
 pub use fastrand;

@@ -413,6 +413,14 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
                     and a component in Rust shows its own";
         found.push(error.help(help));
     }
+    for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
+        let message = format!(
+            "a component in Python cannot start queries of `{}`: it waits for each reply",
+            slot.name
+        );
+        let error = Diagnostic::error("not-in-python", slot.span, message);
+        found.push(error.help("remove `asynchronous true`, or write the component in Rust"));
+    }
     let mut seen: Vec<(&str, String)> = Vec::new();
     let mut handlers: BTreeSet<String> = super::HOOKS.iter().map(|h| (*h).to_owned()).collect();
     for slot in &component.slots {

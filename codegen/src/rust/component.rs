@@ -1,5 +1,6 @@
 //! Names and types of Rust for a component: what the templates of its generated crate print.
 
+use super::asynchronous::{self, Asynchronous};
 use super::exports::{self, Exports, trait_name};
 use super::handlers::{Handler, Handlers};
 use super::machine::{self, Machine, TRAIT};
@@ -50,8 +51,11 @@ pub(crate) struct Component<'a> {
     handlers: Vec<String>,
     pub(crate) parameters: Option<parameters::Parameters>,
     pub(crate) machine: Option<Machine<'a>>,
-    /// The functions that the state machine needs, as those of a slot: one or none.
-    pub(crate) machine_functions: Vec<Slot<'a>>,
+    /// The traits of the worker that no slot receives by, as those of slots: the functions of the
+    /// state machine, and the ends of started calls.
+    pub(crate) more_traits: Vec<Slot<'a>>,
+    /// The slots whose queries can be started.
+    asynchronous: Vec<Asynchronous<'a>>,
     reexports: Vec<String>,
     /// Imports of the user's worker file.
     pub(crate) imports: Vec<String>,
@@ -60,6 +64,8 @@ pub(crate) struct Component<'a> {
     /// Whether a slot calls or publishes, or is an array.
     sends: bool,
     arrays: bool,
+    /// Whether the context names the end of a slot that is not asynchronous.
+    names_interfaces: bool,
     /// Types of the quality of service that slots name.
     qos_types: BTreeSet<&'static str>,
 }
@@ -127,34 +133,43 @@ pub(crate) struct Slot<'a> {
     external_types: &'a [String],
     doc: &'a [String],
     pub(crate) operations: Vec<Handler>,
+    /// Functions of the trait that the worker may leave out.
+    #[serde(skip)]
+    pub(crate) optional_handlers: Vec<Handler>,
 }
 
 impl<'a> Component<'a> {
-    /// Slots whose trait the worker implements: those that receive, and the state machine.
+    /// Whether queries of a slot can be started.
+    pub(crate) fn has_asynchronous(&self) -> bool {
+        !self.asynchronous.is_empty()
+    }
+
+    /// Slots whose trait the worker implements: those that receive, and the other traits.
     pub(crate) fn implemented(&self) -> impl Iterator<Item = &Slot<'a>> {
         let slots = self.slots.iter().filter(|slot| slot.receives);
-        slots.chain(&self.machine_functions)
+        slots.chain(&self.more_traits)
     }
 
     /// One of them, by its index.
     pub(crate) fn at(&self, index: usize) -> &Slot<'a> {
+        let slots = self.slots.len();
         self.slots
             .get(index)
-            .unwrap_or_else(|| &self.machine_functions[0])
+            .unwrap_or_else(|| &self.more_traits[index - slots])
     }
 }
 
 /// The functions for its life cycle that a new worker has; the others have useful defaults.
 const HOOKS: [&str; 4] = ["configure", "activate", "deactivate", "cleanup"];
 
-/// The functions that the worker must write for its state machine.
-fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
+/// A trait that the worker implements for something else than a slot that receives.
+fn other_trait(name: &str, trait_name: String) -> Slot<'_> {
     Slot {
-        name: &machine.name,
-        index,
+        name,
+        index: 0,
         constant: String::new(),
-        field: "machine".to_owned(),
-        type_name: TRAIT.to_owned(),
+        field: String::new(),
+        type_name: trait_name,
         role: "",
         role_word: "",
         receives: true,
@@ -179,12 +194,34 @@ fn functions(machine: &view::Machine, index: usize) -> Slot<'_> {
         types: String::new(),
         external_types: &[],
         doc: &[],
-        operations: machine::functions(machine),
+        operations: Vec::new(),
+        optional_handlers: Vec::new(),
     }
+}
+
+/// The traits of the state machine and of the ends of started calls.
+fn more_traits<'a>(
+    view: &'a view::Component,
+    asynchronous: &mut [Asynchronous<'a>],
+) -> Vec<Slot<'a>> {
+    let machine = view.machine.iter().map(|machine| Slot {
+        operations: machine::functions(machine),
+        ..other_trait(&machine.name, TRAIT.to_owned())
+    });
+    let ends = asynchronous.iter_mut().map(|slot| Slot {
+        optional_handlers: std::mem::take(&mut slot.handlers),
+        ..other_trait(slot.name, slot.handler.clone())
+    });
+    let mut all: Vec<Slot> = machine.chain(ends).collect();
+    for (index, of) in all.iter_mut().enumerate() {
+        of.index = view.slots.len() + index;
+    }
+    all
 }
 
 pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let exports = Exports::of(view);
+    let mut asynchronous = asynchronous::all(view, &exports);
     let mut slots: Vec<Slot> = view
         .slots
         .iter()
@@ -227,17 +264,15 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),
         machine: view.machine.as_ref().map(machine::of),
-        machine_functions: view
-            .machine
-            .iter()
-            .map(|machine| functions(machine, view.slots.len()))
-            .collect(),
-        reexports: reexports(view, &slots, &traits),
-        imports: imports(view, &slots, &traits),
+        more_traits: more_traits(view, &mut asynchronous),
+        reexports: reexports(view, &slots, &traits, &asynchronous),
+        imports: imports(view, &slots, &traits, &asynchronous),
+        asynchronous,
         worker: WORKER,
         testing: testing::of(view),
         sends: slots.iter().any(|slot| slot.sends),
         arrays: slots.iter().any(|slot| slot.is_array),
+        names_interfaces: view.slots.iter().any(|s| s.sends && !s.asynchronous),
         qos_types: qos::types(view),
         worker_trait: worker_trait(view),
         worker_table: if view.managed { "managed" } else { "plain" },
@@ -405,7 +440,12 @@ fn interface_modules(view: &view::Component, exports: &Exports) -> Vec<Reexport>
     done
 }
 
-fn reexports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
+fn reexports(
+    view: &view::Component,
+    slots: &[Slot],
+    traits: &[String],
+    asynchronous: &[Asynchronous],
+) -> Vec<String> {
     let mut paths: Vec<String> = [
         "adapter::{Handlers, embed, run}",
         "context::Context",
@@ -425,6 +465,10 @@ fn reexports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<S
         ("innermodel_viewer::{self, innermodel}", view.viewer),
         ("rc_runtime::lifecycle", view.managed),
         (
+            "rc_runtime::middleware::typed::{Call, CallId}",
+            view.has_asynchronous(),
+        ),
+        (
             "rc_runtime::{Member, MemberError, SlotArray}",
             view.has_arrays(),
         ),
@@ -439,6 +483,9 @@ fn reexports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<S
     let more = more.iter().filter(|(_, there)| *there);
     paths.extend(more.map(|(path, _)| (*path).to_owned()));
     paths.extend(traits.iter().map(|name| format!("slots::{name}")));
+    paths.extend(asynchronous.iter().flat_map(|slot| {
+        [&slot.client, &slot.handler].map(|name| format!("asynchronous::{name}"))
+    }));
     let markers = slots.iter().filter(|slot| !slot.marker.is_empty());
     paths.extend(markers.map(|slot| format!("slots::{}", slot.marker)));
     paths.sort_by(|a, b| worker::order(a, b));
@@ -447,13 +494,19 @@ fn reexports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<S
 
 /// Imports of `specific_worker.rs` from the generated crate: the traits, and the types that its
 /// handlers mention.
-fn imports(view: &view::Component, slots: &[Slot], traits: &[String]) -> Vec<String> {
+fn imports(
+    view: &view::Component,
+    slots: &[Slot],
+    traits: &[String],
+    asynchronous: &[Asynchronous],
+) -> Vec<String> {
     let mut names: Vec<String> = ["Context", "Worker", "WorkerError"]
         .map(str::to_owned)
         .to_vec();
     names.extend(traits.iter().cloned());
     let markers = slots.iter().map(|slot| slot.marker.clone());
     names.extend(markers.filter(|marker| !marker.is_empty()));
+    names.extend(asynchronous.iter().map(|slot| slot.handler.clone()));
     names.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let handlers = slots
         .iter()
@@ -491,7 +544,12 @@ fn one<'a>(
         });
     let in_place = interface.is_some_and(|i| slot.in_place && shapes::is_in_place(i, slot.role));
     let handler = interface.map(|i| shapes::trait_name(i, in_place, slot.is_array));
-    let end = format!("interfaces::{module}::{base}{kind}");
+    let end = if slot.asynchronous {
+        let client = exports::async_name(view, &slot.name, "AsyncClient");
+        format!("crate::asynchronous::{client}")
+    } else {
+        format!("interfaces::{module}::{base}{kind}")
+    };
     let (open, peers) = context(slot, index, &end);
     let shout = names::shout(&slot.name);
     Slot {
@@ -530,6 +588,7 @@ fn one<'a>(
         external_types: &slot.external_types,
         doc: interface.map_or(&[], |interface| interface.doc.as_slice()),
         operations,
+        optional_handlers: Vec::new(),
     }
 }
 

@@ -27,10 +27,25 @@ const OWN: [&str; 12] = [
 /// Names that the generated crate of a component with slot arrays exports in addition.
 const OF_ARRAYS: [&str; 3] = ["Member", "MemberError", "SlotArray"];
 
+/// Names that the generated crate of a component with asynchronous slots exports in addition.
+const OF_CALLS: [&str; 2] = ["Call", "CallId"];
+
 /// Names that the generated crate exports for every description.
 fn own(component: &view::Component) -> impl Iterator<Item = &'static str> {
     let of_arrays = OF_ARRAYS.into_iter().filter(|_| component.has_arrays());
-    OWN.into_iter().chain(of_arrays)
+    let of_calls = OF_CALLS.into_iter();
+    let of_calls = of_calls.filter(|_| component.has_asynchronous());
+    OWN.into_iter().chain(of_arrays).chain(of_calls)
+}
+
+/// A type or trait of an asynchronous slot, whose name ends with `end`.
+pub(super) fn async_name(component: &view::Component, slot: &str, end: &str) -> String {
+    let mut name = format!("{}{end}", names::ty(slot).trim_end_matches('_'));
+    let mut slots = component.slots.iter();
+    if slots.any(|slot| trait_name(component, &slot.name) == name) {
+        name.push('_');
+    }
+    name
 }
 
 /// The trait of a slot.
@@ -96,6 +111,10 @@ impl<'a> Exports<'a> {
         let slots = component.slots.iter();
         let slots = slots.filter(|s| matches!(s.role, Role::Implements | Role::SubscribesTo));
         names.extend(slots.map(|s| trait_name(component, &s.name)));
+        let asynchronous = component.slots.iter().filter(|slot| slot.asynchronous);
+        names.extend(asynchronous.flat_map(|slot| {
+            ["AsyncClient", "Done"].map(|end| async_name(component, &slot.name, end))
+        }));
         names.sort();
         let repeated = names.windows(2).filter(|pair| pair[0] == pair[1]);
         Self {

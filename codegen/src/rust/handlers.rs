@@ -41,6 +41,19 @@ impl Handler {
         Self::of_machine(method, " -> Result<(), WorkerError>", "Ok(())")
     }
 
+    /// A function that a worker may leave out.
+    pub(super) fn optional(method: String, user_signature: String) -> Self {
+        Self {
+            method,
+            doc: Vec::new(),
+            user_signature,
+            user_head: String::new(),
+            unused: Vec::new(),
+            placeholder: "",
+            mentioned: Vec::new(),
+        }
+    }
+
     fn of_machine(method: &str, returns: &str, placeholder: &'static str) -> Self {
         let arguments = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
         let head = format!("fn {method}");

@@ -44,7 +44,7 @@ struct ErrorEnum {
 }
 
 #[derive(Debug, Serialize)]
-struct Operation<'a> {
+pub(super) struct Operation<'a> {
     name: &'a str,
     method: String,
     /// The functions that lend a sample, and that read a reply in place.
@@ -63,15 +63,15 @@ struct Operation<'a> {
     arguments: String,
     sent: String,
     #[serde(flatten)]
-    codecs: Codecs,
+    pub(super) codecs: Codecs,
     /// Members of the reply, in the order of the wire.
     replies: Vec<Member<'a>>,
     /// Variables of the reply in the order of the returned tuple, whose first is the value of the
     /// operation.
     returned: Vec<String>,
-    result: String,
+    pub(super) result: String,
     /// The name of the tuple, and its types; empty where it is none.
-    answer: String,
+    pub(super) answer: String,
     answer_types: Vec<String>,
     /// The error under the name of the operation, and the enum that it is; empty if it throws
     /// nothing.
@@ -99,12 +99,12 @@ pub(super) struct Codecs {
     /// The functions that read the parameters, write a reply, and read it.
     pub(super) read: String,
     pub(super) reply: String,
-    take: String,
+    pub(super) take: String,
     /// Whether each of them, and writing the parameters, takes a function of its own.
     own_read: bool,
     own_write: bool,
     own_reply: bool,
-    own_result: bool,
+    pub(super) own_result: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -124,12 +124,13 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
         .collect();
     exceptions.sort();
     exceptions.dedup();
+    let path = types::in_interface(&interface.module);
     let all = interface.operations.iter();
     let methods = all.clone().map(|o| names::method(&o.name));
     let mut functions: BTreeSet<String> = methods.collect();
     let mut variants = BTreeSet::new();
     let mut operations: Vec<Operation> = all
-        .map(|o| operation(interface, o, &mut functions, &mut variants))
+        .map(|o| operation(interface, o, &path, &mut functions, &mut variants))
         .collect();
     let errors = errors(interface, &mut operations);
     let codecs: Vec<&Codecs> = operations.iter().map(|o| &o.codecs).collect();
@@ -148,6 +149,17 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
         exceptions,
         errors,
     }
+}
+
+/// The operations of an interface with the types of another crate, whose paths `path` writes.
+pub(super) fn operations<'a>(
+    interface: &'a view::Interface,
+    path: types::Path,
+) -> Vec<Operation<'a>> {
+    let (mut functions, mut variants) = (BTreeSet::new(), BTreeSet::new());
+    let all = interface.operations.iter();
+    all.map(|o| operation(interface, o, path, &mut functions, &mut variants))
+        .collect()
 }
 
 /// Gives the operations that throw the same exceptions one error.
@@ -210,14 +222,14 @@ pub(super) fn tuple(parts: &[String]) -> String {
 fn operation<'a>(
     interface: &'a view::Interface,
     of: &'a view::Operation,
+    path: types::Path,
     functions: &mut BTreeSet<String>,
     variants: &mut BTreeSet<String>,
 ) -> Operation<'a> {
-    let path = types::in_interface(&interface.module);
     let parameters = |members: &'a [members::Member]| -> Vec<Member<'a>> {
         let members = members.iter();
         members
-            .map(|m| member(m, names::local(&m.name), &path))
+            .map(|m| member(m, names::local(&m.name), path))
             .collect()
     };
     let inputs = parameters(&of.inputs);
@@ -225,7 +237,7 @@ fn operation<'a>(
     let mut returned: Vec<String> = replies.iter().map(|m| m.name.clone()).collect();
     let mut answer_types: Vec<String> = replies.iter().map(|m| m.ty.clone()).collect();
     if let Some(result) = &of.result {
-        let ty = types::owned(result, &path);
+        let ty = types::owned(result, path);
         returned.insert(0, "result".to_owned());
         answer_types.insert(0, ty.clone());
         replies.push(Member {
@@ -260,7 +272,7 @@ fn operation<'a>(
     );
     let throws = of.throws.iter().map(|exception| Exception {
         variant: variant(type_name(&exception.ty)),
-        ty: types::owned(&exception.ty, &path),
+        ty: types::owned(&exception.ty, path),
         constant: constant(interface, exception),
     });
     let plain = plain(&of.name);
@@ -318,8 +330,8 @@ fn operation<'a>(
         },
         error_enum: String::new(),
         throws: throws.collect(),
-        sample_in_place: placed(of.sample_in_place.as_ref(), &path),
-        result_in_place: placed(of.result_in_place.as_ref(), &path),
+        sample_in_place: placed(of.sample_in_place.as_ref(), path),
+        result_in_place: placed(of.result_in_place.as_ref(), path),
         variant: names::free(names::camel(&of.name), variants),
         on: format!("on_{}", bare(&method)),
         method,

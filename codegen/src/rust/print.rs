@@ -51,7 +51,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 20] = [
+static TEMPLATES: [Template; 21] = [
     Template::code(
         templates!["rust": "module.rs", "type", "in_place", "interface", "words", "members"],
     ),
@@ -67,6 +67,11 @@ static TEMPLATES: [Template; 20] = [
     Template::code(templates!["rust": "root.rs"]),
     Template::code(templates!["rust": "parameters.rs", "words"]),
     Template::new(templates!["rust": "machine.rs"], true, false),
+    Template::new(
+        templates!["rust": "asynchronous.rs", "members"],
+        true,
+        false,
+    ),
     Template::text(templates!["rust": "cargo.toml"]),
     Template::text(templates!["rust": "user_cargo.toml"]),
     Template::text(templates!["rust": "user_main.rs"]),
@@ -202,6 +207,7 @@ fn jobs(component: &Component) -> Vec<Job> {
         ("parameters.rs", component.parameters.is_some()),
         ("machine.rs", component.machine.is_some()),
         ("slots.rs", !component.traits.is_empty()),
+        ("asynchronous.rs", component.has_asynchronous()),
     ];
     let sometimes = sometimes.iter().filter(|(_, there)| *there);
     let generic = [

@@ -153,6 +153,8 @@ pub struct Slot {
     pub available: Vec<String>,
     /// Whether samples or replies travel in place.
     pub in_place: bool,
+    /// Whether queries can also be started, and end later.
+    pub asynchronous: bool,
     /// The names that the middleware has for the types of the operations, if it has its own.
     pub external_types: Vec<String>,
 }
@@ -270,6 +272,11 @@ impl Component {
         self.slots.iter().any(|slot| slot.is_array)
     }
 
+    /// Whether queries of a slot can also be started.
+    pub fn has_asynchronous(&self) -> bool {
+        self.slots.iter().any(|slot| slot.asynchronous)
+    }
+
     /// The interface of a slot.
     pub fn interface(&self, slot: &Slot) -> Option<&library::Interface> {
         let module = self.modules.iter().find(|m| m.name == slot.module)?;
@@ -300,6 +307,7 @@ fn one(library: &Library, slot: &model::Slot, generated_for: Middlewares) -> Slo
         qos: Qos(slot.qos.clone()),
         available: slot.available.iter().map(|s| s.text.clone()).collect(),
         in_place: slot.in_place,
+        asynchronous: slot.asynchronous,
         external_types: if backend.can().has_nodes
             || slot.backend.is_none() && generated_for.iter().any(|one| one.can().has_nodes)
         {

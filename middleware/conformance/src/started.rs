@@ -92,7 +92,7 @@ pub fn the_number_of_started_calls_is_limited(subject: &dyn Subject) {
     for sequence in 0..count {
         start(&mut *client, sequence, LIMIT).expect("to be started");
     }
-    let full = Err(CallError::QueueFull(ADDRESS.to_owned()));
+    let full = Err(CallError::TooManyStarted);
     assert_eq!(start(&mut *client, count, LIMIT), full);
     for command in STARTED_CALLS..REQUEST_QUEUE {
         client

@@ -165,7 +165,7 @@ impl Client for DdsClient {
         if self.caller.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        self.started.check_room(&self.caller.address)?;
+        self.started.check_room()?;
         let asked = self.submit(header, request, true, Duration::ZERO)?;
         self.started.add(header.sequence, asked, (start, limit));
         Ok(())

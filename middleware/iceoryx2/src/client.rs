@@ -395,7 +395,7 @@ impl Client for SharedClient {
         if self.session.environment.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        self.started.check_room(&self.address)?;
+        self.started.check_room()?;
         if !self.has_server() {
             return Err(CallError::NoServer(self.address.clone()));
         }

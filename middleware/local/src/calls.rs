@@ -305,7 +305,7 @@ impl Client for LocalClient {
         if self.wake_event.is_stopping() {
             return Err(CallError::Stopping);
         }
-        self.started.check_room(&self.address)?;
+        self.started.check_room()?;
         let asked = self.ask(header, request)?;
         self.started.add(header.sequence, asked, (start, limit));
         Ok(())

@@ -1,11 +1,12 @@
 //! A call that was started and may not have ended.
 
+use crate::rpc::RequestId;
 use std::marker::PhantomData;
 use std::sync::{Arc, Weak};
 
-/// Identifies a started call of its client.
+/// Identifies a started call. Those of one client are in the order of their start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct CallId(pub(super) u64);
+pub struct CallId(pub(super) RequestId);
 
 /// A started call, whose result will be an `R` or an error `E`. Dropping it forgets the call: its
 /// end is not reported, and makes room for another call.
@@ -20,11 +21,11 @@ pub struct Call<R, E> {
 
 impl<R, E> Call<R, E> {
     /// A call, and what its client keeps of it.
-    pub(super) fn new(sequence: u64) -> (Self, Weak<()>) {
+    pub(super) fn new(id: RequestId) -> (Self, Weak<()>) {
         let holder = Arc::new(());
         let weak = Arc::downgrade(&holder);
         let call = Self {
-            id: CallId(sequence),
+            id: CallId(id),
             _holder: holder,
             result: PhantomData,
         };

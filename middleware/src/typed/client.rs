@@ -10,7 +10,8 @@ use crate::header::{Encoding, Header, now};
 use crate::in_place::BEHIND_ENVELOPE;
 use crate::request_body::{RequestBody, Written};
 use crate::rpc::{self, ReplyKind, RequestId};
-use crate::started::Awaiting;
+use crate::started::{Awaiting, STARTED_CALLS};
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::Weak;
 use std::time::Duration;
@@ -34,6 +35,8 @@ pub struct TypedClient {
     timeout: Duration,
     sent: Counter,
     started: BTreeMap<u64, Started>,
+    /// Calls that have ended and that somebody still has.
+    ended: BTreeMap<u64, Left>,
 }
 
 /// A call that was started: what its reply has to be, and whether somebody still has the [`Call`].
@@ -41,6 +44,15 @@ struct Started {
     request: PendingCall,
     holder: Weak<()>,
 }
+
+/// A call that has ended, with the result that nobody has taken.
+struct Left {
+    result: Option<Box<dyn Any>>,
+    holder: Weak<()>,
+}
+
+/// Lets a worker `W` with its context `C` handle the end of a call.
+pub type Done<W, C> = Box<dyn FnOnce(&mut W, &mut C)>;
 
 /// The reply to a started call, or why there is none.
 pub struct Ended<'r> {
@@ -52,10 +64,36 @@ pub struct Ended<'r> {
 }
 
 impl Ended<'_> {
+    /// The place of its operation in `operations`.
+    pub fn place(&self, operations: &[Operation]) -> Option<usize> {
+        operations.iter().position(|of| of.id == self.operation)
+    }
+
     /// The result, for an operation whose exceptions are those of `E`.
     pub fn result<R: Returned, E: Throws>(self) -> Result<R, E> {
+        self.result_with(result)
+    }
+
+    /// [`Ended::result`], which `read` reads.
+    fn result_with<R, E: Throws>(
+        self,
+        read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
+    ) -> Result<R, E> {
         let (case, mut reader) = self.reply?;
-        read_reply(case, &mut reader, result)
+        read_reply(case, &mut reader, read)
+    }
+
+    /// Reads the result with `read`, for `done` to handle when the memory of the reply is free.
+    pub fn then<W, C, R: 'static, E: Throws + 'static>(
+        self,
+        read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
+        done: impl FnOnce(&mut W, &mut C, CallId, Result<R, E>) + 'static,
+    ) -> Option<Done<W, C>> {
+        let id = self.id;
+        let result = self.result_with(read);
+        Some(Box::new(move |worker: &mut W, ctx: &mut C| {
+            done(worker, ctx, id, result);
+        }))
     }
 }
 
@@ -87,6 +125,7 @@ impl TypedClient {
             timeout,
             sent: Counter::default(),
             started: BTreeMap::new(),
+            ended: BTreeMap::new(),
         }
     }
 
@@ -180,21 +219,25 @@ impl TypedClient {
     /// the timeout; dropping the [`Call`] forgets it. `write` serializes the parameters.
     ///
     /// # Errors
-    /// The request was not sent, for example because [`STARTED_CALLS`](crate::started::STARTED_CALLS)
-    /// have not ended.
+    /// The request was not sent, for example because [`STARTED_CALLS`] have not ended. A result that
+    /// waits for [`TypedClient::take`] counts as well.
     pub fn start_with<R, E: From<CallError>>(
         &mut self,
         operation: &Operation,
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<Call<R, E>, E> {
         self.forget_dropped();
+        let kept = self.ended.values().filter(|left| left.result.is_some());
+        if self.started.len() + kept.count() >= STARTED_CALLS {
+            return Err(CallError::TooManyStarted.into());
+        }
         let timeout = self.timeout;
         self.id.sequence = self.sent.next();
         let request = self.pending(operation);
         self.submit(operation, write, |port, header, request| {
             port.start(header, request, timeout)
         })?;
-        let (call, holder) = Call::new(request.id.sequence);
+        let (call, holder) = Call::new(request.id);
         self.started
             .insert(request.id.sequence, Started { request, holder });
         Ok(call)
@@ -213,11 +256,21 @@ impl TypedClient {
     /// value. The reply is read in the memory of the middleware.
     pub fn poll_with<T>(&mut self, read: impl FnOnce(Ended<'_>) -> T) -> Option<T> {
         self.forget_dropped();
-        let Self { port, started, .. } = self;
+        let Self {
+            port,
+            started,
+            ended,
+            ..
+        } = self;
+        let mut end = |sequence: u64| {
+            let Started { request, holder } = started.remove(&sequence)?;
+            let result = None;
+            ended.insert(sequence, Left { result, holder });
+            Some(request)
+        };
         let (mut read, mut value) = (Some(read), None);
         let polled = port.poll(&mut |sequence, header, body| {
-            if let (Some(call), Some(read)) = (started.remove(&sequence), read.take()) {
-                let request = call.request;
+            if let (Some(request), Some(read)) = (end(sequence), read.take()) {
                 value = Some(read(request.ended(open(body, header, request))));
             }
         });
@@ -225,9 +278,27 @@ impl TypedClient {
         if value.is_some() {
             return value;
         }
-        let (call, read) = (started.remove(&sequence)?, read?);
+        let (request, read) = (end(sequence)?, read?);
         let error = result.err()?;
-        Some(read(call.request.ended(Err(error))))
+        Some(read(request.ended(Err(error))))
+    }
+
+    /// Keeps the result of a call that has ended until it is taken, or its [`Call`] is dropped.
+    pub fn leave<R: 'static, E: 'static>(&mut self, call: CallId, result: Result<R, E>) {
+        if let Some(left) = self.ended.get_mut(&call.0.sequence) {
+            left.result = Some(Box::new(result));
+        }
+    }
+
+    /// Takes the result that was left, once. `None` if the call has not ended, or its result was
+    /// handled.
+    pub fn take<R: 'static, E: 'static>(&mut self, call: &Call<R, E>) -> Option<Result<R, E>> {
+        let CallId(id) = call.id();
+        let is_own = id.writer == self.id.writer;
+        let left = self.ended.get_mut(&id.sequence).filter(|_| is_own)?;
+        let result = left.result.take()?.downcast().ok()?;
+        self.ended.remove(&id.sequence);
+        Some(*result)
     }
 
     /// What to wait for while started calls have not ended, see [`Client::awaiting`].
@@ -245,6 +316,7 @@ impl TypedClient {
             }
             is_held
         });
+        self.ended.retain(|_, call| call.holder.strong_count() > 0);
     }
 
     /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays
@@ -311,7 +383,7 @@ struct PendingCall {
 impl PendingCall {
     fn ended(self, reply: Result<(i32, Reader<'_>), CallError>) -> Ended<'_> {
         Ended {
-            id: CallId(self.id.sequence),
+            id: CallId(self.id),
             operation: self.operation,
             reply,
         }
@@ -399,6 +471,7 @@ pub fn expect_result(case: i32) -> Result<(), DecodeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::VecDeque;
 
     const OPERATION: Operation = Operation {
         name: "double",
@@ -411,6 +484,7 @@ mod tests {
     /// A backend that hands any reply to the caller: `reply` makes it from the request's identity.
     struct Answering {
         reply: fn(RequestId) -> (Header, Vec<u8>),
+        started: VecDeque<(u64, RequestId)>,
     }
 
     impl Client for Answering {
@@ -435,14 +509,46 @@ mod tests {
             Ok(())
         }
 
+        fn start(
+            &mut self,
+            header: Header,
+            request: &dyn RequestBody,
+            _: Duration,
+        ) -> Result<(), CallError> {
+            let id = rpc::request_id(request.begin()).expect("an envelope");
+            self.started.push_back((header.sequence, id));
+            Ok(())
+        }
+
+        fn poll(
+            &mut self,
+            take: &mut dyn FnMut(u64, Header, &[u8]),
+        ) -> Option<(u64, Result<(), CallError>)> {
+            let (sequence, id) = self.started.pop_front()?;
+            let (header, body) = (self.reply)(id);
+            take(sequence, header, &body);
+            Some((sequence, Ok(())))
+        }
+
+        fn forget(&mut self, sequence: u64) {
+            self.started.retain(|(of, _)| *of != sequence);
+        }
+
         fn peers(&self) -> usize {
             1
         }
     }
 
+    fn client(reply: fn(RequestId) -> (Header, Vec<u8>)) -> TypedClient {
+        let started = VecDeque::new();
+        TypedClient::new(
+            Box::new(Answering { reply, started }),
+            Duration::from_secs(1),
+        )
+    }
+
     fn call(reply: fn(RequestId) -> (Header, Vec<u8>)) -> Result<i32, CallError> {
-        let mut client = TypedClient::new(Box::new(Answering { reply }), Duration::from_secs(1));
-        client.call_with(
+        client(reply).call_with(
             &OPERATION,
             |writer| writer.put(&21_i32),
             |case, reader| {
@@ -457,6 +563,53 @@ mod tests {
         rpc::begin_reply(&mut writer, id, operation, 0);
         writer.put(&42_i32);
         (Header::default(), writer.into_bytes())
+    }
+
+    type Doubling = Call<i32, CallError>;
+
+    fn start(client: &mut TypedClient) -> Result<Doubling, CallError> {
+        client.start(&OPERATION, (&21_i32,))
+    }
+
+    /// Ends the next call, whose result is left.
+    fn end(client: &mut TypedClient) -> Option<CallId> {
+        let (id, result) = client.poll_with(|ended| {
+            let id = ended.id;
+            (id, ended.result::<i32, CallError>())
+        })?;
+        client.leave(id, result);
+        Some(id)
+    }
+
+    #[test]
+    fn a_result_that_is_left_is_taken_once() {
+        let mut client = client(|id| reply(id, OPERATION.id));
+        let first = start(&mut client).expect("to be started");
+        let second = start(&mut client).expect("to be started");
+        assert_eq!(client.take(&first), None);
+        assert_eq!(end(&mut client), Some(first.id()));
+        assert_eq!(client.take(&second), None);
+        assert_eq!(client.take(&first), Some(Ok(42)));
+        assert_eq!(client.take(&first), None);
+        drop(second);
+        assert_eq!(end(&mut client), None);
+    }
+
+    #[test]
+    fn results_that_nobody_takes_count_until_their_calls_are_dropped() {
+        let mut client = client(|id| reply(id, OPERATION.id));
+        let started = (0..STARTED_CALLS).map(|_| start(&mut client).expect("to be started"));
+        let mut calls: Vec<Doubling> = started.collect();
+        let full = |client: &mut TypedClient| start(client).err();
+        assert_eq!(full(&mut client), Some(CallError::TooManyStarted));
+        while end(&mut client).is_some() {}
+        assert_eq!(full(&mut client), Some(CallError::TooManyStarted));
+        assert_eq!(client.take(&calls[0]), Some(Ok(42)));
+        calls.push(start(&mut client).expect("room for one call"));
+        assert_eq!(full(&mut client), Some(CallError::TooManyStarted));
+        calls.truncate(1);
+        calls.push(start(&mut client).expect("room again"));
+        assert_eq!(client.ended.len(), 0);
     }
 
     #[test]

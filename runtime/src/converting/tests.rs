@@ -99,6 +99,11 @@ impl Client for Server {
         Ok(())
     }
 
+    fn forget(&mut self, sequence: u64) {
+        self.started
+            .retain(|(header, _)| header.sequence != sequence);
+    }
+
     fn poll(
         &mut self,
         take: &mut dyn FnMut(u64, Header, &[u8]),

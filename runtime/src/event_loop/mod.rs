@@ -5,6 +5,7 @@
 //! reports a `compute()` or a handler that takes longer than the period. It never catches up on
 //! missed periods.
 
+mod calls;
 mod commands;
 mod lifecycle;
 mod network_time;
@@ -17,6 +18,7 @@ use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::worker_error::WorkerError;
+use calls::Calls;
 use network_time::stamp;
 use port::Port;
 pub(crate) use port::{answer, receive};
@@ -54,6 +56,8 @@ const PEERS_INTERVAL: Duration = Duration::from_secs(1);
 
 const TIMER: u64 = u64::MAX;
 const WAKE_EVENT: u64 = u64::MAX - 1;
+/// The replies to calls that the worker has started.
+const CALLS: u64 = u64::MAX - 2;
 /// The ends of the network's time, from this number on.
 const TIME: u64 = 1 << 32;
 
@@ -63,6 +67,7 @@ pub(crate) struct EventLoop<'a> {
     commands: Arc<CommandQueue>,
     connections: &'a Connections,
     ports: Vec<Port>,
+    calls: Calls,
     epoll: OwnedFd,
     timer: OwnedFd,
     period: Duration,
@@ -133,7 +138,9 @@ impl<'a> EventLoop<'a> {
             })
             .collect();
         let period = component.core().period();
+        let calls = Calls::new(component, connections.slots());
         Ok(Self {
+            calls,
             component,
             shared,
             commands,
@@ -183,12 +190,16 @@ impl<'a> EventLoop<'a> {
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
+            if !self.is_gated() {
+                self.end_calls();
+            }
             self.take_failure();
             self.tell_time(now);
             self.apply_period();
             self.update_peers(now);
         }
         self.enter(State::Stopping);
+        self.end_calls();
         self.leave_time();
         self.finish_lifecycle();
         self.component.finalize();
@@ -228,17 +239,28 @@ impl<'a> EventLoop<'a> {
         }
         let gated = self.is_gated();
         let ready = self.ports.iter().any(|p| p.may_be_served(gated));
-        let limit = if ready || self.role.is_in_a_hurry() {
+        let limit = if ready || self.role.is_in_a_hurry() || (self.calls.has_more && !gated) {
             Duration::ZERO
         } else {
             self.longest_wait()
+        };
+        // Calls that end before this component's turn wait for it.
+        let limit = if gated {
+            limit
+        } else {
+            self.calls
+                .watch(&mut *self.component, &self.epoll, CALLS, limit)?
         };
         let limit = Timespec {
             tv_sec: 0,
             tv_nsec: i64::from(limit.subsec_nanos()),
         };
         let mut events = [MaybeUninit::uninit(); 16];
-        let events = match epoll::wait(&self.epoll, &mut events, Some(&limit)) {
+        let waited = epoll::wait(&self.epoll, &mut events, Some(&limit));
+        if !gated {
+            self.calls.unwatch(&mut *self.component, &self.epoll)?;
+        }
+        let events = match waited {
             Err(rustix::io::Errno::INTR) => return Ok(false),
             other => other?.0,
         };
@@ -247,6 +269,7 @@ impl<'a> EventLoop<'a> {
             match event.data.u64() {
                 TIMER => due = self.tick(),
                 WAKE_EVENT => self.shared.wake_event.clear(),
+                CALLS => {}
                 at if at >= TIME => self.role.wake((at - TIME) as usize),
                 at => {
                     if let Some(port) = self.ports.get_mut(at as usize) {

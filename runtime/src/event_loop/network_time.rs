@@ -124,6 +124,7 @@ impl EventLoop<'_> {
         };
         if begins {
             self.rounds = 0;
+            self.calls.ended_in_turn = 0;
             self.ports.iter_mut().for_each(|port| port.wake(false));
         }
         if sweep {
@@ -149,6 +150,9 @@ impl EventLoop<'_> {
         if !self.role.has_turn() {
             return false;
         }
+        if self.rounds >= ROUNDS_A_TURN {
+            return false;
+        }
         self.rounds += 1;
         if self.rounds < ROUNDS_A_TURN && self.ports.iter().any(|port: &Port| port.ready) {
             return false;
@@ -163,7 +167,9 @@ impl EventLoop<'_> {
 
     /// Acknowledges a tick whose work is done, or sends the one that the worker has begun.
     pub(super) fn tell_time(&mut self, now: Instant) {
-        let ends = self.role.has_turn() && self.rounds >= ROUNDS_A_TURN && self.may_begin(now);
+        let is_held = self.role.has_turn() && self.holds_turn();
+        let ends =
+            self.role.has_turn() && self.rounds >= ROUNDS_A_TURN && !is_held && self.may_begin(now);
         match &mut self.role {
             TimeRole::System => {}
             TimeRole::Follower(follower) => {
@@ -176,7 +182,9 @@ impl EventLoop<'_> {
                 if ends {
                     source.end_turn();
                 }
-                source.send(now, false);
+                if !is_held {
+                    source.send(now, false);
+                }
                 self.shared
                     .time
                     .tick

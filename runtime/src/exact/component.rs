@@ -9,6 +9,7 @@ use crate::machine::Parts;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::Member;
+use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -132,5 +133,20 @@ impl<C: Component> Component for Recorded<C> {
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         self.component.keeps(slot, operation)
+    }
+
+    fn starts_calls(&self, slot: usize) -> bool {
+        self.component.starts_calls(slot)
+    }
+
+    /// The port of the client begins the turn where a call ends.
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+        let has_ended = self.component.end_call(slot, member);
+        self.recorder.end_begun_turn();
+        has_ended
+    }
+
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        self.component.awaiting(slot, member)
     }
 }

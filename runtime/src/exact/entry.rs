@@ -75,6 +75,8 @@ kinds! {
     Restore = 9 "restore",
     /// A turn: `finalize()`.
     Finalize = 10 "finalize",
+    /// A turn: the started call with the number `value` has ended. An answer follows.
+    Ended = 11 "ended_call",
     /// The state of the component is another one, `text`.
     State = 16 "state",
     /// The period of the component is another one, in nanoseconds.
@@ -109,6 +111,8 @@ kinds! {
     Error = 37 "error",
     /// The worker set the time of the network.
     Advance = 38 "advance",
+    /// The worker started a call; `value` is its limit in nanoseconds.
+    Started = 39 "start_call",
 }
 
 impl Kind {

@@ -6,14 +6,6 @@ use rc_middleware::{CallError, SendError};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The error of a started call, the same while a component is recorded and when it is replayed.
-pub(super) fn not_recorded(slot: usize) -> CallError {
-    CallError::Backend {
-        address: format!("slot {slot}"),
-        reason: "an exact recording has no started calls; wait for the reply".to_owned(),
-    }
-}
-
 /// The first number of an error in `operation`; smaller numbers are encodings of a reply.
 const ERRORS: u16 = 16;
 
@@ -32,6 +24,7 @@ pub(super) fn of_call(kind: Kind, slot: usize, error: &CallError) -> (Entry<'sta
         CallError::QueueFull(address) => entry(3, none, address),
         CallError::Refused(reason) => entry(4, none, reason),
         CallError::Stopping => entry(5, none, ""),
+        CallError::TooManyStarted => entry(8, none, ""),
         CallError::Unavailable { state } => entry(7, none, state),
         CallError::Backend { address, reason } => entry(6, none, &format!("{address}\n{reason}")),
         other => entry(6, none, &format!("\n{other}")),
@@ -54,6 +47,7 @@ pub(super) fn call_error(entry: &Entry<'_>) -> CallError {
         4 => CallError::Refused(text),
         5 => CallError::Stopping,
         7 => CallError::Unavailable { state: text },
+        8 => CallError::TooManyStarted,
         _ => {
             let (address, reason) = parts(&text);
             CallError::Backend { address, reason }

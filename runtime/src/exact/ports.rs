@@ -4,6 +4,7 @@ use super::entry::{Entry, Kind, number};
 use super::error_codes;
 use super::recorder::Recorder;
 use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::started::Awaiting;
 use rc_middleware::{
     CallError, Client, Encoding, Header, KeptSample, Profile, Publisher, QueueGauge, ReceiveError,
     Reply, SendError, Server, Subscriber,
@@ -149,9 +150,54 @@ impl Client for Calling {
         result.map_err(|error| self.failed(Kind::Answer, &error))
     }
 
-    /// Where a call ends between two turns is no entry of a recording.
-    fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
-        Err(error_codes::not_recorded(self.slot))
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let request = buffer(request)?;
+        let sent = Entry::message(Kind::Started, self.slot, 0, header, &request);
+        self.recorder.push(&Entry {
+            value: limit.as_nanos() as u64,
+            ..sent
+        });
+        let result = self.port.start(header, &request, limit);
+        result.map_err(|error| self.failed(Kind::Failed, &error))
+    }
+
+    /// The end of a call begins a turn, which [`super::component::Recorded`] ends.
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let (recorder, slot) = (&self.recorder, self.slot);
+        let begin = |sequence: u64| {
+            recorder.begin_turn(&Entry {
+                value: sequence,
+                ..Entry::at(Kind::Ended, slot, 0)
+            });
+        };
+        let (sequence, result) = self.port.poll(&mut |sequence, header, body| {
+            begin(sequence);
+            let encoding = number(header.encoding) as usize;
+            let answer = Entry::message(Kind::Answer, slot, encoding, header, body);
+            recorder.push(&answer);
+            take(sequence, header, body);
+        })?;
+        if result.is_err() {
+            begin(sequence);
+        }
+        let result = result.map_err(|error| self.failed(Kind::Answer, &error));
+        Some((sequence, result))
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
     }
 
     fn peers(&self) -> usize {

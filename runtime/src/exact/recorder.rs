@@ -156,6 +156,14 @@ impl Recorder {
         self.turns.borrow_mut().end();
     }
 
+    /// Ends the turn that a port has begun, if it has.
+    pub(super) fn end_begun_turn(&self) {
+        let turns = &mut *self.turns.borrow_mut();
+        if turns.is_in_turn {
+            turns.end();
+        }
+    }
+
     /// Ends the present turn, which need not be repeated if nothing but the clock was read in it.
     pub(super) fn end_idle_turn(&self, has_effect: bool) {
         let turns = &mut *self.turns.borrow_mut();

@@ -39,6 +39,8 @@ pub(crate) struct Replay {
     turn: Cell<u64>,
     turns: Cell<u64>,
     outputs: Cell<u64>,
+    /// The slot and the number of the call whose end began the present turn.
+    ended: Cell<Option<(usize, u64)>>,
 }
 
 impl fmt::Debug for Replay {
@@ -64,6 +66,7 @@ impl Replay {
             turn: Cell::new(0),
             turns: Cell::new(0),
             outputs: Cell::new(0),
+            ended: Cell::new(None),
         }
     }
 
@@ -225,6 +228,20 @@ impl Replay {
         self.settings(component)?;
         self.is_in_turn.set(true);
         Some(first)
+    }
+
+    /// Lets the client of a slot end a call in this turn.
+    pub(super) fn end_call(&self, slot: usize, sequence: u64) {
+        self.ended.set(Some((slot, sequence)));
+    }
+
+    /// The number of the call of a slot that ends in this turn, once.
+    pub(super) fn ended_call(&self, slot: usize) -> Option<u64> {
+        let (of, sequence) = self.ended.get()?;
+        (of == slot).then(|| {
+            self.ended.set(None);
+            sequence
+        })
     }
 
     /// Applies the state and the period, where they are other ones from here on.

@@ -103,10 +103,41 @@ impl Client for Calling {
         Ok(())
     }
 
-    /// Where a call ends between two turns is no entry of a recording.
-    fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
-        Err(error_codes::not_recorded(self.slot))
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        let request = buffer(request)?;
+        let sent = Entry::message(Kind::Started, self.slot, 0, header, &request);
+        self.replay.compare(&Entry {
+            value: limit.as_nanos() as u64,
+            ..sent
+        });
+        match self.replay.failure() {
+            Some(entry) => Err(error_codes::call_error(&entry)),
+            None => Ok(()),
+        }
     }
+
+    /// The call whose end began the present turn.
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let sequence = self.replay.ended_call(self.slot)?;
+        let answer = self.replay.take(Kind::Answer, self.slot, 0);
+        if error_codes::is_error(&answer) {
+            return Some((sequence, Err(error_codes::call_error(&answer))));
+        }
+        let header = answer.header(u64::from(answer.operation));
+        take(sequence, header, &answer.data);
+        Some((sequence, Ok(())))
+    }
+
+    /// A call that nobody has any more ended in no turn.
+    fn forget(&mut self, _: u64) {}
 
     fn peers(&self) -> usize {
         self.replay.take(Kind::Peers, self.slot, 0).value as usize

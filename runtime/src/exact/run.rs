@@ -120,6 +120,12 @@ fn run_turn(
             let changes = ParamChange::from_record(&json(turn)?)?;
             replay.result(&component.parameters_changed(&changes));
         }
+        Kind::Ended => {
+            let of = replay.slots().get(slot);
+            let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
+            replay.end_call(slot, turn.value);
+            component.end_call(of.described, of.member.as_ref());
+        }
         Kind::Sample => {
             let operation = usize::from(turn.operation);
             let slots = replay.slots();

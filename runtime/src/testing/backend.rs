@@ -35,7 +35,8 @@ impl Hub {
     /// The server at an address.
     pub(super) fn server(&self, address: &str) -> Rc<RefCell<Calls>> {
         let mut servers = self.servers.borrow_mut();
-        let new = || Rc::new(RefCell::new(Calls::new(address)));
+        let number = servers.len() as u64;
+        let new = || Rc::new(RefCell::new(Calls::new(address, number)));
         Rc::clone(servers.entry(address.to_owned()).or_insert_with(new))
     }
 

@@ -14,6 +14,9 @@ use rc_management::component::State as ComponentState;
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
+/// The most calls that end between two periods, as in a running component.
+const MOST_ENDS: usize = 64;
+
 /// The context of a worker under test. It dereferences to the context `C`, and the `TestContext` of
 /// generated code, which has the fake peers, dereferences to it.
 pub struct Bench<C> {
@@ -108,6 +111,7 @@ impl<C: WorkerContext> Bench<C> {
             if state.is_none_or(|state| state == LifecycleState::Active) {
                 self.turn(worker)?;
             }
+            self.end_calls(worker);
             self.bed.end_period(&mut self.ctx, &mut left);
         }
         Ok(())
@@ -136,6 +140,33 @@ impl<C: WorkerContext> Bench<C> {
             return Ok(());
         }
         noted(adapter::step(&mut pair))
+    }
+
+    /// Lets the worker handle the calls that it started and that have ended, as its process does
+    /// between two periods. Returns how many. A fake server answers a started call when it begins.
+    /// [`Bench::run`] does this behind each period.
+    pub fn end_calls<W: 'static>(&mut self, worker: &mut W) -> usize
+    where
+        C: Dispatch<W>,
+    {
+        let mut ended = 0;
+        // A handler may start a call that has ended then.
+        while ended < MOST_ENDS && self.end_one_call(worker) {
+            ended += 1;
+        }
+        ended
+    }
+
+    fn end_one_call<W: 'static>(&mut self, worker: &mut W) -> bool
+    where
+        C: Dispatch<W>,
+    {
+        let all = self.ports.slots().all();
+        let mut slots = all.iter();
+        slots.any(|of| {
+            let member = of.member.as_ref();
+            adapter::end_call(worker, &mut self.ctx, of.described, member)
+        })
     }
 
     /// Lists the members of a slot array, as `slots` in a .ddsl does, before the worker opens them.

@@ -99,7 +99,7 @@ impl Client for DefaultingClient {
                 self.ended.push_back((header, reply));
                 Ok(())
             }
-            Err(CallError::NoServer(address)) => Err(CallError::QueueFull(address)),
+            Err(CallError::NoServer(_)) => Err(CallError::TooManyStarted),
             started => started,
         }
     }
@@ -176,6 +176,15 @@ mod tests {
             Err(CallError::NoServer(String::new()))
         }
 
+        fn poll(
+            &mut self,
+            _: &mut dyn FnMut(u64, Header, &[u8]),
+        ) -> Option<(u64, Result<(), CallError>)> {
+            None
+        }
+
+        fn forget(&mut self, _: u64) {}
+
         fn peers(&self) -> usize {
             0
         }
@@ -234,7 +243,7 @@ mod tests {
             assert_eq!(start(&mut client, sequence), Ok(()));
         }
         let full = start(&mut client, 99);
-        assert!(matches!(full, Err(CallError::QueueFull(_))), "{full:?}");
+        assert_eq!(full, Err(CallError::TooManyStarted));
         client.forget(1);
         let mut ended = Vec::new();
         let mut take = |sequence, _: Header, body: &[u8]| ended.push((sequence, body.len()));

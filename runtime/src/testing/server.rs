@@ -33,6 +33,8 @@ type Answered = Result<Vec<u8>, CallError>;
 /// The server at one address.
 pub(super) struct Calls {
     address: String,
+    /// Tells its client from those of other servers.
+    number: u64,
     operations: &'static [Operation],
     answers: BTreeMap<i32, Answer>,
     /// Keeps a call.
@@ -42,9 +44,10 @@ pub(super) struct Calls {
 }
 
 impl Calls {
-    pub(super) fn new(address: &str) -> Self {
+    pub(super) fn new(address: &str, number: u64) -> Self {
         Self {
             address: address.to_owned(),
+            number,
             operations: &[],
             answers: BTreeMap::new(),
             record: None,
@@ -263,7 +266,7 @@ impl Port {
 
 impl Client for Port {
     fn guid(&self) -> [u8; 16] {
-        [1; 16]
+        u128::from(self.calls.borrow().number).to_be_bytes()
     }
 
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
@@ -295,7 +298,7 @@ impl Client for Port {
         limit: Duration,
     ) -> Result<(), CallError> {
         if self.ended.len() >= STARTED_CALLS {
-            return Err(CallError::QueueFull(self.calls.borrow().address.clone()));
+            return Err(CallError::TooManyStarted);
         }
         let result = self.ask(header, request, limit)?;
         self.ended.push_back(EndedCall { header, result });

@@ -512,7 +512,9 @@ pub mod inner_model {
         writer.put(result);
     }
 
-    fn result_cast_ray(reader: &mut rc_middleware::Reader<'_>) -> Result<Vec<super::Hit>, rc_middleware::DecodeError> {
+    pub fn result_cast_ray(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<Vec<super::Hit>, rc_middleware::DecodeError> {
         let result: Vec<super::Hit> = reader.get()?;
         reader.bound("InnerModel.castRay.result", result.len(), 1)?;
         Ok(result)

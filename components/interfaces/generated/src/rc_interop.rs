@@ -732,7 +732,7 @@ pub mod interop {
         writer.put(result);
     }
 
-    fn result_shift(reader: &mut rc_middleware::Reader<'_>) -> Result<ShiftAnswer, rc_middleware::DecodeError> {
+    pub fn result_shift(reader: &mut rc_middleware::Reader<'_>) -> Result<ShiftAnswer, rc_middleware::DecodeError> {
         let count: i32 = reader.get()?;
         let result: super::Report = reader.get()?;
         Ok((result, count))
@@ -846,7 +846,7 @@ pub mod oracle {
         writer.put(result);
     }
 
-    fn result_ask(reader: &mut rc_middleware::Reader<'_>) -> Result<AskAnswer, rc_middleware::DecodeError> {
+    pub fn result_ask(reader: &mut rc_middleware::Reader<'_>) -> Result<AskAnswer, rc_middleware::DecodeError> {
         let place: super::Point = reader.get()?;
         let result: i64 = reader.get()?;
         Ok((result, place))

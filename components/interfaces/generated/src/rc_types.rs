@@ -1325,7 +1325,7 @@ pub mod types {
         Gone(super::Gone) = GONE,
     );
 
-    fn result_turned(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Picture, rc_middleware::DecodeError> {
+    pub fn result_turned(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Picture, rc_middleware::DecodeError> {
         let result = reader.value::<super::PictureInPlace>()?;
         Ok(result)
     }
@@ -1356,7 +1356,7 @@ pub mod types {
         writer.put(result);
     }
 
-    fn result_several(reader: &mut rc_middleware::Reader<'_>) -> Result<SeveralAnswer, rc_middleware::DecodeError> {
+    pub fn result_several(reader: &mut rc_middleware::Reader<'_>) -> Result<SeveralAnswer, rc_middleware::DecodeError> {
         let again: String = reader.get()?;
         reader.bound("Types.several.again", again.len(), 8)?;
         let same: super::Outline = reader.get()?;
@@ -1381,7 +1381,7 @@ pub mod types {
         writer.put(more);
     }
 
-    fn result_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<i32, rc_middleware::DecodeError> {
+    pub fn result_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<i32, rc_middleware::DecodeError> {
         let more: i32 = reader.get()?;
         reader.range("Types.ranged.more", f64::from(more), (0.0, 9.0), "0 to 9")?;
         Ok(more)

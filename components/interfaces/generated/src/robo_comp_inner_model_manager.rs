@@ -482,7 +482,9 @@ pub mod inner_model_manager {
         writer.put(result);
     }
 
-    fn result_get_pose(reader: &mut rc_middleware::Reader<'_>) -> Result<GetPoseAnswer, rc_middleware::DecodeError> {
+    pub fn result_get_pose(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<GetPoseAnswer, rc_middleware::DecodeError> {
         let pose: super::Pose3D = reader.get()?;
         let result: bool = reader.get()?;
         Ok((result, pose))
@@ -499,7 +501,7 @@ pub mod inner_model_manager {
         writer.put(result);
     }
 
-    fn result_get_pose_from_parent(
+    pub fn result_get_pose_from_parent(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetPoseFromParentAnswer, rc_middleware::DecodeError> {
         let pose: super::Pose3D = reader.get()?;
@@ -521,7 +523,9 @@ pub mod inner_model_manager {
         writer.put(result);
     }
 
-    fn result_transform(reader: &mut rc_middleware::Reader<'_>) -> Result<TransformAnswer, rc_middleware::DecodeError> {
+    pub fn result_transform(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<TransformAnswer, rc_middleware::DecodeError> {
         let coord_in_base: super::Coord3D = reader.get()?;
         let result: bool = reader.get()?;
         Ok((result, coord_in_base))
@@ -554,7 +558,7 @@ pub mod inner_model_manager {
         writer.put(result);
     }
 
-    fn result_get_attribute(
+    pub fn result_get_attribute(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetAttributeAnswer, rc_middleware::DecodeError> {
         let type_: String = reader.get()?;

@@ -108,7 +108,7 @@ pub mod laser {
         writer.put(result);
     }
 
-    fn result_get_laser_and_b_state_data(
+    pub fn result_get_laser_and_b_state_data(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetLaserAndBStateDataAnswer, rc_middleware::DecodeError> {
         let b_state: crate::robo_comp_generic_base::TBaseState = reader.get()?;

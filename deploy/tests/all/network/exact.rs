@@ -117,3 +117,42 @@ fn the_patrol_lives_again_exactly() {
     let ran = site.rcdeploy(&["replay", &site.ddsl().display().to_string()], false);
     assert_eq!(ran.code, 2, "{ran:?}");
 }
+
+/// Two components that ask each other and do not wait, in lockstep: each call ends in the tick in
+/// which it was started, so that the time of the last one is known. The run lives again.
+#[test]
+fn started_calls_live_again_exactly() {
+    let site = Site::new("started");
+    let program = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/programs/asker/asker.cdsl"
+    );
+    let askers = ["left", "right"].map(|name| {
+        format!("    Component {name} {{ cdsl \"{program}\"; record {{ exact; }}; }};\n")
+    });
+    let binds = [("left", "right"), ("right", "left")].map(|(a, b)| {
+        format!("    bind {a}.other -> {b}.near;\n    bind {a}.far_other -> {b}.far;\n")
+    });
+    site.write_ddsl(&format!(
+        "Deployment patrol\n{{\n    time simulated by clock;\n{}    \
+         Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; }};\n{}    \
+         domain 229;\n}};\n",
+        askers.concat(),
+        binds.concat()
+    ));
+    let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"5s\"\n";
+    site.write("clock.toml", clock);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    // Twenty computes start a call of each slot; the next one takes the last result.
+    for name in ["left", "right"] {
+        site.await_in_log(name, "both others have answered 20 times by 1050 ms");
+    }
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+    for name in ["left", "right"] {
+        let ran = replay(&site, &recording(&site, name));
+        assert_eq!(ran.code, 0, "{name}: {ran:?}");
+        assert!(ran.stdout.contains("the run is the same"), "{ran:?}");
+    }
+}

@@ -7,9 +7,9 @@ use everything_generated::testing::{
     TopicSample,
 };
 use everything_generated::{
-    Annotated, Bare, Bounded, Box_, BoxAnswer, Broken, CallError, ComponentState, Context,
-    Everything, FailsError, FarAway, Move, MoveError, Numbers, SendError, StateMachine, TryError,
-    VeryBroken, Worker, WorkerError,
+    Annotated, Bare, Bounded, Box_, BoxAnswer, Broken, Call, CallError, CallId, ComponentState,
+    Context, Everything, Failed, FailsError, FarAway, Member, Move, MoveError, Numbers, OtherDone,
+    OthersDone, RaisesDone, SendError, StateMachine, TryError, VeryBroken, Worker, WorkerError,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -290,6 +290,9 @@ impl Worker<Context> for Counting {
 }
 
 impl StateMachine for Counting {}
+impl OtherDone for Counting {}
+impl RaisesDone for Counting {}
+impl OthersDone for Counting {}
 
 #[test]
 fn time_is_virtual() -> Result<(), WorkerError> {
@@ -333,4 +336,133 @@ fn time_is_virtual() -> Result<(), WorkerError> {
     );
     assert_eq!(worker.log, [(0, "compute")]);
     Ok(())
+}
+
+/// Starts queries of three slots in every period, two of which its handlers end.
+#[derive(Default)]
+struct Starting {
+    left: Vec<Call<i32, CallError>>,
+    handled: Vec<(CallId, &'static str)>,
+    answers: Vec<(String, CallId, Result<BoxAnswer, CallError>)>,
+    raised: Vec<Result<(), TryError>>,
+    held: Vec<Call<BoxAnswer, CallError>>,
+    tries: Vec<Call<(), TryError>>,
+    computes: i32,
+}
+
+impl Worker<Context> for Starting {
+    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+        ctx.set_period(Duration::from_millis(10));
+        ctx.others.open("front")?;
+        ctx.others.open("back")?;
+        Ok(Self::default())
+    }
+
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.computes += 1;
+        let ended = self.left.iter().filter_map(|call| ctx.other.take(call));
+        let ended: Vec<_> = ended.collect();
+        assert_eq!(ended, vec![Ok(7); self.left.len()]);
+        self.left = vec![ctx.other.start_implicit_query()?];
+        for (member, client) in ctx.others.iter_mut() {
+            let number = member.index() as i32;
+            self.held.push(client.start_box(number)?);
+        }
+        self.tries.push(ctx.raises.start_try(self.computes)?);
+        // Forgotten at once.
+        drop(ctx.raises.start_try(-1)?);
+        Ok(())
+    }
+}
+
+impl StateMachine for Starting {}
+
+impl OtherDone for Starting {}
+
+impl OthersDone for Starting {
+    fn box_done(
+        &mut self,
+        _: &mut Context,
+        member: &Member,
+        call: CallId,
+        result: Result<BoxAnswer, CallError>,
+    ) {
+        self.held.retain(|held| held.id() != call);
+        self.answers.push((member.name().to_owned(), call, result));
+    }
+}
+
+impl RaisesDone for Starting {
+    fn try_done(&mut self, _: &mut Context, call: CallId, result: Result<(), TryError>) {
+        self.handled.push((call, "try"));
+        self.tries.retain(|held| held.id() != call);
+        self.raised.push(result);
+    }
+}
+
+#[test]
+fn started_queries_end_between_two_periods() -> Result<(), WorkerError> {
+    let mut test = context();
+    test.answer_defaults();
+    test.other.on_implicit_query(|| 7);
+    test.others
+        .each(|fake| fake.on_box(|number| (Box_::Dyn, number, 0.5, None)));
+    test.raises.on_try(|x| match x {
+        2 => Err(Failed::default().into()),
+        _ => Ok(()),
+    });
+    let mut worker: Starting = test.start()?;
+    test.run(&mut worker, Duration::from_millis(30))?;
+    assert_eq!(worker.computes, 3);
+    // The members of one array have clients of their own, which number their calls.
+    let box_answer =
+        |name: &str, number: i32| (name.to_owned(), Ok((Box_::Dyn, number, 0.5, None)));
+    let answers = worker.answers.iter();
+    let answers: Vec<_> = answers
+        .map(|(name, _, result)| (name.clone(), result.clone()))
+        .collect();
+    let period = [box_answer("front", 0), box_answer("back", 1)];
+    assert_eq!(answers, [&period[..]; 3].concat());
+    let failed = Err(TryError::from(Failed::default()));
+    assert_eq!(worker.raised, [Ok(()), failed, Ok(())]);
+    assert_eq!(worker.handled.len(), 3);
+    assert_eq!((worker.held.len(), worker.tries.len()), (0, 0));
+    // A server that does not reply ends the call by its limit; without one, none is started.
+    test.raises.fail(Fault::Timeout);
+    let call = ctx(&mut test).raises.start_try(4).expect("to be started");
+    assert_eq!(test.end_calls(&mut worker), 1);
+    assert!(matches!(
+        worker.raised.last(),
+        Some(Err(TryError::Call(CallError::Deadline { .. })))
+    ));
+    drop(call);
+    test.raises.fail(Fault::NoServer);
+    let none = ctx(&mut test).raises.start_try(4);
+    assert!(matches!(none, Err(TryError::Call(CallError::NoServer(_)))));
+    // A reply outside of its range is refused by the server.
+    let outside = ctx(&mut test).others[0].start_box(10)?;
+    assert_eq!(test.end_calls(&mut worker), 1);
+    let (name, call, answer) = worker.answers.last().expect("an answer");
+    assert_eq!((name.as_str(), *call), ("front", outside.id()));
+    assert!(matches!(answer, Err(CallError::Refused(_))), "{answer:?}");
+    Ok(())
+}
+
+#[test]
+fn started_queries_of_a_slot_have_a_limit() {
+    let mut test = context();
+    test.answer_defaults();
+    let ctx = ctx(&mut test);
+    let calls: Vec<_> = std::iter::repeat_with(|| ctx.other.start_implicit_query())
+        .take(20)
+        .collect();
+    assert_eq!(calls.iter().filter(|call| call.is_ok()).count(), 8);
+    assert_eq!(
+        calls.last().and_then(|call| call.as_ref().err()),
+        Some(&CallError::TooManyStarted)
+    );
+    drop(calls);
+    assert!(ctx.other.start_implicit_query().is_ok());
+    // One that waits is none of them.
+    assert_eq!(ctx.other.implicit_query(), Ok(0));
 }

@@ -1,0 +1,5 @@
+//! Runs the component `asker`.
+
+fn main() -> std::process::ExitCode {
+    asker_generated::run::<asker::SpecificWorker>()
+}

@@ -1,0 +1,146 @@
+//! The loop's part in calls that the worker starts, and that end between two turns.
+
+use super::report::{End, Handled};
+use super::{EventLoop, HANDLERS_A_TURN, LOG_PAUSE};
+use crate::component::Component;
+use crate::slots::{OpenSlot, SlotTable};
+use rc_management::component::Role;
+use rustix::event::epoll;
+use rustix::io::Errno;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The clients whose calls end in the loop, each with what the loop waits for.
+pub(super) struct Calls {
+    /// The number and the slot of each client.
+    clients: Vec<(usize, Arc<OpenSlot>)>,
+    /// Whether the last look left ends to be handled.
+    pub(super) has_more: bool,
+    /// How many have ended in this turn of a tick.
+    pub(super) ended_in_turn: usize,
+}
+
+impl Calls {
+    pub(super) fn new(component: &dyn Component, slots: &SlotTable) -> Self {
+        let clients = slots.all().into_iter().enumerate().filter(|(_, open)| {
+            open.slot.role == Role::Requires
+                && !open.is_whole_array()
+                && component.starts_calls(open.described)
+        });
+        Self {
+            clients: clients.collect(),
+            has_more: false,
+            ended_in_turn: 0,
+        }
+    }
+
+    /// Adds to `epoll`, under the number `data`, what announces the ends of calls. Gives the
+    /// shorter one of `limit` and the time until the next deadline of a call.
+    pub(super) fn watch(
+        &self,
+        component: &mut dyn Component,
+        epoll: &OwnedFd,
+        data: u64,
+        mut limit: Duration,
+    ) -> io::Result<Duration> {
+        let now = Instant::now();
+        for (_, open) in &self.clients {
+            let Some(awaiting) = component.awaiting(open.described, open.member.as_ref()) else {
+                continue;
+            };
+            limit = limit.min(awaiting.until.saturating_duration_since(now));
+            let data = epoll::EventData::new_u64(data);
+            match epoll::add(epoll, awaiting.descriptor, data, epoll::EventFlags::IN) {
+                // Two clients have one descriptor.
+                Ok(()) | Err(Errno::EXIST) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(limit)
+    }
+
+    /// Takes out what [`Calls::watch`] added: calls that wait leave it readable while none is
+    /// started.
+    pub(super) fn unwatch(&self, component: &mut dyn Component, epoll: &OwnedFd) -> io::Result<()> {
+        for (_, open) in &self.clients {
+            let awaiting = component.awaiting(open.described, open.member.as_ref());
+            match awaiting.map(|awaiting| epoll::delete(epoll, awaiting.descriptor)) {
+                None | Some(Ok(()) | Err(Errno::NOENT)) => {}
+                Some(Err(error)) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl EventLoop<'_> {
+    /// Lets the worker handle the calls that have ended, at most as many as handlers run in a turn.
+    /// Every call ends once, so they are also handled in the state Emergency and while a managed
+    /// component is not active.
+    pub(super) fn end_calls(&mut self) {
+        self.calls.has_more = false;
+        let mut left = HANDLERS_A_TURN;
+        let mut goes_on = !self.calls.clients.is_empty() && self.fatal.is_none();
+        // A handler may call through a client that was looked at before.
+        while std::mem::take(&mut goes_on) {
+            for at in 0..self.calls.clients.len() {
+                while left > 0 && self.end_call(at) {
+                    left -= 1;
+                    goes_on = true;
+                }
+            }
+            if left == 0 && goes_on {
+                self.calls.has_more = true;
+                break;
+            }
+        }
+        self.count_handled();
+    }
+
+    /// Lets the worker handle one end, if there is one.
+    fn end_call(&mut self, at: usize) -> bool {
+        let (number, open) = &self.calls.clients[at];
+        let (slot, name) = (*number, Arc::clone(open));
+        let start = Instant::now();
+        if !self
+            .component
+            .end_call(open.described, open.member.as_ref())
+        {
+            return false;
+        }
+        let took = start.elapsed();
+        self.calls.ended_in_turn += 1;
+        self.handled.push(Handled {
+            slot,
+            took,
+            lost: 0,
+            end: End::Handled,
+        });
+        if self.is_overrun(took) && self.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
+            self.logged = Some(Instant::now());
+            tracing::warn!(
+                "slot {}: a handler took {took:?}, longer than the period of {:?}",
+                name.name,
+                self.period
+            );
+        }
+        true
+    }
+
+    /// Whether calls that were started have not ended. A turn of a tick lasts until they have, for
+    /// as many as handlers run in a turn: otherwise the time of their replies would decide in which
+    /// tick they are handled.
+    pub(super) fn holds_turn(&mut self) -> bool {
+        let Self {
+            calls, component, ..
+        } = self;
+        let mut clients = calls.clients.iter();
+        calls.ended_in_turn < HANDLERS_A_TURN
+            && clients.any(|(_, open)| {
+                let member = open.member.as_ref();
+                component.awaiting(open.described, member).is_some()
+            })
+    }
+}
