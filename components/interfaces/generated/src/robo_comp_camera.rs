@@ -344,7 +344,9 @@ impl rc_middleware::in_place::InPlace for CloudInPlace {
 pub mod camera {
     use rc_middleware::typed;
 
-    fn result_get_image(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Image, rc_middleware::DecodeError> {
+    pub fn result_get_image(
+        reader: &mut rc_middleware::Reader<'_>
+    ) -> Result<super::Image, rc_middleware::DecodeError> {
         let result = reader.value::<super::ImageInPlace>()?;
         Ok(result)
     }
