@@ -88,14 +88,14 @@ fn names(cell: &Cell) -> String {
     names.join(", ")
 }
 
-/// The name of a type: `pose_of_tip` becomes `PoseOfTip`.
-fn type_name(name: &str) -> String {
+/// The name of the type of what a solver gives: that of `reach_far` is `ReachFarResult`.
+pub(crate) fn type_name(name: &str) -> String {
     let words = name.split('_').map(|word| {
         let mut letters = word.chars();
         let first = letters.next().map(|first| first.to_ascii_uppercase());
         first.into_iter().chain(letters).collect::<String>()
     });
-    words.collect()
+    words.collect::<String>() + "Result"
 }
 
 /// All solvers as Rust, with `f64`. The text is a module.
@@ -212,7 +212,8 @@ pub fn c(cell: &Cell) -> String {
         for line in about(solver) {
             let _ = writeln!(out, " * {}", line.replace("*/", "* /"));
         }
-        let taken = arrays(solver).map(|array| format!("const double {array}[{count}], "));
+        let size = count.max(1);
+        let taken = arrays(solver).map(|array| format!("const double {array}[{size}], "));
         let taken: Vec<String> = taken.collect();
         let _ = writeln!(
             out,

@@ -3,6 +3,7 @@
 use crate::ast::{self, OutputKind, What};
 use crate::cell::{Cell, Computed, Output, Shape, Solver, recorded};
 use crate::parse::parse;
+use crate::print::type_name;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::is_reserved;
 use rc_robot::{Chain, Robot, dynamics};
@@ -14,6 +15,22 @@ const MOST_GRAVITY: f64 = 1e6;
 
 /// The most numbers that all outputs of a solver have. Each becomes operations of printed code.
 const MOST_NUMBERS: usize = 20_000;
+
+/// The most operations of all solvers of a file.
+const MOST_OPERATIONS: usize = 2_000_000;
+
+/// What printed code has beside solvers, and functions and types that it names.
+const TAKEN: [&str; 9] = [
+    "joints",
+    "lower",
+    "upper",
+    "JOINTS",
+    "LOWER",
+    "UPPER",
+    "NamedTuple",
+    "Sequence",
+    "list",
+];
 
 /// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
@@ -41,18 +58,34 @@ pub fn load(
         found,
     };
     resolver.reserved(&kinematics.name, "the kinematics");
-    let mut known: HashMap<&str, Span> = HashMap::new();
-    let mut solvers = Vec::new();
+    // Printed code has a function and a type for each solver.
+    let mut known: HashMap<String, Span> = HashMap::new();
+    let (mut solvers, mut operations) = (Vec::new(), 0);
     for solver in &kinematics.solvers {
         let name = &solver.name;
         resolver.reserved(name, "a solver");
-        if let Some(first) = known.get(name.text.as_str()) {
-            let message = format!("`{}` is declared twice", name.text);
+        let names = [name.text.clone(), type_name(&name.text)];
+        if let Some(first) = names.iter().find_map(|name| known.get(name)) {
+            let message = format!(
+                "`{}` is declared twice, or has the type of another one",
+                name.text
+            );
             resolver.duplicate(name.span, message, *first);
             continue;
         }
-        known.insert(&name.text, name.span);
-        solvers.extend(resolver.solver(solver));
+        known.extend(names.map(|of| (of, name.span)));
+        let resolved = resolver.solver(solver);
+        operations += resolved
+            .as_ref()
+            .map_or(0, |solver| solver.program.nodes().len());
+        if operations > MOST_OPERATIONS {
+            let message =
+                format!("the solvers have more than {MOST_OPERATIONS} operations up to here");
+            let error = Diagnostic::error("too-many-numbers", name.span, message);
+            resolver.found.push(error.help("write several files"));
+            break;
+        }
+        solvers.extend(resolved);
     }
     let found = resolver.found;
     let name = kinematics.name.text.clone();
@@ -123,7 +156,8 @@ impl<'r> Resolver<'r> {
 
     /// Printed code cannot have all names.
     fn reserved(&mut self, name: &Name, of: &str) {
-        if is_reserved(&name.text) {
+        let ends = name.text.ends_with("_result") || name.text.ends_with("Result");
+        if is_reserved(&name.text) || ends || TAKEN.contains(&name.text.as_str()) {
             let message = format!(
                 "`{}` cannot be the name of {of}: printed code has it for something else",
                 name.text
@@ -247,9 +281,19 @@ impl<'r> Resolver<'r> {
         let count = self.robot.coordinates.len();
         let described = |name: &str, doc: String, shape| Output {
             name: name.to_owned(),
-            doc,
+            // Names of links may have any character. A line of a comment stays one.
+            doc: doc.replace(char::is_control, " "),
             shape,
         };
+        let is_of_joints = match &output.kind {
+            OutputKind::Motion { what, .. } => *what == What::Jacobian,
+            OutputKind::Efforts | OutputKind::MassMatrix => true,
+        };
+        if is_of_joints && count == 0 {
+            let message = format!("the robot `{}` has no joint that moves", self.robot.name);
+            self.error("empty-solver", output.span, message);
+            return None;
+        }
         if !matches!(output.kind, OutputKind::Motion { .. })
             && let Some(joint) = dynamics::free_joint(self.robot)
         {

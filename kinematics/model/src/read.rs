@@ -89,6 +89,8 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
         })
     });
     robot.coordinates = coordinates.map(|edge| edge.name.text.clone()).collect();
+    let names = robot.coordinates.iter().enumerate();
+    let coordinates: BTreeMap<&str, usize> = names.map(|(at, name)| (name.as_str(), at)).collect();
     let mut rest: Vec<(&str, Option<(usize, &Edge<'_>)>)> = vec![(root, None)];
     while let Some((name, edge)) = rest.pop() {
         let Some(xml) = structure.links.get(name) else {
@@ -100,7 +102,7 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
                 name: edge.name.text.clone(),
                 parent,
                 place: read.place,
-                motion: motion(urdf, edge, &joints, &robot.coordinates),
+                motion: motion(urdf, edge, &joints, &coordinates),
                 axis: read.axis,
                 limits: read.limits,
             })
@@ -126,7 +128,7 @@ fn motion(
     urdf: &mut Reader<'_>,
     edge: &Edge<'_>,
     joints: &BTreeMap<&str, Read>,
-    coordinates: &[String],
+    coordinates: &BTreeMap<&str, usize>,
 ) -> Motion {
     let Some(own) = joints.get(edge.name.text.as_str()) else {
         return Motion::Fixed;
@@ -145,7 +147,7 @@ fn motion(
         };
         (name, joint) = (next, read);
     }
-    let coordinate = coordinates.iter().position(|known| known == name);
+    let coordinate = coordinates.get(name).copied();
     match (own.form, coordinate) {
         (JointType::Floating | JointType::Planar, _) => Motion::Free,
         (JointType::Revolute | JointType::Continuous, Some(coordinate)) => Motion::Turns {

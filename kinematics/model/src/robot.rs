@@ -114,13 +114,15 @@ impl Robot {
 
     /// The limits of each coordinate, of the joint that it moves directly.
     pub fn limits(&self) -> Vec<Option<Limits>> {
-        let named = |name: &String| {
-            let joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
-            joints
-                .filter(|joint| joint.name == *name)
-                .find_map(|joint| joint.limits)
-        };
-        self.coordinates.iter().map(named).collect()
+        let mut limits = vec![None; self.coordinates.len()];
+        for joint in self.bodies.iter().filter_map(|body| body.joint.as_ref()) {
+            let coordinate = joint.motion.driven().map(|(coordinate, _)| coordinate);
+            let own = coordinate.filter(|at| self.coordinates.get(*at) == Some(&joint.name));
+            if let Some(at) = own {
+                limits[at] = joint.limits;
+            }
+        }
+        limits
     }
 }
 

@@ -24,7 +24,7 @@ fn a_wrong_text_is_told_at_its_place() {
     expect![[r#"
         cell.kdsl:4:22: error[unknown-link]: the robot `arm` has no link `tol` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
         cell.kdsl:4:50: error[syntax-error]: expected `in`, found `base`
-        cell.kdsl:5:12: error[duplicate-name]: `fk` is declared twice; first declared here at cell.kdsl:4:12
+        cell.kdsl:5:12: error[duplicate-name]: `fk` is declared twice, or has the type of another one; first declared here at cell.kdsl:4:12
         cell.kdsl:6:38: error[duplicate-name]: the solver gives `pose_wrist_in_base` twice; first declared here at cell.kdsl:6:18
         cell.kdsl:7:12: error[empty-solver]: the solver `none` gives nothing (write what it computes, such as `pose TIP in BASE;`)
         cell.kdsl:8:12: error[reserved-in-code]: `sin` cannot be the name of a solver: printed code has it for something else
@@ -54,6 +54,63 @@ fn robots_are_told_where_they_are_imported() {
         cell.kdsl:1:1: error[empty-file]: expected `Kinematics NAME { … };`, found an empty file
     "#]]
     .assert_eq(&of(""));
+}
+
+/// Printed code compiles whatever the names are.
+#[test]
+fn names_that_printed_code_has_are_refused() {
+    let solver = |name: &str| format!("    solver {name} {{ pose wrist in base; }};");
+    for name in [
+        "joints",
+        "UPPER",
+        "list",
+        "fk_result",
+        "FkResult",
+        "def",
+        "sin",
+        "v3",
+    ] {
+        let found = inside(&solver(name));
+        assert!(found.contains("error[reserved-in-code]"), "{name}: {found}");
+    }
+    let found = inside(&format!("{}\n{}", solver("a_b"), solver("aB")));
+    assert!(
+        found.contains("cell.kdsl:5:12: error[duplicate-name]"),
+        "{found}"
+    );
+}
+
+/// A name may break no comment of printed code.
+#[test]
+fn a_line_break_in_a_name_ends_no_comment() {
+    let robot = crate::ARM.replace("\"tool-0\"", "\"a&#10;*/ b\"");
+    let text =
+        "import \"arm.urdf\";\nKinematics cell { solver fk { pose \"a\\n*/ b\" in base; }; };";
+    let (cell, found) = crate::load_with(text, &robot);
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    assert!(rc_kinematics::rust(&cell).contains("/// Where `a */ b` is in"));
+    assert!(rc_kinematics::c(&cell).contains("/* Where `a * / b` is in"));
+    assert!(rc_kinematics::python(&cell).contains("# Where `a */ b` is in"));
+}
+
+/// A robot without joints has poses, and nothing else.
+#[test]
+fn nothing_is_asked_of_joints_that_are_not_there() {
+    let robot = "<robot name=\"stone\"><link name=\"base\"/></robot>";
+    let solvers = |inside: &str| {
+        let text =
+            format!("import \"arm.urdf\";\nKinematics cell {{ solver fk {{ {inside} }}; }};");
+        crate::load_with(&text, robot).1
+    };
+    assert_eq!(solvers("pose base in base;"), "");
+    for inside in ["jacobian base in base;", "efforts;", "mass_matrix;"] {
+        let found = solvers(inside);
+        assert!(
+            found.contains("error[empty-solver]: the robot `stone` has no joint"),
+            "{found}"
+        );
+    }
 }
 
 #[test]

@@ -14,9 +14,14 @@ const ARM: &str = include_str!("../../examples/arm.urdf");
 
 /// Loads a text beside the arm. Returns what it is and its findings.
 fn load(text: &str) -> (Option<Cell>, String) {
+    load_with(text, ARM)
+}
+
+/// Loads a text beside this robot.
+fn load_with(text: &str, robot: &str) -> (Option<Cell>, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("cell.kdsl", text);
-    let loader = MemoryLoader::new([("arm.urdf", ARM)]);
+    let loader = MemoryLoader::new([("arm.urdf", robot)]);
     let (cell, found) = rc_kinematics::load(&mut sources, &loader, source);
     (cell, render(&sources, &found, Format::Short))
 }

@@ -239,7 +239,8 @@ fn a_monitor_with_other_axes_follows_a_simulator() {
     };
     let test = "a_monitor_with_other_axes_follows_a_simulator";
     if let Some(python) = python::interpreter(PACKAGE, test) {
-        let heard = external(&site, python, "hear.py", &["1"]);
+        let address = slot()["address"].as_str().expect("an address").to_owned();
+        let heard = external(&site, python, "hear.py", &["1", &address]);
         let pose = heard.stdout.lines().nth(1).expect("a pose");
         let pose: Value = serde_json::from_str(pose).expect("JSON");
         let heard = [0, 1].map(|at| pose[3][at].as_f64());

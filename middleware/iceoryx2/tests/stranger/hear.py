@@ -1,4 +1,7 @@
-"""Prints poses, the last five first, as JSON: hear.py NETWORK COUNT."""
+"""Prints poses, the last five first, as JSON: hear.py NETWORK COUNT [ADDRESS].
+
+`rcdeploy status` shows the address of a bound slot; without one, it is the name of the interface.
+"""
 
 import json
 import sys
@@ -6,7 +9,8 @@ import sys
 import robocomp
 
 network, count = sys.argv[1], int(sys.argv[2])
-topic = f"{network}/FullPoseEstimationPub/newFullPose"
+address = sys.argv[3] if len(sys.argv) > 3 else f"{network}/FullPoseEstimationPub"
+topic = f"{address}/newFullPose"
 poses = robocomp.Subscriber(robocomp.Network(network), topic, late=5)
 print("ready", flush=True)
 for header, body in poses.values(seconds=20):
