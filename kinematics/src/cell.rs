@@ -129,6 +129,30 @@ impl Computed<'_> {
         }
     }
 
+    /// How many joints its algorithm passes.
+    pub(crate) fn steps(&self, robot: &Robot) -> usize {
+        match self {
+            Self::Motion {
+                chain, expressed, ..
+            } => chain.len() + expressed.as_ref().map_or(0, Chain::len),
+            Self::Efforts(_) => robot.bodies.len(),
+            Self::MassMatrix => {
+                // The algorithm goes from each moving body to the root.
+                let mut depths: Vec<usize> = Vec::with_capacity(robot.bodies.len());
+                let mut steps = robot.bodies.len();
+                for body in &robot.bodies {
+                    let joint = body.joint.as_ref();
+                    let depth = joint.map_or(0, |joint| depths[joint.parent] + 1);
+                    depths.push(depth);
+                    if joint.is_some_and(|joint| joint.motion.driven().is_some()) {
+                        steps += depth;
+                    }
+                }
+                steps
+            }
+        }
+    }
+
     /// Its numbers, by rows.
     fn numbers<T: Real>(&self, robot: &Robot, state: &State<T>) -> Vec<T> {
         match self {

@@ -70,8 +70,10 @@ fn quoted(text: &str) -> String {
     for c in text.chars() {
         match c {
             '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out.push(' '),
-            // C99 and Python read UTF-8, too.
+            // C99 and Python read UTF-8, too. Characters that turn the direction of a line are refused
+            // by compilers.
+            c if c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c) => out.push(' '),
+            c if ('\u{2066}'..='\u{2069}').contains(&c) => out.push(' '),
             c => out.push(c),
         }
     }
@@ -112,7 +114,7 @@ pub fn rust(cell: &Cell) -> String {
     let (lower, upper) = limits(cell);
     let mut out = format!(
         "//! Solvers of `{}` for the robot {}. Printed by rcgen.\n\
-        #![allow(clippy::all, clippy::pedantic, unused_variables, reason = \"generated\")]\n\n\
+        #![allow(clippy::all, clippy::pedantic, dead_code, non_camel_case_types, non_snake_case, unused_variables)]\n\n\
         /// The joints, in the order of all arrays. Positions are in rad, of joints that slide in m.\n\
         pub const JOINTS: [&str; {count}] = [{}];\n\n\
         /// The least positions of the joints.\npub const LOWER: [f64; {count}] = [{}];\n\n\
@@ -183,6 +185,7 @@ pub fn c(cell: &Cell) -> String {
         all.collect::<Vec<_>>().join(", ")
     };
     let (lower, upper) = limits(cell);
+    let guard = format!("{}_H", prefix.to_ascii_uppercase());
     let mut out = format!("/* Solvers of {prefix}. Printed by rcgen. */\n#include <math.h>\n\n");
     if count > 0 {
         let _ = write!(
@@ -192,7 +195,7 @@ pub fn c(cell: &Cell) -> String {
             /* The least and the greatest positions of the joints. */\n\
             static const double {prefix}_lower[{count}] = {{{}}};\n\
             static const double {prefix}_upper[{count}] = {{{}}};\n",
-            names(cell),
+            names(cell).replace("??", "?\\?"),
             numbers(lower),
             numbers(upper),
         );
@@ -236,6 +239,7 @@ pub fn c(cell: &Cell) -> String {
         }
         out.push_str("}\n");
     }
+    out.push_str("\n#endif\n");
     out
 }
 

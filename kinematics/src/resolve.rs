@@ -16,8 +16,8 @@ const MOST_GRAVITY: f64 = 1e6;
 /// The most numbers that all outputs of a solver have. Each becomes operations of printed code.
 const MOST_NUMBERS: usize = 20_000;
 
-/// The most operations of all solvers of a file.
-const MOST_OPERATIONS: usize = 2_000_000;
+/// The most joints that the algorithms of all solvers of a file pass. Each takes some tens of operations.
+const MOST_STEPS: usize = 20_000;
 
 /// What printed code has beside solvers, and functions and types that it names.
 const TAKEN: [&str; 9] = [
@@ -56,11 +56,12 @@ pub fn load(
     let mut resolver = Resolver {
         robot: &robot,
         found,
+        steps: 0,
     };
     resolver.reserved(&kinematics.name, "the kinematics");
     // Printed code has a function and a type for each solver.
     let mut known: HashMap<String, Span> = HashMap::new();
-    let (mut solvers, mut operations) = (Vec::new(), 0);
+    let mut solvers = Vec::new();
     for solver in &kinematics.solvers {
         let name = &solver.name;
         resolver.reserved(name, "a solver");
@@ -74,18 +75,7 @@ pub fn load(
             continue;
         }
         known.extend(names.map(|of| (of, name.span)));
-        let resolved = resolver.solver(solver);
-        operations += resolved
-            .as_ref()
-            .map_or(0, |solver| solver.program.nodes().len());
-        if operations > MOST_OPERATIONS {
-            let message =
-                format!("the solvers have more than {MOST_OPERATIONS} operations up to here");
-            let error = Diagnostic::error("too-many-numbers", name.span, message);
-            resolver.found.push(error.help("write several files"));
-            break;
-        }
-        solvers.extend(resolved);
+        solvers.extend(resolver.solver(solver));
     }
     let found = resolver.found;
     let name = kinematics.name.text.clone();
@@ -136,6 +126,8 @@ fn robot(
 struct Resolver<'r> {
     robot: &'r Robot,
     found: Diagnostics,
+    /// The joints that all solvers so far pass.
+    steps: usize,
 }
 
 /// A name as one of printed code.
@@ -234,7 +226,7 @@ impl<'r> Resolver<'r> {
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
         let gravity = self.gravity(solver);
         let mut known: HashMap<String, Span> = HashMap::new();
-        let (mut outputs, mut computed) = (Vec::new(), Vec::new());
+        let (mut outputs, mut computed, mut numbers) = (Vec::new(), Vec::new(), 0);
         for output in &solver.outputs {
             let Some((described, what)) = self.output(output, gravity) else {
                 continue;
@@ -243,6 +235,18 @@ impl<'r> Resolver<'r> {
                 let message = format!("the solver gives `{}` twice", described.name);
                 self.duplicate(output.span, message, *first);
                 continue;
+            }
+            numbers += described.shape.size();
+            self.steps += what.steps(self.robot);
+            if numbers > MOST_NUMBERS || self.steps > MOST_STEPS {
+                let message = format!(
+                    "too much for printed code: a solver gives at most {MOST_NUMBERS} numbers, and those of a \
+                    file pass at most {MOST_STEPS} joints"
+                );
+                let error = Diagnostic::error("too-many-numbers", output.span, message);
+                self.found
+                    .push(error.help("write several solvers, or several files"));
+                return None;
             }
             known.insert(described.name.clone(), output.span);
             outputs.push(described);
@@ -254,21 +258,24 @@ impl<'r> Resolver<'r> {
             self.found
                 .push(error.help("write what it computes, such as `pose TIP in BASE;`"));
         }
-        let numbers: usize = outputs.iter().map(|output| output.shape.size()).sum();
-        if numbers > MOST_NUMBERS {
-            let message = format!("the solver gives {numbers} numbers, more than {MOST_NUMBERS}");
-            self.error("too-many-numbers", solver.name.span, message);
-            return None;
-        }
         let needs = |of: fn((bool, bool)) -> bool| {
             computed.iter().any(|what: &Computed<'_>| of(what.needs()))
         };
+        let program = recorded(self.robot, &computed);
+        if !program.is_finite() {
+            let message = format!(
+                "the numbers of the robot `{}` are too great: their products have no float64",
+                self.robot.name
+            );
+            self.error("bad-value", solver.name.span, message);
+            return None;
+        }
         Some(Solver {
             name: solver.name.text.clone(),
             doc: solver.doc.clone(),
             takes_velocities: needs(|(velocities, _)| velocities),
             takes_accelerations: needs(|(_, accelerations)| accelerations),
-            program: recorded(self.robot, &computed),
+            program,
             outputs,
         })
     }

@@ -144,7 +144,11 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
         calls: interface.calls,
         topics: interface.topics,
         shapes,
-        names_typed: operations.iter().any(Operation::names_typed),
+        // Without a client and a publisher, codecs are not expanded.
+        names_typed: operations.iter().any(|operation| {
+            (interface.calls || interface.topics) && operation.names_typed()
+                || !operation.error.is_empty()
+        }),
         operations,
         exceptions,
         errors,

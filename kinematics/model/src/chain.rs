@@ -89,6 +89,12 @@ impl Robot {
 }
 
 impl Chain<'_> {
+    /// How many joints it leads over.
+    #[expect(clippy::len_without_is_empty, reason = "an empty chain is one")]
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
     /// The motion of the frame at its end.
     pub fn moved<T: Real>(&self, state: &State<T>) -> Moved<T> {
         let zero = vector([0.0; 3]);

@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 /// The most links of a robot.
 const MOST_LINKS: usize = 10_000;
 
+/// The longest chain of joints that follow each other.
+const LONGEST_FOLLOWING: usize = 100;
+
 /// How far the tensor of a body may break the triangle inequality: files round their numbers.
 const ROUNDED: f64 = 1e-3;
 
@@ -136,7 +139,14 @@ fn motion(
     let (mut ratio, mut offset) = (1.0, 0.0);
     let (mut name, mut joint) = (edge.name.text.as_str(), own);
     // There is no circle of leaders.
+    let mut followed = 0;
     while let Some((leader, by, plus)) = &joint.follows {
+        followed += 1;
+        if followed > LONGEST_FOLLOWING {
+            let message = format!("more than {LONGEST_FOLLOWING} joints follow each other");
+            urdf.error("bad-value", leader.span, message);
+            return Motion::Fixed;
+        }
         (ratio, offset) = (ratio * by, offset + ratio * plus);
         let Some((next, read)) = joints.get_key_value(leader.text.as_str()) else {
             let message = format!("there is no joint `{}`", leader.text);

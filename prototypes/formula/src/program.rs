@@ -287,6 +287,16 @@ impl Program {
         &self.outputs
     }
 
+    /// Whether all numbers that are known in it are finite.
+    pub fn is_finite(&self) -> bool {
+        let operands = self.nodes.iter().flat_map(|node| &node.operands);
+        let is_finite = |of: &Operand| match of {
+            Operand::Constant(bits) => f64::from_bits(*bits).is_finite(),
+            Operand::Node(_) => true,
+        };
+        operands.chain(&self.outputs).all(is_finite)
+    }
+
     /// Its operations, in their order.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes

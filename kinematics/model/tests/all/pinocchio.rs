@@ -239,6 +239,25 @@ fn motions_and_efforts_are_those_of_pinocchio() {
     compare(python, &texts, 30, &mut random);
 }
 
+/// A column of the mass matrix is the efforts for an acceleration of one joint alone.
+#[test]
+fn a_mass_matrix_is_what_efforts_say() {
+    let mut random = fastrand::Rng::with_seed(11);
+    for links in [4, 8, 12, 16] {
+        let robot = robot(&random_urdf(&mut random, links));
+        for state in states(&mut random, robot.coordinates.len(), 10) {
+            let mut still = State::still(state.positions);
+            let mass = dynamics::mass_matrix(&robot, &still);
+            for (column, row) in mass.iter().enumerate() {
+                still.accelerations[column] = 1.0;
+                let efforts = dynamics::efforts(&robot, &still, [0.0; 3]);
+                still.accelerations[column] = 0.0;
+                assert!(difference(&json!(row), &json!(efforts)) < 1e-12);
+            }
+        }
+    }
+}
+
 /// A frame in another one is there what the chain over the root says.
 #[test]
 fn frames_move_in_each_other_as_over_the_root() {

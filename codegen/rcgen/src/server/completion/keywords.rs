@@ -427,6 +427,11 @@ pub(super) const INSIDE: [(&str, &str, &[Keyword]); 12] = [
     ("ddsl", "external", &[("at", "The address of the peer.")]),
     (
         "ddsl",
+        "middleware",
+        &[("remote", "The middleware between hosts: dds, or ros2.")],
+    ),
+    (
+        "ddsl",
         "time",
         &[
             ("simulated", "A component publishes the time."),

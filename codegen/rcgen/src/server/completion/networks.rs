@@ -56,7 +56,15 @@ impl Server {
                 items
             }
             (block, "") => of(keywords::of(&STATEMENTS, "ddsl", block)),
-            (_, "middleware") => middlewares(),
+            (_, "middleware") => match last {
+                "auto" => of(keywords::of(&INSIDE, "ddsl", "middleware")),
+                "remote" => words(["dds", "ros2"], "The middleware between hosts."),
+                _ => {
+                    let mut items = middlewares();
+                    items.extend(words(["auto"], "The fastest one that reaches both ends."));
+                    items
+                }
+            },
             (_, "host") if context.statement.len() == 1 => {
                 let hosts = items_of(target.names, Kind::Host, VARIABLE).into_iter();
                 let hosts = hosts.map(|item| Item {
