@@ -3,7 +3,7 @@
 use crate::model::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_idsl::model::{Member, Type, TypeDeclKind, TypeId};
-use rc_prototypes::model::{Content, Library};
+use rc_prototypes::model::{Content, Library, Prototype};
 use rc_syntax::{Loader, Name};
 use std::sync::Arc;
 
@@ -40,13 +40,18 @@ fn named(component: &Component, prototypes: &Library, found: &mut Diagnostics) {
         Diagnostic::error("unknown-prototype", name.span, message).suggest(&name.text, known)
     };
     let mut check = |name: &Name, of: &str, ty: Option<String>| {
+        let is_own = |of: &Prototype| {
+            matches!(&of.content, Content::Values { language, ty: own, .. }
+                if language == "IDSL" && ty.as_ref() == Some(own))
+        };
         let Some(prototype) = prototypes.prototype(&name.text) else {
-            found.push(unknown(name));
+            // Interfaces are shared: what this component does not import may be another one's.
+            if prototypes.prototypes.iter().any(is_own) {
+                found.push(unknown(name));
+            }
             return;
         };
-        let is_own = matches!(&prototype.content, Content::Values { language, ty: own, .. }
-            if language == "IDSL" && ty.as_ref() == Some(own));
-        if !is_own {
+        if !is_own(prototype) {
             let message = format!("`{}` is no prototype of the type of `{of}`", name.text);
             let error = Diagnostic::error("wrong-type", name.span, message);
             let help = match ty {

@@ -82,6 +82,8 @@ pub(crate) enum Unmeant {
     Refused(Refusal),
     /// The plan calls this function of the user, or does what no connection can.
     Function(String),
+    /// A connection would leave the covariance as it is.
+    Covariance,
 }
 
 fn data(prototype: &Prototype) -> &[Datum] {
@@ -166,6 +168,11 @@ pub(crate) fn meaning(
     let outputs = formula.outputs.iter().zip(0..);
     meaning.is_identity =
         formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
+    let (own, wanted) = (&from.covariance, &to.covariance);
+    let differ = own.is_some() && wanted.is_some() && own != wanted;
+    if differ || !meaning.is_identity && (own.is_some() || wanted.is_some()) {
+        return Err(Unmeant::Covariance);
+    }
     Ok(meaning)
 }
 

@@ -316,6 +316,11 @@ impl<'a> Comparison<'a, '_> {
                 let message = format!("{message}: {refusal}");
                 Diagnostic::error(refusal.code(), self.line.span, message)
             }
+            Err(Unmeant::Covariance) => {
+                let message = format!("{message}: the covariance would stay as it is");
+                let error = Diagnostic::error("no-conversion", self.line.span, message);
+                error.help("a connection does not convert covariances yet: convert in a component")
+            }
             Err(Unmeant::Function(function)) => {
                 let message = format!("{message}: the function `{function}` would have to convert");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);

@@ -140,7 +140,8 @@ impl<T> StartedCall<T> {
                     return Some(Err(error));
                 }
             }
-            Look::Pending => {}
+            // The server is back.
+            Look::Pending => self.lost = None,
         }
         if is_stopping {
             return Some(Err(CallError::Stopping));

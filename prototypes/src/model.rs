@@ -152,7 +152,7 @@ pub struct Part {
 }
 
 /// The covariance of a prototype.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Covariance {
     /// The member with the matrix, one row after the other.
     pub member: String,

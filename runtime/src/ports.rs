@@ -103,7 +103,8 @@ impl Connections {
         let used = slots.used()?;
         let mut backends = Vec::new();
         for linked in description.backends {
-            if !is_needed(linked, &used, clock, of_time) {
+            let is_main = linked.name == description.middleware;
+            if !is_main && !is_needed(linked, &used, clock, of_time) {
                 continue;
             }
             backends.push((linked.name, (linked.connect)(environment)?));
@@ -552,8 +553,8 @@ impl Connections {
     }
 }
 
-/// Whether a component opens a middleware: for its slots, or for its clock. One without slots is a
-/// node of its middlewares; a source of time publishes over all of them.
+/// Whether a component opens a middleware beside its own one: for its slots, or for its clock. One
+/// without slots is a node of its middlewares; a source of time publishes over all of them.
 fn is_needed(
     linked: &Linked,
     used: &BTreeSet<&str>,

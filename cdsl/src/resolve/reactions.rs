@@ -6,7 +6,7 @@ use crate::resolver::Resolver;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::Literal;
 use rc_vocabulary::duration;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
 /// The word for the periodic function.
@@ -47,9 +47,12 @@ impl Resolver<'_> {
         for tree in declared {
             let budget = tree.budget.as_ref().and_then(|b| self.budget(b, period));
             let effects = tree.effects.iter();
-            let effects: Vec<Step> = effects
+            let mut effects: Vec<Step> = effects
                 .filter_map(|path| self.step(path, slots, Side::Effect))
                 .collect();
+            // The same one twice means nothing more.
+            let mut known = HashSet::new();
+            effects.retain(|effect| known.insert(effect.clone()));
             for path in &tree.causes {
                 let Some(cause) = self.step(path, slots, Side::Cause) else {
                     continue;

@@ -176,6 +176,14 @@ impl Network {
                 found.push(self.ambiguous_chain(chain, &paths));
                 None
             }
+            Ways::TooMany => {
+                let message = format!("chain `{}` has too many ways to look at", chain.name.text);
+                let error = Diagnostic::error("ambiguous-chain", chain.name.span, message);
+                found.push(error.help(
+                    "name more components in `through`, or say in the `reactions` of components what follows what",
+                ));
+                None
+            }
         }
     }
 
@@ -303,11 +311,14 @@ impl Network {
         } else {
             paths.iter().map(|path| names(path, true)).collect()
         };
+        // The component at the end is on every way: it alone names the one without others.
+        let end = paths.first().and_then(|path| path.links.last());
+        let end = end.map_or("", |link| &self.deployment.instances[link.to.instance].path);
         let message = format!("chain `{}` has several ways", chain.name.text);
         let error = Diagnostic::error("ambiguous-chain", chain.name.span, message);
         let all = all.into_iter().take(search::LISTED);
         let all = all.map(|way| match way.as_str() {
-            "" => "none between them".to_owned(),
+            "" => format!("`through {end};`"),
             way => format!("`through {way};`"),
         });
         error.help(format!(
@@ -316,7 +327,8 @@ impl Network {
         ))
     }
 
-    /// The longest time of a message between two components.
+    /// The longest time of a message between two components. A chain may declare that of its own
+    /// messages.
     fn transport(&self, chain: Option<&Chain>, from: Option<usize>, to: Port) -> u64 {
         let declared = chain.and_then(|chain| chain.transport);
         let [hosts, network, memory] = ASSUMED_TRANSPORT;
@@ -340,14 +352,18 @@ impl Network {
     }
 
     /// The components as the analysis knows them. A declared transport holds for a chain alone.
-    fn analysed(&self, chain: &Chain, flow: &Flow) -> Vec<bounds::Component> {
+    fn analysed(&self, chain: &Chain, path: &Path, flow: &Flow) -> Vec<bounds::Component> {
         let all = flow.components.iter().enumerate();
         let all = all.map(|(at, component)| {
             let handlers = component.handlers.iter().map(|port| {
                 let senders = flow.senders(*port).iter();
                 let mut arrivals: Vec<Arrival> = senders
                     .flat_map(|sender| {
-                        let transport = self.transport(Some(chain), Some(sender.instance), *port);
+                        let is_on = path.links.iter().any(|link| {
+                            link.to == *port && link.from.is_none_or(|from| from == *sender)
+                        });
+                        let declared = is_on.then_some(chain);
+                        let transport = self.transport(declared, Some(sender.instance), *port);
                         flow.rates(*sender)
                             .into_iter()
                             .map(move |rate| Arrival { rate, transport })
@@ -375,7 +391,7 @@ impl Network {
     }
 
     fn bound(&self, declared: usize, chain: &Chain, path: Path, flow: &Flow) -> CheckedChain {
-        let components = self.analysed(chain, flow);
+        let components = self.analysed(chain, &path, flow);
         let loads = bounds::loads(&components);
         let hops = |oldest: bool| -> Vec<Hop> {
             let links = path.links.iter().zip(1..);
@@ -392,11 +408,16 @@ impl Network {
                         component: link.to.instance,
                         handler: flow.handler(link.to),
                         way,
-                        transport: self.transport(
-                            Some(chain),
-                            link.from.map(|from| from.instance),
-                            link.to,
-                        ),
+                        transport: match link.from {
+                            Some(from) => self.transport(Some(chain), Some(from.instance), link.to),
+                            // It begins where a message is received, from any sender.
+                            None => {
+                                let senders = flow.senders(link.to).iter();
+                                let all = senders.map(|sender| Some(sender.instance)).chain([None]);
+                                let all = all.map(|from| self.transport(Some(chain), from, link.to));
+                                all.max().unwrap_or_default()
+                            }
+                        },
                     }
                 })
                 .collect()

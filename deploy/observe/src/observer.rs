@@ -215,7 +215,10 @@ fn copied_by(topic: &Topic) -> Option<&End> {
     if !shares_memory(&topic.middleware) {
         return None;
     }
-    let mut ends = topic.publishers.iter().chain(&topic.subscribers);
+    // Ends on other middlewares of a fan-out are not in the memory.
+    let meets = |end: &&End| end.middlewares.iter().any(|own| *own == topic.middleware);
+    let ends = topic.publishers.iter().chain(&topic.subscribers);
+    let mut ends = ends.filter(meets);
     let is_here = ends.clone().any(|end| end.host.is_none());
     if is_here { None } else { ends.next() }
 }

@@ -16,10 +16,11 @@ const MATCHING: Duration = Duration::from_secs(2);
 /// How long the last samples may take to arrive.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// Whether a subscriber gets samples by its management: inside its process, or in the shared memory
-/// of another machine.
+/// Whether a subscriber gets samples by its management: inside its process, on another middleware
+/// than the sender, or in the shared memory of another machine.
 fn is_apart(topic: &Topic, end: &End) -> bool {
-    end.is_inside() || shares_memory(&topic.middleware) && end.host.is_some()
+    let meets = end.middlewares.iter().any(|own| *own == topic.middleware);
+    end.is_inside() || !meets || shares_memory(&topic.middleware) && end.host.is_some()
 }
 
 /// Sends samples to a topic.

@@ -84,6 +84,14 @@ impl Queries {
                     found: value.shown(graph),
                 });
             }
+            let value = match (kind, value) {
+                // A query divides integers without a rest.
+                ("float" | "double", value) => as_float(value),
+                ("pose", Cell::List(cells)) => {
+                    Cell::List(cells.into_iter().map(as_float).collect())
+                }
+                (_, value) => value,
+            };
             values.insert(parameter.to_owned(), value);
         }
         let mut all = declared.parameters.iter().map(|(parameter, _)| parameter);
@@ -189,6 +197,11 @@ fn prepared(query: &schema::Query, schema: &Schema) -> Result<Query, Error> {
         let finding = render(&sources, &first, Format::Short);
         Error::Text(finding.trim_end().to_owned())
     })
+}
+
+/// A number as a float, anything else as it is.
+fn as_float(cell: Cell) -> Cell {
+    cell.number().map_or(cell, Cell::Float)
 }
 
 /// The type of a parameter.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 /// The most bodies that wait for another use.
 const MOST: usize = 16;
-/// The most bytes of a body that waits for another use. A larger one is freed.
+/// The most bytes of all bodies that wait for another use. A larger one is freed.
 const MOST_BYTES: usize = 64 << 20;
 
 /// The content of a message, aligned to 16 bytes for images.
@@ -74,9 +74,13 @@ impl Pool {
         if body.room() > MOST_BYTES {
             return;
         }
-        if self.0.len() == MOST {
-            self.0.remove(0);
+        let mut bytes: usize = body.room() + self.0.iter().map(|body| body.room()).sum::<usize>();
+        let mut first = 0;
+        while bytes > MOST_BYTES || self.0.len() - first >= MOST {
+            bytes -= self.0.get(first).map_or(bytes, |body| body.room());
+            first += 1;
         }
+        self.0.drain(..first);
         self.0.push(Arc::clone(body));
     }
 }

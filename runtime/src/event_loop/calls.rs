@@ -86,10 +86,14 @@ impl EventLoop<'_> {
         // A handler may call through a client that was looked at before.
         while std::mem::take(&mut goes_on) {
             for at in 0..self.calls.clients.len() {
-                while left > 0 && self.end_call(at) {
+                while left > 0 && self.fatal.is_none() && self.end_call(at) {
                     left -= 1;
                     goes_on = true;
+                    self.take_failure();
                 }
+            }
+            if self.fatal.is_some() {
+                break;
             }
             if left == 0 && goes_on {
                 self.calls.has_more = true;

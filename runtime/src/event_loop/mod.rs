@@ -199,7 +199,13 @@ impl<'a> EventLoop<'a> {
             self.update_peers(now);
         }
         self.enter(State::Stopping);
-        self.end_calls();
+        // No call starts any more, so this ends.
+        loop {
+            self.end_calls();
+            if !self.calls.has_more {
+                break;
+            }
+        }
         self.leave_time();
         self.finish_lifecycle();
         self.component.finalize();

@@ -55,7 +55,10 @@ impl<'a> Context<'a> {
             match kind {
                 TokenKind::Comment if is_within(text, token, start, cursor) => return None,
                 TokenKind::Comment => {}
-                TokenKind::String if cursor < end || !is_closed(token) => {
+                TokenKind::String
+                    if cursor < end
+                        || !is_closed(token) && !text[end..cursor].contains(['\n', '\r']) =>
+                {
                     context.start = start + 1;
                     context.string = text.get(start + 1..cursor);
                     break;
@@ -124,7 +127,11 @@ fn is_within(text: &str, comment: &str, start: usize, cursor: usize) -> bool {
 
 /// Whether a token of a string has its second quote.
 fn is_closed(token: &str) -> bool {
-    token.len() > 1 && token.ends_with('"') && !token.ends_with("\\\"")
+    let Some(inner) = token.strip_suffix('"').filter(|inner| !inner.is_empty()) else {
+        return false;
+    };
+    let escapes = inner.bytes().rev().take_while(|byte| *byte == b'\\');
+    escapes.count() % 2 == 0
 }
 
 #[cfg(test)]

@@ -23,6 +23,8 @@ fn in_python(name: &str, folder: &Path) -> PathBuf {
                 // Neither is for Python.
                 ("options dsr, InnerModelViewer;", "options dsr;"),
                 ("planar_map \"FRAMEWORK/components/planar_map\";", ""),
+                ("asynchronous true; ", ""),
+                (" asynchronous true;", ""),
                 // The context has this name itself.
                 ("SUBSCRIBESTO State,", "SUBSCRIBESTO State as changed,"),
             ] {

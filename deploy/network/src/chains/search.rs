@@ -7,6 +7,8 @@ use std::collections::BTreeSet;
 
 /// How many ways, or components, a message lists.
 pub(super) const LISTED: usize = 6;
+/// The most ways that are looked for: `through` may choose among more than are listed.
+const FOUND: usize = 200;
 /// The most steps of a search. A network with more ways has several.
 const STEPS: usize = 20_000;
 
@@ -24,6 +26,8 @@ pub(super) enum Ways {
     None(Reached),
     One(Path),
     Several(Vec<Path>),
+    /// More than are looked at.
+    TooMany,
 }
 
 /// How far messages get.
@@ -58,9 +62,19 @@ impl Search<'_> {
             self.follow(from, to, &useful, &mut state);
         }
         let mut found = state.found;
+        // `through` names all components of a way, or some of them.
+        let is_exact = |path: &Path| {
+            let ends = usize::from(path.sent.is_none());
+            let mut between = path.links.iter().rev().skip(ends);
+            between.all(|link| self.through.iter().any(|(at, _)| *at == link.to.instance))
+        };
+        if !self.through.is_empty() && found.iter().filter(|path| is_exact(path)).count() == 1 {
+            found.retain(is_exact);
+        }
         match found.len() {
+            0 | 1 if state.steps >= STEPS => Ways::TooMany,
             0 => Ways::None(self.reached()),
-            1 if state.steps < STEPS => Ways::One(found.remove(0)),
+            1 => Ways::One(found.remove(0)),
             _ => Ways::Several(found),
         }
     }
@@ -103,7 +117,7 @@ impl Search<'_> {
     }
 
     fn follow(&self, from: Option<Port>, to: Port, useful: &BTreeSet<Port>, state: &mut State) {
-        let is_enough = state.found.len() >= LISTED || state.steps >= STEPS;
+        let is_enough = state.found.len() >= FOUND || state.steps >= STEPS;
         if is_enough || !useful.contains(&to) {
             return;
         }
@@ -116,7 +130,11 @@ impl Search<'_> {
             return;
         }
         let passed = state.links.iter().any(|l| l.to.instance == to.instance);
-        if passed {
+        // A way that comes back to the sender of its first message is another chain, unless it ends there.
+        let is_back = self.flow.direction(self.from) == Direction::Out
+            && to.instance == self.from.instance
+            && self.to.instance != self.from.instance;
+        if passed || is_back {
             return;
         }
         for (sent, way) in self.flow.effects(to) {

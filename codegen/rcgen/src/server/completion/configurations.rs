@@ -26,6 +26,10 @@ impl Server {
         };
         if let Some(header) = written.trim_start().strip_prefix('[') {
             let header = header.trim_start_matches('[');
+            // Behind a table, or in a row of numbers.
+            if header.contains([']', '#', ',']) {
+                return (start, Vec::new());
+            }
             let start = cursor - header.len();
             return (start, self.tables(cdsl));
         }
@@ -36,9 +40,22 @@ impl Server {
         });
         let table = headers.fold(String::new(), |_, header| header);
         if let Some((key, value)) = written.split_once('=') {
-            // A word of a text begins behind its quote.
-            let start = line + written.len() - value.trim_start().len();
-            return (start, self.values(cdsl, &table, key.trim()));
+            let value = value.trim_start();
+            let start = line + written.len() - value.len();
+            let inner = value.strip_prefix('"').unwrap_or(value);
+            // Behind a value, in a comment, or in a table in braces.
+            if inner.contains(['"', '#', '{', '=']) {
+                return (start, Vec::new());
+            }
+            let mut items = self.values(cdsl, &table, key.trim());
+            // An editor that has closed the quotes keeps them.
+            if value.starts_with('"') && target.text[cursor..].starts_with('"') {
+                for item in &mut items {
+                    item.label = item.label.trim_matches('"').to_owned();
+                }
+                return (start + 1, items);
+            }
+            return (start, items);
         }
         let (inner, start) = match word.trim_start() {
             "" => (table, start),
