@@ -212,7 +212,7 @@ fn both_sides_write_the_same_bytes() {
         let name = format!("Exported::News/{operation}");
         endpoint(address, &name, hash(news, constant))
     };
-    let (told, nothing) = (topic("told", "\"told\","), topic("nothing", "\"nothing\","));
+    let (told, nothing) = (topic("told", "on_told "), topic("nothing", "on_nothing "));
     let mut hears = [&told, &nothing].map(|topic| backend.subscriber(topic).expect("a topic"));
     let other = endpoint(format!("{network}/Other"), "Exported::Desk", desk);
     let mut server = backend.server(&other).expect("a server");
