@@ -186,7 +186,9 @@ pub fn c(cell: &Cell) -> String {
     };
     let (lower, upper) = limits(cell);
     let guard = format!("{}_H", prefix.to_ascii_uppercase());
-    let mut out = format!("/* Solvers of {prefix}. Printed by rcgen. */\n#include <math.h>\n\n");
+    let mut out = format!(
+        "/* Solvers of {prefix}. Printed by rcgen. */\n#ifndef {guard}\n#define {guard}\n\n#include <math.h>\n\n"
+    );
     if count > 0 {
         let _ = write!(
             out,

@@ -351,6 +351,18 @@ impl Network {
             .unwrap_or(u64::MAX)
     }
 
+    /// The longest time of the message of a link. A chain that begins where a message is received may
+    /// begin with that of any sender.
+    fn of_link(&self, chain: &Chain, link: &Link, flow: &Flow) -> u64 {
+        if let Some(from) = link.from {
+            return self.transport(Some(chain), Some(from.instance), link.to);
+        }
+        let senders = flow.senders(link.to).iter();
+        let all = senders.map(|sender| Some(sender.instance)).chain([None]);
+        let all = all.map(|from| self.transport(Some(chain), from, link.to));
+        all.max().unwrap_or_default()
+    }
+
     /// The components as the analysis knows them. A declared transport holds for a chain alone.
     fn analysed(&self, chain: &Chain, path: &Path, flow: &Flow) -> Vec<bounds::Component> {
         let all = flow.components.iter().enumerate();
@@ -408,16 +420,7 @@ impl Network {
                         component: link.to.instance,
                         handler: flow.handler(link.to),
                         way,
-                        transport: match link.from {
-                            Some(from) => self.transport(Some(chain), Some(from.instance), link.to),
-                            // It begins where a message is received, from any sender.
-                            None => {
-                                let senders = flow.senders(link.to).iter();
-                                let all = senders.map(|sender| Some(sender.instance)).chain([None]);
-                                let all = all.map(|from| self.transport(Some(chain), from, link.to));
-                                all.max().unwrap_or_default()
-                            }
-                        },
+                        transport: self.of_link(chain, link, flow),
                     }
                 })
                 .collect()

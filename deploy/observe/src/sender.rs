@@ -19,7 +19,7 @@ const LINGER: Duration = Duration::from_secs(1);
 /// Whether a subscriber gets samples by its management: inside its process, on another middleware
 /// than the sender, or in the shared memory of another machine.
 fn is_apart(topic: &Topic, end: &End) -> bool {
-    let meets = end.middlewares.iter().any(|own| *own == topic.middleware);
+    let meets = end.middlewares.contains(&topic.middleware);
     end.is_inside() || !meets || shares_memory(&topic.middleware) && end.host.is_some()
 }
 

@@ -88,7 +88,7 @@ impl Queries {
                 // A query divides integers without a rest.
                 ("float" | "double", value) => as_float(value),
                 ("pose", Cell::List(cells)) => {
-                    Cell::List(cells.into_iter().map(as_float).collect())
+                    Cell::List(cells.iter().cloned().map(as_float).collect())
                 }
                 (_, value) => value,
             };

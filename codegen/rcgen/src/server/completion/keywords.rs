@@ -384,7 +384,7 @@ const STATES: &[Keyword] = &[
 
 /// The keywords that may stand inside a statement, by language and by the first word of the statement;
 /// `*` for any.
-pub(super) const INSIDE: [(&str, &str, &[Keyword]); 12] = [
+pub(super) const INSIDE: [(&str, &str, &[Keyword]); 13] = [
     (
         "idsl",
         "exception",
