@@ -200,6 +200,7 @@ fn the_view_as_json() {
         .reactions = null
         .ros_types = []
         .simulates_time = false
+        .slots[0].asynchronous = false
         .slots[0].available = []
         .slots[0].external_types = []
         .slots[0].in_place = false
@@ -221,6 +222,7 @@ fn the_view_as_json() {
         .slots[0].role = "implements"
         .slots[0].sends = false
         .slots[0].type_hash = "9cacd1f49eae63a0"
+        .slots[1].asynchronous = false
         .slots[1].available = []
         .slots[1].external_types = []
         .slots[1].in_place = false
