@@ -116,6 +116,12 @@ impl End {
         let mut all = self.middlewares.iter();
         !self.middlewares.is_empty() && all.all(|middleware| is_inside_process(middleware))
     }
+
+    /// Whether its messages also take this middleware. The topics of time name none: they take that of
+    /// the topic.
+    pub(crate) fn meets_over(&self, middleware: &str) -> bool {
+        self.middlewares.is_empty() || self.middlewares.iter().any(|own| own == middleware)
+    }
 }
 
 impl std::fmt::Display for End {

@@ -216,7 +216,7 @@ fn copied_by(topic: &Topic) -> Option<&End> {
         return None;
     }
     // Ends on other middlewares of a fan-out are not in the memory.
-    let meets = |end: &&End| end.middlewares.contains(&topic.middleware);
+    let meets = |end: &&End| end.meets_over(&topic.middleware);
     let ends = topic.publishers.iter().chain(&topic.subscribers);
     let mut ends = ends.filter(meets);
     let is_here = ends.clone().any(|end| end.host.is_none());

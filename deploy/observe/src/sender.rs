@@ -19,8 +19,8 @@ const LINGER: Duration = Duration::from_secs(1);
 /// Whether a subscriber gets samples by its management: inside its process, on another middleware
 /// than the sender, or in the shared memory of another machine.
 fn is_apart(topic: &Topic, end: &End) -> bool {
-    let meets = end.middlewares.contains(&topic.middleware);
-    end.is_inside() || !meets || shares_memory(&topic.middleware) && end.host.is_some()
+    let is_elsewhere = !end.meets_over(&topic.middleware);
+    end.is_inside() || is_elsewhere || shares_memory(&topic.middleware) && end.host.is_some()
 }
 
 /// Sends samples to a topic.
