@@ -53,8 +53,10 @@ pub fn load(
     ) else {
         return (None, found);
     };
+    let bodies = robot.bodies.iter().enumerate();
     let mut resolver = Resolver {
         robot: &robot,
+        bodies: bodies.map(|(at, body)| (body.name.as_str(), at)).collect(),
         found,
         steps: 0,
     };
@@ -125,6 +127,8 @@ fn robot(
 
 struct Resolver<'r> {
     robot: &'r Robot,
+    /// The places of bodies by name.
+    bodies: HashMap<&'r str, usize>,
     found: Diagnostics,
     /// The joints that all solvers so far pass.
     steps: usize,
@@ -159,7 +163,7 @@ impl<'r> Resolver<'r> {
     }
 
     fn body(&mut self, name: &Name) -> Option<usize> {
-        let found = self.robot.body(&name.text);
+        let found = self.bodies.get(name.text.as_str()).copied();
         if found.is_none() {
             let message = format!(
                 "the robot `{}` has no link `{}`",

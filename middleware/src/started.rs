@@ -215,6 +215,10 @@ mod tests {
             due < Instant::now() + LONG * 3 / 4,
             "the grace, not the deadline"
         );
+        // A server that is back has its time until the deadline.
+        assert_eq!(lost.next("lidar", false, |_, _| Look::Pending), None);
+        let due = lost.due().expect("an end");
+        assert!(due > Instant::now() + LONG * 3 / 4, "the deadline again");
         let ended = calls(&[LONG]).next("lidar", false, |_, _| Look::Lost(died(), Duration::ZERO));
         assert_eq!(ended, Some((1, 1, Err(died()))));
     }

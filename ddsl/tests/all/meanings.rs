@@ -113,6 +113,26 @@ fn other_meanings_are_refused() {
     );
 }
 
+/// A connection changes numbers in their places, and a covariance has others.
+#[test]
+fn a_covariance_is_not_left_in_other_axes() {
+    let convert = "bind a.Laser -> b.Laser { convert; };";
+    let cloud = CLOUD.replace("int light;", "sequence<float> spread;");
+    let with = |axes: &str| point("m", axes, "covariance = { member spread }");
+    check(
+        &cloud,
+        &with(ROS),
+        &with(LIDAR),
+        convert,
+        &expect![[r#"
+        n.ddsl:2:6: error[no-conversion]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, right-ahead-up): the covariance would stay as it is; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (a connection does not convert covariances yet: convert in a component)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    let made = check(&cloud, &with(ROS), &with(ROS), "", &expect![[""]]);
+    assert_eq!(made, ["a.Laser -> b.Laser"]);
+}
+
 #[test]
 fn a_member_chooses_its_prototype() {
     let chosen = CLOUD.replace("(Ps points", "(@dproto(\"other\") Ps points");

@@ -99,7 +99,10 @@ impl Observer {
 
     /// Observes a topic from now on.
     pub fn open(&mut self, topic: &Topic) -> Result<FeedId, Error> {
-        let source = if let Some(end) = copied_by(topic) {
+        let source = if let Some(end) = copied_by(
+            &topic.middleware,
+            topic.publishers.iter().chain(&topic.subscribers),
+        ) {
             self.tapped(&end.component, &end.slot, Some(&topic.operation.name))?
         } else {
             let endpoint = receiving(topic)?;
@@ -208,19 +211,17 @@ impl Observer {
 
 /// The end that has to copy the samples of a topic: those inside a process, or in the shared memory
 /// of another machine.
-fn copied_by(topic: &Topic) -> Option<&End> {
-    if is_inside_process(&topic.middleware) {
-        return topic.publishers.iter().chain(&topic.subscribers).next();
+fn copied_by<'t>(middleware: &str, ends: impl Iterator<Item = &'t End> + Clone) -> Option<&'t End> {
+    // Ends on other middlewares of a fan-out are not in the memory.
+    let mut ends = ends.filter(|end| end.meets_over(middleware));
+    if is_inside_process(middleware) {
+        return ends.next();
     }
-    if !shares_memory(&topic.middleware) {
+    let is_here = || ends.clone().any(|end| end.host.is_none());
+    if !shares_memory(middleware) || is_here() {
         return None;
     }
-    // Ends on other middlewares of a fan-out are not in the memory.
-    let meets = |end: &&End| end.meets_over(&topic.middleware);
-    let ends = topic.publishers.iter().chain(&topic.subscribers);
-    let mut ends = ends.filter(meets);
-    let is_here = ends.clone().any(|end| end.host.is_none());
-    if is_here { None } else { ends.next() }
+    ends.next()
 }
 
 impl Feed {
@@ -350,5 +351,50 @@ impl Topic {
             encoding,
             observed.body,
         )?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::copied_by;
+    use crate::network::End;
+
+    fn end(component: &str, host: Option<&str>, middlewares: &[&str]) -> End {
+        End {
+            component: component.to_owned(),
+            slot: "s".to_owned(),
+            host: host.map(str::to_owned),
+            middlewares: middlewares.iter().map(|word| (*word).to_owned()).collect(),
+        }
+    }
+
+    /// The memory is where an end is that uses it: a subscriber here that hears over DDS has none.
+    #[test]
+    fn samples_are_copied_where_their_memory_is() {
+        let sender = end("a", Some("arm"), &["iceoryx2", "dds"]);
+        let there = end("b", Some("arm"), &["iceoryx2"]);
+        let here = end("c", None, &["dds"]);
+        let by = |middleware: &str, ends: &[&End]| {
+            let found = copied_by(middleware, ends.iter().copied());
+            found.map(|end| end.component.clone())
+        };
+        assert_eq!(
+            by("iceoryx2", &[&sender, &there, &here]),
+            Some("a".to_owned())
+        );
+        assert_eq!(
+            by("iceoryx2", &[&end("d", None, &["iceoryx2"]), &there]),
+            None
+        );
+        assert_eq!(by("dds", &[&sender, &here]), None);
+        assert_eq!(
+            by("local", &[&end("e", None, &["local"])]),
+            Some("e".to_owned())
+        );
+        // The topics of time name none.
+        assert_eq!(
+            by("iceoryx2", &[&end("f", Some("arm"), &[])]),
+            Some("f".to_owned())
+        );
     }
 }

@@ -18,9 +18,9 @@ const LINGER: Duration = Duration::from_secs(1);
 
 /// Whether a subscriber gets samples by its management: inside its process, on another middleware
 /// than the sender, or in the shared memory of another machine.
-fn is_apart(topic: &Topic, end: &End) -> bool {
-    let is_elsewhere = !end.meets_over(&topic.middleware);
-    end.is_inside() || is_elsewhere || shares_memory(&topic.middleware) && end.host.is_some()
+fn is_apart(middleware: &str, end: &End) -> bool {
+    let is_elsewhere = !end.meets_over(middleware);
+    end.is_inside() || is_elsewhere || shares_memory(middleware) && end.host.is_some()
 }
 
 /// Sends samples to a topic.
@@ -38,7 +38,10 @@ impl Sender {
     /// Whether sending waits for a subscriber: each one inside its process, or in the shared memory of
     /// another machine, confirms each sample.
     pub fn confirms(topic: &Topic) -> bool {
-        topic.subscribers.iter().any(|end| is_apart(topic, end))
+        topic
+            .subscribers
+            .iter()
+            .any(|end| is_apart(&topic.middleware, end))
     }
 
     /// Opens the topic for sending, and waits for the first subscriber.
@@ -47,7 +50,7 @@ impl Sender {
         let (there, here): (Vec<_>, Vec<_>) = topic
             .subscribers
             .iter()
-            .partition(|end| is_apart(topic, end));
+            .partition(|end| is_apart(&topic.middleware, end));
         let mut others = Vec::new();
         for end in there {
             let client = connect(&network.name, &end.component, LIMIT)?;
@@ -118,5 +121,32 @@ impl Sender {
     /// Waits until the last samples have arrived.
     pub fn finish(self) {
         self.backends.linger(LINGER);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_apart;
+    use crate::network::End;
+
+    #[test]
+    fn subscribers_on_other_middlewares_get_samples_by_their_management() {
+        for (host, middlewares, apart) in [
+            (None, &["iceoryx2"][..], false),
+            (None, &["iceoryx2", "dds"], false),
+            (None, &["dds"], true),
+            (None, &["local"], true),
+            (Some("arm"), &["iceoryx2"], true),
+            // The topics of time name none.
+            (None, &[], false),
+        ] {
+            let end = End {
+                component: "a".to_owned(),
+                slot: "s".to_owned(),
+                host: host.map(str::to_owned),
+                middlewares: middlewares.iter().map(|word| (*word).to_owned()).collect(),
+            };
+            assert_eq!(is_apart("iceoryx2", &end), apart, "{end:?}");
+        }
     }
 }

@@ -1,14 +1,15 @@
 //! Transforms between frames, and what they do to twists, wrenches and covariances.
 
-use crate::rotation::{Matrix, cross, transposed, turned};
+use crate::Real;
+use crate::rotation::{IDENTITY, Matrix, cross, product, transposed, turned};
 
 /// Takes coordinates in one frame to those in another one: `R p + t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transform {
-    /// R.
-    pub rotation: Matrix,
-    /// t.
-    pub translation: [f64; 3],
+pub struct Transform<T = f64> {
+    /// R: the axes of the first frame in the other one, as columns.
+    pub rotation: Matrix<T>,
+    /// t: the origin of the first frame in the other one.
+    pub translation: [T; 3],
 }
 
 /// The order of the numbers of a homogeneous matrix.
@@ -29,11 +30,53 @@ pub struct Spatial {
     pub linear: [f64; 3],
 }
 
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
+impl<T: Real> Transform<T> {
+    /// This transform behind an inner one: from the frame where that one begins.
+    #[must_use]
+    pub fn then(&self, inner: &Self) -> Self {
+        Self {
+            rotation: product(&self.rotation, &inner.rotation),
+            translation: self.point(inner.translation),
+        }
+    }
+
+    /// The transform back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = transposed(&self.rotation);
+        Self {
+            rotation,
+            translation: turned(&rotation, self.translation).map(|part| -part),
+        }
+    }
+
+    /// The coordinates of a point in the other frame.
+    #[must_use]
+    pub fn point(&self, point: [T; 3]) -> [T; 3] {
+        sum(turned(&self.rotation, point), self.translation)
+    }
+}
+
 impl Transform {
+    /// From a frame to itself.
+    pub const IDENTITY: Self = Self {
+        rotation: IDENTITY,
+        translation: [0.0; 3],
+    };
+
+    /// The same transform, of numbers that are known.
+    #[must_use]
+    pub fn constant<T: Real>(&self) -> Transform<T> {
+        Transform {
+            rotation: self.rotation.map(|row| row.map(T::constant)),
+            translation: self.translation.map(T::constant),
+        }
+    }
+
     /// The 16 numbers of the homogeneous matrix for column vectors. For row vectors, the matrix is
     /// transposed: take the other layout.
     #[must_use]
@@ -67,22 +110,6 @@ impl Transform {
             rotation: [row(0), row(1), row(2)],
             translation: [get(0, 3), get(1, 3), get(2, 3)],
         }
-    }
-
-    /// The transform back.
-    #[must_use]
-    pub fn inverse(&self) -> Self {
-        let rotation = transposed(&self.rotation);
-        Self {
-            rotation,
-            translation: turned(&rotation, self.translation).map(|part| -part),
-        }
-    }
-
-    /// The coordinates of a point in the other frame.
-    #[must_use]
-    pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
-        sum(turned(&self.rotation, point), self.translation)
     }
 
     /// The same twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and

@@ -1,8 +1,9 @@
 //! How one frame moves in another one: the chain of joints between them.
 
-use crate::frame::{Frame, about, scaled, sum, vector};
 use crate::robot::{Joint, Motion, Robot, State};
+use crate::vectors::{about, scaled, sum, vector};
 use rc_quantity::Real;
+use rc_quantity::Transform;
 use rc_quantity::rotation::{cross, product, turned};
 
 /// The steps from one frame to another one, over the joints between them.
@@ -22,7 +23,7 @@ struct Step<'r> {
 #[derive(Clone, Debug)]
 pub struct Moved<T> {
     /// Where it is.
-    pub pose: Frame<T>,
+    pub pose: Transform<T>,
     /// The angular velocity, in rad/s.
     pub angular_velocity: [T; 3],
     /// The velocity of its origin, in m/s.
@@ -99,7 +100,7 @@ impl Chain<'_> {
     pub fn moved<T: Real>(&self, state: &State<T>) -> Moved<T> {
         let zero = vector([0.0; 3]);
         let mut at = Moved {
-            pose: Frame::HERE.constant(),
+            pose: Transform::IDENTITY.constant(),
             angular_velocity: zero,
             linear_velocity: zero,
             angular_acceleration: zero,
@@ -153,7 +154,7 @@ impl Chain<'_> {
 
 impl<T: Real> Moved<T> {
     /// Goes on to a frame that is fixed in this one.
-    fn shift(&mut self, place: &Frame) {
+    fn shift(&mut self, place: &Transform) {
         let place = place.constant();
         let arm = turned(&self.pose.rotation, place.translation);
         self.carry(arm);

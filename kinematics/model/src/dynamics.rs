@@ -2,29 +2,30 @@
 //! algorithm (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 6), with vectors
 //! in the frames of the bodies.
 
-use crate::frame::{Frame, about, dot, matrix, scaled, sum, vector};
 use crate::robot::{Inertia, Motion, Robot, State};
+use crate::vectors::{about, dot, matrix, scaled, sum, vector};
 use rc_quantity::Real;
+use rc_quantity::Transform;
 use rc_quantity::rotation::{Matrix, cross, product, transposed, turned};
 
 /// Where each body is in the frame of the body that its joint is fixed to.
-fn places<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Frame<T>> {
+fn places<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Transform<T>> {
     let bodies = robot.bodies.iter();
     bodies
         .map(|body| {
             let Some(joint) = &body.joint else {
-                return Frame::HERE.constant();
+                return Transform::IDENTITY.constant();
             };
             let [position, ..] = joint.motion.of(state);
             let place = joint.place.constant();
             match joint.motion {
-                Motion::Turns { .. } => Frame {
+                Motion::Turns { .. } => Transform {
                     rotation: product(&place.rotation, &about(joint.axis, position)),
                     ..place
                 },
-                Motion::Slides { .. } => place.then(&Frame {
+                Motion::Slides { .. } => place.then(&Transform {
                     translation: scaled(vector(joint.axis), position),
-                    ..Frame::HERE.constant()
+                    ..Transform::IDENTITY.constant()
                 }),
                 Motion::Fixed | Motion::Free => place,
             }
@@ -179,7 +180,7 @@ impl<T: Real> Composite<T> {
     }
 
     /// The same mass, seen from the frame in which its own one is at `place`.
-    fn seen(&self, place: &Frame<T>) -> Self {
+    fn seen(&self, place: &Transform<T>) -> Self {
         let turn = &place.rotation;
         let moment = turned(turn, self.moment);
         let arm = place.translation;
@@ -240,7 +241,8 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Vec<T>> {
                 let value = dot(vector(above.axis), along) * T::constant(ratio * factor);
                 let cell = &mut rows[own][other];
                 *cell = *cell + value;
-                // Two joints of one body above the other, each once; a joint with itself once.
+                // A pair of joints stands in both halves of the matrix, and twice in the cell of one
+                // coordinate; a joint with itself stands there once.
                 if body != at {
                     let cell = &mut rows[other][own];
                     *cell = *cell + value;

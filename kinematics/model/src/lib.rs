@@ -7,11 +7,10 @@
 
 mod chain;
 pub mod dynamics;
-mod frame;
 mod read;
 mod robot;
+mod vectors;
 
 pub use chain::{Chain, Column, Moved};
-pub use frame::Frame;
 pub use read::read;
 pub use robot::{Body, Inertia, Joint, Limits, Motion, Robot, State};

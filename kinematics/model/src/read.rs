@@ -1,12 +1,12 @@
 //! Reads a robot from a URDF.
 
-use crate::frame::Frame;
 use crate::robot::{Body, Inertia, Joint, Limits, Motion, Robot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap};
+use rc_quantity::Transform;
 use rc_quantity::rotation::{EulerOrder, Matrix, determinant, product, transposed};
 use rc_urdf::{Edge, JointType, Reader, Structure, child};
 use roxmltree::Node as Xml;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most links of a robot.
 const MOST_LINKS: usize = 10_000;
@@ -39,7 +39,7 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Robot, Diagnostics) {
 /// A joint that moves on its own or follows another one, as it is read.
 struct Read {
     form: JointType,
-    place: Frame,
+    place: Transform,
     axis: [f64; 3],
     limits: Option<Limits>,
     /// The leader, the ratio and the offset.
@@ -53,16 +53,14 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
         urdf.error("too-many-links", tag, message);
         return;
     }
-    let mut above: BTreeMap<&str, &Edge<'_>> = BTreeMap::new();
+    let mut above: BTreeSet<&str> = BTreeSet::new();
     let mut below: BTreeMap<&str, Vec<&Edge<'_>>> = BTreeMap::new();
     for edge in &structure.joints {
-        above.insert(&edge.child.text, edge);
+        above.insert(&edge.child.text);
         below.entry(&edge.parent.text).or_default().push(edge);
     }
-    let mut roots = structure.links.iter();
-    let mut roots = roots
-        .by_ref()
-        .filter(|(name, _)| !above.contains_key(name.as_str()));
+    let links = structure.links.iter();
+    let mut roots = links.filter(|(name, _)| !above.contains(name.as_str()));
     let Some((root, _)) = roots.next() else {
         let message = "the joints of all links form a circle".to_owned();
         urdf.error("unknown-link", tag, message);
@@ -179,11 +177,11 @@ fn motion(
     }
 }
 
-fn origin(urdf: &mut Reader<'_>, xml: Xml<'_, '_>) -> Frame {
+fn origin(urdf: &mut Reader<'_>, xml: Xml<'_, '_>) -> Transform {
     let Some(origin) = child(xml, "origin") else {
-        return Frame::HERE;
+        return Transform::IDENTITY;
     };
-    Frame {
+    Transform {
         translation: urdf.numbers(origin, "xyz", [0.0; 3]),
         rotation: EulerOrder::RPY.matrix(urdf.numbers(origin, "rpy", [0.0; 3])),
     }

@@ -1,7 +1,7 @@
 //! The model of a robot.
 
-use crate::frame::Frame;
 use rc_quantity::Real;
+use rc_quantity::Transform;
 use rc_quantity::rotation::Matrix;
 
 /// A robot: bodies that joints connect to a tree.
@@ -46,7 +46,7 @@ pub struct Joint {
     /// The place of the body that it is fixed to.
     pub parent: usize,
     /// Where the frame of the moved body is in that of the parent while the joint is at 0.
-    pub place: Frame,
+    pub place: Transform,
     /// How it moves.
     pub motion: Motion,
     /// The axis in the frame of the moved body, of length 1.

@@ -94,6 +94,51 @@ fn a_line_break_in_a_name_ends_no_comment() {
     assert!(rc_kinematics::python(&cell).contains("# Where `a */ b` is in"));
 }
 
+/// Recorded operations need memory: their number has a bound for a solver, and for a file.
+#[test]
+fn work_without_a_bound_is_refused() {
+    let mut robot = String::from("<robot name=\"chain\"><link name=\"l0\"/>");
+    for at in 1..=300 {
+        robot += &format!(
+            "<link name=\"l{at}\"/><joint name=\"j{at}\" type=\"continuous\">\
+            <parent link=\"l{}\"/><child link=\"l{at}\"/></joint>",
+            at - 1
+        );
+    }
+    robot += "</robot>";
+    let of = |solvers: &str| {
+        let text = format!("import \"arm.urdf\";\nKinematics cell {{ {solvers} }};");
+        crate::load_with(&text, &robot).1
+    };
+    assert_eq!(of("solver fk { pose l300 in l0; };"), "");
+    let found = of("solver m { mass_matrix; };");
+    assert!(found.contains("error[too-many-numbers]"), "{found}");
+    let many: String = (0..80)
+        .map(|at| format!("solver s{at} {{ pose l300 in l0; }};"))
+        .collect();
+    assert!(of(&many).contains("error[too-many-numbers]"));
+}
+
+/// Products of what a file says may be beyond all numbers.
+#[test]
+fn numbers_that_no_float_has_are_refused() {
+    let joint = |parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{child}\" type=\"fixed\"><origin xyz=\"1e308 0 0\"/>\
+            <parent link=\"{parent}\"/><child link=\"{child}\"/></joint>"
+        )
+    };
+    let links = "<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>";
+    let joints = joint("a", "b") + &joint("b", "c");
+    let robot = format!("<robot name=\"arm\">{links}{joints}</robot>");
+    let text = "import \"arm.urdf\";\nKinematics cell { solver fk { pose c in a; }; };";
+    let found = crate::load_with(text, &robot).1;
+    assert!(
+        found.contains("error[bad-value]: the numbers of the robot `arm` are too great"),
+        "{found}"
+    );
+}
+
 /// A robot without joints has poses, and nothing else.
 #[test]
 fn nothing_is_asked_of_joints_that_are_not_there() {

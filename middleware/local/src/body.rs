@@ -74,14 +74,14 @@ impl Pool {
         if body.room() > MOST_BYTES {
             return;
         }
-        let mut bytes: usize = body.room() + self.0.iter().map(|body| body.room()).sum::<usize>();
-        let mut first = 0;
-        while bytes > MOST_BYTES || self.0.len() - first >= MOST {
-            bytes -= self.0.get(first).map_or(bytes, |body| body.room());
-            first += 1;
+        while self.0.len() == MOST || self.room() + body.room() > MOST_BYTES {
+            self.0.remove(0);
         }
-        self.0.drain(..first);
         self.0.push(Arc::clone(body));
+    }
+
+    fn room(&self) -> usize {
+        self.0.iter().map(|body| body.room()).sum()
     }
 }
 
@@ -113,5 +113,14 @@ mod tests {
             pool.keep(&body);
         }
         assert!(pool.0.len() <= MOST);
+        // More bytes than are kept.
+        for _ in 0..4 {
+            let body = Body::new(MOST_BYTES / 3).expect("memory");
+            pool.keep(&Arc::new(body));
+        }
+        assert!(pool.room() <= MOST_BYTES, "{}", pool.room());
+        let huge = Body::new(MOST_BYTES + 1).expect("memory");
+        pool.keep(&Arc::new(huge));
+        assert!(pool.room() <= MOST_BYTES, "{}", pool.room());
     }
 }

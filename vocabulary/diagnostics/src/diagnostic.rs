@@ -4,6 +4,9 @@ use crate::foreign::without_number;
 use crate::{Mend, Span};
 use std::collections::HashSet;
 
+/// The most names that a wrong one is compared with.
+const MOST_CANDIDATES: usize = 1_000;
+
 /// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -129,10 +132,14 @@ impl Diagnostic {
         self.help(format!("did you mean `{near}`?"))
     }
 
-    /// Suggests the candidate nearest to `name`. If none is near, lists up to 12 candidates.
+    /// Suggests the candidate nearest to `name`. If none is near, lists up to 12 candidates. Among more
+    /// than 1,000 nothing is looked for: a text may have as many wrong names.
     #[must_use]
     pub fn suggest<'a>(self, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
         let candidates: Vec<&str> = candidates.into_iter().collect();
+        if candidates.len() > MOST_CANDIDATES {
+            return self;
+        }
         let near = crate::nearest(name, candidates.iter().copied());
         if near.is_some() {
             return self.did_you_mean(name, near);

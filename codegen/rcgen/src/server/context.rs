@@ -171,6 +171,9 @@ mod tests {
             ("// b\n|a", " >  +"),
             ("a { /* b */ c|", "a >  +c"),
             ("bind a.|", " > bind a . +"),
+            // A string ends with its line.
+            ("import \"La\nlanguage |", " > import \"La language +"),
+            (r#"a { b "c\\" d |"#, "a > b d +"),
         ] {
             assert_eq!(shown(text), expected, "{text}");
         }

@@ -17,7 +17,7 @@ module Parts
 ";
 
 /// The components: communications, and what stands behind `language`.
-const COMPONENTS: [(&str, &str, &str); 9] = [
+const COMPONENTS: [(&str, &str, &str); 10] = [
     (
         "lidar",
         "publishes ScanPub;",
@@ -57,6 +57,11 @@ const COMPONENTS: [(&str, &str, &str); 9] = [
         "few",
         "subscribesTo ScanPub as clean { depth 1; }; requires Drive;",
         "period 200ms; reactions { newScan -> setSpeed budget 10ms; compute budget 60ms; };",
+    ),
+    (
+        "both",
+        "subscribesTo ScanPub as clean, ScanPub as near; requires Drive;",
+        "period 50ms;",
     ),
     (
         "deaf",
@@ -202,6 +207,26 @@ fn several_ways_are_told_apart_by_what_they_pass() {
             net.ddsl:3:7: error[broken-chain]: chain `brake`: no way passes what `through` names, in this order; these are not on one way at net.ddsl:3:75 (name components of one way, or leave `through` out)
         "#]],
     );
+}
+
+/// The shorter way has nothing that the longer one does not pass.
+#[test]
+fn the_shorter_one_of_two_ways_can_be_named() {
+    let binds = "bind filter.raw -> lidar.ScanPub; bind both.clean -> filter.clean; bind both.near -> lidar.ScanPub;";
+    let chain = "Chain brake { from lidar.ScanPub.newScan; to base.Drive.setSpeed;";
+    check(
+        "lidar filter both base",
+        &format!("{binds}\n{chain} }};"),
+        &expect![[r#"
+            net.ddsl:3:7: error[ambiguous-chain]: chain `brake` has several ways (write one of `through filter, both;`, `through both;`)
+        "#]],
+    );
+    let plan = check(
+        "lidar filter both base",
+        &format!("{binds}\n{chain} through both; }};"),
+        &expect![[""]],
+    );
+    assert!(plan.contains("both.near.newScan: "), "{plan}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Motions and efforts beside Pinocchio.
 
 use rc_diagnostics::{Format, SourceMap, render};
+use rc_quantity::{Layout, Transform};
 use rc_robot::{Column, Robot, State, dynamics};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -117,12 +118,9 @@ fn difference(own: &Value, other: &Value) -> f64 {
     differences.fold(0.0, f64::max) / size
 }
 
-fn homogeneous(frame: &rc_robot::Frame) -> Value {
-    let row = |row: usize| {
-        let [x, y, z] = frame.rotation[row];
-        json!([x, y, z, frame.translation[row]])
-    };
-    json!([row(0), row(1), row(2), [0, 0, 0, 1]])
+fn homogeneous(frame: &Transform) -> Value {
+    let numbers = frame.homogeneous(Layout::RowMajor);
+    json!(numbers.chunks(4).collect::<Vec<_>>())
 }
 
 fn columns(jacobian: &[Column<f64>]) -> Value {
@@ -154,7 +152,13 @@ fn facts(robot: &Robot, states: &[State], gravity: [f64; 3]) -> Value {
         })
     };
     let mass = robot.bodies.iter().filter_map(|body| body.inertia);
+    let limits = robot.limits().into_iter().map(|limits| {
+        // A continuous joint has none.
+        let limits = limits.filter(|limits| limits.lower.is_finite());
+        limits.map(|limits| [limits.lower, limits.upper])
+    });
     json!({
+        "limits": limits.collect::<Vec<_>>(),
         "mass": mass.map(|inertia| inertia.mass).sum::<f64>(),
         "states": states.iter().map(of).collect::<Vec<_>>(),
     })
@@ -206,6 +210,7 @@ fn compare(python: &Path, texts: &[String], count: usize, random: &mut fastrand:
     let all = |value: &Value| value.as_array().cloned().expect("a list");
     for (at, own) in own.iter().enumerate() {
         let other = &other[at];
+        assert_eq!(own["limits"], other["limits"], "robot {at}");
         assert!(difference(&own["mass"], &other["mass"]) < 1e-12);
         for (state, own) in all(&own["states"]).iter().enumerate() {
             let other = &other["states"][state];

@@ -94,6 +94,28 @@ fn what_no_robot_has_is_refused_at_its_place() {
     }
 }
 
+/// Each follower would look at all before it.
+#[test]
+fn a_long_chain_of_followers_is_refused() {
+    let mut inside = String::from("<link name=\"l0\"/>");
+    for at in 1..=200 {
+        let mimic = match at {
+            1 => String::new(),
+            _ => format!("<mimic joint=\"j{}\"/>", at - 1),
+        };
+        inside += &format!(
+            "<link name=\"l{at}\"/><joint name=\"j{at}\" type=\"revolute\">\
+            <parent link=\"l{}\"/><child link=\"l{at}\"/>{mimic}</joint>",
+            at - 1
+        );
+    }
+    let found = findings(&inside);
+    assert!(
+        found.contains("more than 100 joints follow each other"),
+        "{found}"
+    );
+}
+
 /// No text ends the reader with a panic.
 #[test]
 fn random_texts_are_read_or_refused() {

@@ -194,7 +194,7 @@ pub(crate) enum Command {
         /// 'MATCH (p:person)-[:in]->(r:room) RETURN p.name'.
         #[arg(value_name = "QUERY")]
         query: Option<String>,
-        /// Values of its parameters, as in `room=kitchen`. In a text, a number is one if it looks so.
+        /// Values of its parameters, as in `room=kitchen`. Those of a text that read as numbers are numbers.
         #[arg(value_name = "NAME=VALUE")]
         parameters: Vec<String>,
         /// The most steps that the query takes.

@@ -35,7 +35,8 @@ fn import(files: &[PathBuf], out: &Path, common: &command_line::Common) -> Resul
         [file] if is_graph(out) => graphs::import(file, out, common),
         [file] => innermodel::import(file, out, common.format),
         _ => {
-            let message = "only .graph files become one, which is a .graph file, too";
+            let message =
+                "several files are joined only if all of them, and --out, are .graph files";
             Err(Failure::Usage(message.to_owned()))
         }
     }

@@ -121,6 +121,9 @@ fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
         ("etc/config.toml", "fingers = 4", "fin▮"),
         ("etc/config.toml", "fingers = 4", "mode = ▮"),
         ("etc/config.toml", "fingers = 4", "loud = ▮"),
+        ("etc/config.toml", "fingers = 4", "mode = \"▮\""),
+        ("etc/config.toml", "fingers = 4", "mode = \"fast\" # ▮"),
+        ("etc/config.toml", "[parameters]", "[parameters] # ▮"),
         ("etc/config.toml", "speed = 0.5", "▮"),
         ("etc/config.toml", "Grip = \"a/b\"", "▮"),
         (
