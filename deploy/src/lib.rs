@@ -12,12 +12,14 @@
 //! - [`log`](mod@log): logs and events.
 //! - [`supervisor`]: one thread that waits for processes, links, signals and clients in one `poll`.
 //! - `remote`: components on other machines, over ssh; [`agent`](fn@agent) runs there.
+//! - `doctor`: what bites on a new machine.
 //! - [`cli`]: the command line.
 //!
 //! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled
 //! through a pidfd, so that a signal never reaches another process that got a used pid.
 
 pub mod cli;
+mod doctor;
 pub mod guard;
 pub mod log;
 pub mod process;

@@ -104,6 +104,17 @@ pub struct Host {
     pub workspace: Option<PathBuf>,
 }
 
+impl From<&rc_ddsl::model::Host> for Host {
+    fn from(host: &rc_ddsl::model::Host) -> Self {
+        Self {
+            name: host.name.text.clone(),
+            address: host.address.text.clone(),
+            user: host.user.as_ref().map(|user| user.text.clone()),
+            workspace: host.workspace.as_ref().map(|w| PathBuf::from(&w.text)),
+        }
+    }
+}
+
 fn default_ready() -> Duration {
     Duration::from_secs(10)
 }

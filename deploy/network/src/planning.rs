@@ -156,12 +156,7 @@ impl Network {
                 exact: instance.exact.is_some(),
                 middleware: self.middleware_text(at),
                 transports: self.transports(at),
-                host: host.map(|host| plan::Host {
-                    name: host.name.text.clone(),
-                    address: host.address.text.clone(),
-                    user: host.user.as_ref().map(|user| user.text.clone()),
-                    workspace: host.workspace.as_ref().map(|w| PathBuf::from(&w.text)),
-                }),
+                host: host.map(plan::Host::from),
                 files,
                 ..Component::new(instance.path.clone(), executable, directory)
             });

@@ -110,6 +110,14 @@ impl Network {
             .collect()
     }
 
+    /// The other machines with components.
+    pub fn remote_hosts(&self) -> Vec<crate::plan::Host> {
+        let instances = self.deployment.instances.iter();
+        let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
+        let hosts: BTreeMap<&str, _> = hosts.map(|host| (host.name.text.as_str(), host)).collect();
+        hosts.into_values().map(crate::plan::Host::from).collect()
+    }
+
     /// An endpoint with its names.
     pub fn end(&self, end: Endpoint) -> End {
         End {

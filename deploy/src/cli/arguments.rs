@@ -33,6 +33,19 @@ pub(super) struct Input {
     pub(super) set: Vec<String>,
 }
 
+impl Input {
+    /// A network as its files say it is.
+    pub(super) fn of(file: PathBuf, include: Vec<PathBuf>) -> Self {
+        Self {
+            file,
+            include,
+            profile: Profile::Release,
+            middleware: None,
+            set: Vec::new(),
+        }
+    }
+}
+
 /// Components of a running network.
 #[derive(Args)]
 pub(super) struct Named {

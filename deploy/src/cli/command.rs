@@ -8,7 +8,7 @@ use super::completion::{
 };
 use super::{bag, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
-use rc_command_line::{Common, words};
+use rc_command_line::{Common, files, words};
 use rc_deploy_client::Format;
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
@@ -31,6 +31,21 @@ pub(super) enum Command {
         /// The form of the findings: human, short or json (one object a line).
         #[arg(long, default_value = "human", value_parser = |text: &str| text.parse::<rc_diagnostics::Format>(), add = words(&["human", "short", "json"]))]
         format: rc_diagnostics::Format,
+    },
+    /// Examines this machine, and the other machines of a network: what keeps networks from running,
+    /// and what to do about it. Changes nothing.
+    ///
+    /// The exit code is 1 if something is wrong without which no network runs.
+    Doctor {
+        /// A network whose hosts are examined, too, over ssh.
+        #[arg(value_name = "FILE.ddsl", add = files(&["ddsl"]))]
+        file: Option<PathBuf>,
+        /// Searches this folder for imported files, too.
+        #[arg(short = 'I', value_name = "DIR")]
+        include: Vec<PathBuf>,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
     },
     /// Shows what `up` would do: order, hosts, files, connections, policies. Starts nothing.
     Plan {

@@ -9,6 +9,7 @@ mod command;
 mod completion;
 mod control;
 mod description;
+mod doctor;
 mod export;
 mod foxglove;
 mod graph;
@@ -26,6 +27,7 @@ mod top;
 mod up;
 
 use crate::Options;
+use arguments::Input;
 use command::{Cli, Command};
 use measure::Measure;
 use networks::{network_of, running};
@@ -67,6 +69,14 @@ pub fn main() -> ExitCode {
 fn run(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Check { input, format } => description::check(&input, format),
+        Command::Doctor {
+            file,
+            include,
+            format,
+        } => {
+            let input = file.map(|file| Input::of(file, include));
+            doctor::doctor(input.as_ref(), format)
+        }
         Command::Plan {
             input,
             format,

@@ -4,7 +4,7 @@ use rc_deploy_network::Network;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};
 
 /// The implementations of ROS 2 that do not speak DDS.
-const NOT_DDS: [&str; 2] = ["rmw_zenoh_cpp", "rmw_email_cpp"];
+pub(crate) const NOT_DDS: [&str; 2] = ["rmw_zenoh_cpp", "rmw_email_cpp"];
 
 /// Warns once if nodes of ROS 2 in this environment do not speak DDS, as components do.
 fn check_ros(network: &Network, found: &mut Diagnostics) {

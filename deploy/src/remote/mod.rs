@@ -18,7 +18,7 @@ mod host;
 mod hosts;
 mod log_tail;
 mod socket_proxy;
-mod ssh;
+pub(crate) mod ssh;
 mod timed_stream;
 
 pub use agent_setup::agent;

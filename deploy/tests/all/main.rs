@@ -5,6 +5,7 @@ mod bench;
 mod command_line;
 mod commands;
 mod descriptors;
+mod doctor;
 mod events;
 mod explain;
 mod export;

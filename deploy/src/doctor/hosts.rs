@@ -1,0 +1,133 @@
+//! The check of another machine of a network.
+
+use super::{Finding, Grade};
+use crate::process::identity::Mark;
+use crate::remote::ssh;
+use rc_deploy_network::plan::Host;
+use rc_diagnostics::foreign;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::time::{Duration, Instant};
+
+/// How long the machine may take to answer. ssh itself gives up after five seconds.
+const LIMIT: Duration = Duration::from_secs(15);
+
+/// How much it may say.
+const MOST: usize = 64 << 10;
+
+/// The kind of the machine, and the free kB of its shared memory.
+const SCRIPT: &str = "echo; echo \"rcdeploy agent: $(uname -sm)\"; df -Pk /dev/shm | tail -n 1";
+
+/// Whether a machine can be reached, and is of the kind of this one.
+pub(crate) fn of_host(host: &Host, mark: &Mark) -> Finding {
+    let check = format!("host {}", host.name);
+    match answer(host, mark) {
+        Ok(said) => judged(&check, &said),
+        Err(why) => Finding {
+            check,
+            grade: Grade::Error,
+            found: why,
+            mend: Some(format!("try `ssh {} true`", ssh::destination(host))),
+        },
+    }
+}
+
+/// What the script prints there.
+fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
+    let failed = |error: std::io::Error| error.to_string();
+    let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
+    let mut complaint = File::from(memory.map_err(|e| failed(e.into()))?);
+    let log = complaint.try_clone().map_err(failed)?;
+    let (mut child, stream) = ssh::start(host, SCRIPT, log, mark)?;
+    let end = Instant::now() + LIMIT;
+    let mut said = Vec::new();
+    let mut part = [0; 4096];
+    let mut late = false;
+    while said.len() < MOST {
+        let left = end.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            late = true;
+            break;
+        }
+        stream.set_read_timeout(Some(left)).map_err(failed)?;
+        match (&stream).read(&mut part) {
+            Ok(0) => break,
+            Ok(count) => said.extend_from_slice(&part[..count]),
+            // The time is over, or the connection is: the next turn tells.
+            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
+            Err(error) => return Err(failed(error)),
+        }
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+    let said = String::from_utf8_lossy(&said).into_owned();
+    if said.contains(ssh::TOKEN) {
+        return Ok(said);
+    }
+    let mut text = Vec::new();
+    complaint.seek(SeekFrom::Start(0)).map_err(failed)?;
+    complaint
+        .take(MOST as u64)
+        .read_to_end(&mut text)
+        .map_err(failed)?;
+    let noticed = if late {
+        "it does not answer"
+    } else {
+        "its login ends without an answer"
+    };
+    let complaint = foreign::clean_lines(&String::from_utf8_lossy(&text), MOST);
+    Err(ssh::explain(host, noticed, &complaint))
+}
+
+/// What the answer of a machine means.
+fn judged(check: &str, said: &str) -> Finding {
+    let mut lines = said
+        .lines()
+        .skip_while(|line| !line.starts_with(ssh::TOKEN));
+    let kind = lines.next().unwrap_or_default();
+    let kind = foreign::clean(kind.trim_start_matches(ssh::TOKEN).trim());
+    let here = rustix::system::uname();
+    let here = format!(
+        "{} {}",
+        here.sysname().to_string_lossy(),
+        here.machine().to_string_lossy()
+    );
+    if kind != here {
+        let found = format!("it is a machine of the kind {kind}, and this one is {here}");
+        return Finding::error(check, found, "run the network from a machine like it");
+    }
+    // Name, all, used and free kB (POSIX, df -P).
+    let free = lines.next().and_then(|line| line.split_whitespace().nth(3));
+    match free.and_then(|text| text.parse::<u64>().ok()) {
+        Some(free) if free < 64 << 10 => {
+            let found = format!("it answers; {free} kB of its shared memory are free");
+            let mend = "mount -o remount,size=1G /dev/shm, there";
+            Finding::warning(check, found, mend)
+        }
+        _ => Finding::ok(check, format!("it answers, and is {kind}, as this machine")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kind_and_the_memory_of_a_machine_are_compared() {
+        let here = rustix::system::uname();
+        let here = format!(
+            "{} {}",
+            here.sysname().to_string_lossy(),
+            here.machine().to_string_lossy()
+        );
+        let said = |kind: &str, free: &str| {
+            format!("Welcome!\nrcdeploy agent: {kind}\ntmpfs 65536 0 {free} 0% /dev/shm\n")
+        };
+        let grade = |said: &str| judged("host robot", said).grade;
+        assert_eq!(grade(&said(&here, "12000000")), Grade::Ok);
+        assert_eq!(grade(&said(&here, "600")), Grade::Warning);
+        assert_eq!(grade(&said("Linux other", "12000000")), Grade::Error);
+        // Without `df`, nothing is said about memory.
+        assert_eq!(grade(&format!("rcdeploy agent: {here}\n")), Grade::Ok);
+    }
+}

@@ -1,0 +1,496 @@
+//! The checks of this machine.
+
+use super::Finding;
+use std::io;
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// Shared memory below this many bytes is full after some images.
+const LITTLE_MEMORY: u64 = 256 << 20;
+
+/// A disk with fewer free bytes is full after a build, or after some minutes of recording.
+const LITTLE_DISK: u64 = 2 << 30;
+
+/// The greatest domain of DDS whose ports exist (OMG DDSI-RTPS 2.5, 9.6.2.3).
+const LAST_DOMAIN: u32 = 232;
+
+/// Where the checks look: at this machine, or at what a test made.
+pub(crate) struct Machine<'a> {
+    /// The folder of `/dev`, `/etc`, `/proc`, `/run` and `/sys`.
+    pub(crate) root: PathBuf,
+    /// The environment.
+    pub(crate) variable: &'a dyn Fn(&str) -> Option<String>,
+    /// The number of the user.
+    pub(crate) user: u32,
+    /// Where recordings and builds are written.
+    pub(crate) folder: PathBuf,
+}
+
+impl Machine<'_> {
+    /// Runs all checks, in the order in which a network needs what they look at.
+    pub(crate) fn examine(&self) -> Vec<Finding> {
+        let checks: [fn(&Self) -> Finding; 10] = [
+            Self::shared_memory,
+            Self::logout,
+            Self::watches,
+            Self::real_time,
+            Self::disk,
+            Self::build,
+            Self::python,
+            Self::ros,
+            Self::multicast,
+            Self::clock,
+        ];
+        checks.iter().map(|check| check(self)).collect()
+    }
+
+    fn path(&self, absolute: &str) -> PathBuf {
+        self.root.join(absolute.trim_start_matches('/'))
+    }
+
+    /// A file of the system, without the blanks around.
+    fn text(&self, absolute: &str) -> Option<String> {
+        let text = std::fs::read_to_string(self.path(absolute)).ok()?;
+        Some(text.trim().to_owned())
+    }
+
+    fn variable(&self, name: &str) -> Option<String> {
+        (self.variable)(name).filter(|value| !value.is_empty())
+    }
+
+    fn shared_memory(&self) -> Finding {
+        const CHECK: &str = "shared memory";
+        let place = self.path("/dev/shm");
+        let Ok(disk) = rustix::fs::statvfs(&place) else {
+            let mend = "mount a tmpfs there; iceoryx2 needs it, the middleware `dds` does not";
+            return Finding::error(CHECK, format!("there is no {}", place.display()), mend);
+        };
+        let all = disk.f_blocks.saturating_mul(disk.f_frsize);
+        let free = disk.f_bavail.saturating_mul(disk.f_frsize);
+        let found = format!("/dev/shm has {}, {} are free", bytes(all), bytes(free));
+        if rustix::fs::access(&place, rustix::fs::Access::WRITE_OK).is_err() {
+            let mend = "chmod 1777 /dev/shm, as root";
+            return Finding::error(CHECK, format!("{found}, but you may not write there"), mend);
+        }
+        if all >= LITTLE_MEMORY && free >= LITTLE_MEMORY / 4 {
+            return Finding::ok(CHECK, found);
+        }
+        let mend = if all < LITTLE_MEMORY {
+            "mount -o remount,size=1G /dev/shm (a container: --shm-size=1g)"
+        } else {
+            "remove the files of programs that are gone: ls -l /dev/shm"
+        };
+        Finding::warning(CHECK, found, mend)
+    }
+
+    /// At the last logout of a user, systemd removes the shared memory and the run directory of the
+    /// user (`RemoveIPC=` of logind.conf(5)), unless the user lingers.
+    fn logout(&self) -> Finding {
+        const CHECK: &str = "logout";
+        if !self.path("/run/systemd/system").is_dir() {
+            return Finding::ok(CHECK, "no systemd here: a logout removes nothing");
+        }
+        // Users of the system, and root, are left alone.
+        if self.user < 1000 {
+            return Finding::ok(CHECK, "systemd leaves users of the system alone");
+        }
+        let name = rc_middleware::user_name(self.user);
+        let name = name.split(' ').next().unwrap_or_default();
+        if self.path("/var/lib/systemd/linger").join(name).exists() {
+            return Finding::ok(CHECK, format!("{name} lingers: networks outlive a logout"));
+        }
+        let found = format!(
+            "systemd removes the shared memory and the run directory of {name} at logout: \
+             `up --detach` over ssh dies then"
+        );
+        Finding::warning(CHECK, found, format!("loginctl enable-linger {name}"))
+    }
+
+    fn watches(&self) -> Finding {
+        const CHECK: &str = "inotify";
+        let limit = self.text("/proc/sys/fs/inotify/max_user_instances");
+        let Some(limit) = limit.and_then(|text| text.parse::<usize>().ok()) else {
+            return Finding::ok(CHECK, "the system tells no limit");
+        };
+        let used = self.used_instances();
+        let found = format!("{used} of {limit} instances are used");
+        if used + 16 <= limit {
+            return Finding::ok(CHECK, found);
+        }
+        let mend = "sysctl fs.inotify.max_user_instances=1024, as root; until then, `logs --follow` reads again and again";
+        Finding::warning(CHECK, found, mend)
+    }
+
+    /// The instances of inotify that processes of the user have, as far as they may be seen.
+    fn used_instances(&self) -> usize {
+        let processes = std::fs::read_dir(self.path("/proc")).into_iter().flatten();
+        let descriptors = processes.flatten().flat_map(|process| {
+            let folder = std::fs::read_dir(process.path().join("fd"));
+            folder.into_iter().flatten().flatten()
+        });
+        let is_watch = |path: PathBuf| {
+            std::fs::read_link(path).is_ok_and(|to| to == Path::new("anon_inode:inotify"))
+        };
+        descriptors.filter(|entry| is_watch(entry.path())).count()
+    }
+
+    #[expect(clippy::unused_self, reason = "all checks have one form")]
+    fn real_time(&self) -> Finding {
+        const CHECK: &str = "real time";
+        match rc_scheduling::permits(1) {
+            Ok(()) => Finding::ok(CHECK, "components may have a `priority`"),
+            Err(reason) => {
+                let (found, mend) = reason.split_once("; ").unwrap_or((&reason, "leave it out"));
+                Finding::warning(CHECK, found, mend)
+            }
+        }
+    }
+
+    fn disk(&self) -> Finding {
+        const CHECK: &str = "disk";
+        let place = self.folder.display();
+        let Ok(disk) = rustix::fs::statvfs(&self.folder) else {
+            let mend = "go to a folder that exists";
+            return Finding::error(CHECK, format!("{place} cannot be read"), mend);
+        };
+        let free = disk.f_bavail.saturating_mul(disk.f_frsize);
+        let found = format!("{} are free in {place}", bytes(free));
+        if free >= LITTLE_DISK {
+            return Finding::ok(CHECK, found);
+        }
+        let mend = "make room: a build needs some GB, and a recording ends when the disk is full";
+        Finding::warning(CHECK, found, mend)
+    }
+
+    fn build(&self) -> Finding {
+        const CHECK: &str = "building";
+        let needed = env!("CARGO_PKG_RUST_VERSION");
+        let Some(said) = self.said("rustc", &["--version"]) else {
+            let found = "there is no rustc in the PATH; networks that are built elsewhere run";
+            return Finding::warning(CHECK, found, "https://rustup.rs installs it");
+        };
+        let version = said.split(' ').nth(1).unwrap_or_default().to_owned();
+        if is_older(&version, needed) {
+            let found = format!("rustc is {version}, and {needed} is needed");
+            return Finding::error(CHECK, found, "rustup update stable");
+        }
+        if self.said("cargo", &["--version"]).is_none() {
+            let mend = "https://rustup.rs installs it";
+            return Finding::error(CHECK, "there is no cargo in the PATH", mend);
+        }
+        if self.said("cc", &["--version"]).is_none() {
+            let mend = "apt install gcc libc6-dev";
+            return Finding::error(CHECK, "there is no C compiler `cc` in the PATH", mend);
+        }
+        Finding::ok(CHECK, format!("rustc {version}, cargo and cc are there"))
+    }
+
+    fn python(&self) -> Finding {
+        const CHECK: &str = "Python";
+        if let Some(home) = self.variable("PYTHONHOME")
+            && self.said("python3", &["-S", "-c", "print(1)"]).is_none()
+        {
+            let found = format!("PYTHONHOME is {home}, with which python3 does not start");
+            return Finding::error(CHECK, found, "unset PYTHONHOME");
+        }
+        let script = "import sys; print('%d.%d' % sys.version_info[:2]); import numpy; print(numpy.__version__)";
+        match self.said("python3", &["-c", script]) {
+            Some(said) => {
+                let versions = said.replace('\n', ", NumPy ");
+                Finding::ok(CHECK, format!("python3 is {versions}"))
+            }
+            None if self.said("python3", &["-c", "print(1)"]).is_some() => {
+                let found = "python3 has no NumPy, which components in Python need";
+                Finding::warning(CHECK, found, "`rcgen venv` installs it beside a component")
+            }
+            None => {
+                let found = "there is no python3 in the PATH; components in Python need it";
+                Finding::warning(CHECK, found, "apt install python3 python3-venv")
+            }
+        }
+    }
+
+    fn ros(&self) -> Finding {
+        const CHECK: &str = "ROS 2";
+        if let Some(name) = self.variable("RMW_IMPLEMENTATION")
+            && crate::process::machine::NOT_DDS.contains(&name.as_str())
+        {
+            let found = format!("nodes run on {name}, which components of ours do not meet");
+            let mend = "export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, where the nodes start";
+            return Finding::warning(CHECK, found, mend);
+        }
+        let Some(domain) = self.variable("ROS_DOMAIN_ID") else {
+            return Finding::ok(CHECK, "domain 0");
+        };
+        match domain.parse::<u32>() {
+            Ok(number) if number <= LAST_DOMAIN => {
+                Finding::ok(CHECK, format!("domain {number}, from ROS_DOMAIN_ID"))
+            }
+            _ => {
+                let found = format!("ROS_DOMAIN_ID is `{domain}`");
+                Finding::error(
+                    CHECK,
+                    found,
+                    format!("it is a number from 0 to {LAST_DOMAIN}"),
+                )
+            }
+        }
+    }
+
+    /// DDS finds other machines by multicast.
+    fn multicast(&self) -> Finding {
+        const CHECK: &str = "multicast";
+        let entries = std::fs::read_dir(self.path("/sys/class/net"));
+        let mut able: Vec<String> = entries
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter_map(|entry| entry.file_name().into_string().ok())
+            .filter(|name| self.is_for_multicast(name))
+            .collect();
+        able.sort();
+        if able.is_empty() {
+            let found = "no interface to other machines that is up has multicast; networks on several machines need it";
+            let mend = "ip link set dev NAME up multicast on, as root";
+            return Finding::warning(CHECK, found, mend);
+        }
+        let names = able.join(", ");
+        match heard() {
+            Ok(()) => Finding::ok(CHECK, format!("{names}; what is sent is heard")),
+            Err(error) => {
+                let found =
+                    format!("{names}, but what this machine sends it does not hear: {error}");
+                let mend = "open the UDP ports 7400 to 7700 in the firewall, or add the route: ip route add 224.0.0.0/4 dev NAME";
+                Finding::warning(CHECK, found, mend)
+            }
+        }
+    }
+
+    /// Whether an interface is up, no loop, and has multicast (the flags are those of netdevice(7)).
+    fn is_for_multicast(&self, name: &str) -> bool {
+        const UP: u32 = 0x1;
+        const LOOPBACK: u32 = 0x8;
+        const MULTICAST: u32 = 0x1000;
+        let text = self.text(&format!("/sys/class/net/{name}/flags"));
+        let flags = text.and_then(|t| u32::from_str_radix(t.trim_start_matches("0x"), 16).ok());
+        flags.is_some_and(|flags| flags & (UP | LOOPBACK | MULTICAST) == UP | MULTICAST)
+    }
+
+    /// Deadlines, ages and delays between machines need clocks that agree.
+    fn clock(&self) -> Finding {
+        const CHECK: &str = "clock";
+        let is_there = |path: &str| self.path(path).exists();
+        if is_there("/run/systemd/timesync/synchronized") || is_there("/run/chrony/chronyd.pid") {
+            return Finding::ok(CHECK, "it follows other clocks");
+        }
+        let found = "nothing sets it; networks on several machines need it";
+        Finding::warning(
+            CHECK,
+            found,
+            "timedatectl set-ntp true, or apt install chrony",
+        )
+    }
+
+    /// What a program of the PATH prints, if it succeeds.
+    fn said(&self, program: &str, arguments: &[&str]) -> Option<String> {
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stderr(Stdio::null());
+        for name in ["PATH", "PYTHONHOME"] {
+            match (self.variable)(name) {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
+        let output = command.output().ok().filter(|o| o.status.success())?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        Some(text.trim().to_owned())
+    }
+}
+
+/// Sends a datagram to a group of the discovery of DDS's kind, and waits for it.
+fn heard() -> io::Result<()> {
+    // The group of the discovery itself would reach nodes that run (DDSI-RTPS 2.5, 9.6.2.3).
+    const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 131);
+    let ears = UdpSocket::bind((GROUP, 0))?;
+    ears.join_multicast_v4(&GROUP, &Ipv4Addr::UNSPECIFIED)?;
+    ears.set_read_timeout(Some(Duration::from_secs(1)))?;
+    let mouth = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+    mouth.set_multicast_ttl_v4(0)?;
+    mouth.send_to(b"rcdeploy doctor", (GROUP, ears.local_addr()?.port()))?;
+    let mut datagram = [0; 64];
+    ears.recv_from(&mut datagram).map(|_| ())
+}
+
+/// Whether a version, as in `1.94.0-nightly`, is older than another.
+fn is_older(version: &str, than: &str) -> bool {
+    let numbers = |text: &str| -> Vec<u32> {
+        let parts = text.split(['.', '-']);
+        parts.map_while(|part| part.parse().ok()).collect()
+    };
+    numbers(version) < numbers(than)
+}
+
+/// An amount as people read it.
+fn bytes(count: u64) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "one decimal is shown")]
+    let megabytes = count as f64 / 1e6;
+    if megabytes < 1000.0 {
+        format!("{megabytes:.0} MB")
+    } else {
+        format!("{:.1} GB", megabytes / 1000.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Grade;
+    use super::*;
+
+    /// Makes a machine out of files: path and content; a path that ends with `/` is a folder.
+    fn with<T>(
+        files: &[(&str, &str)],
+        variables: &[(&str, &str)],
+        look: impl FnOnce(&Machine<'_>) -> T,
+    ) -> T {
+        let root = tempfile::tempdir().expect("a folder");
+        for (path, content) in files {
+            let path = root.path().join(path);
+            std::fs::create_dir_all(path.parent().expect("a parent")).expect("a folder");
+            if path.to_string_lossy().ends_with('/') {
+                std::fs::create_dir_all(&path).expect("a folder");
+            } else {
+                std::fs::write(&path, content).expect("a file");
+            }
+        }
+        let variable = |name: &str| {
+            let found = variables.iter().find(|(n, _)| *n == name);
+            found.map(|(_, value)| (*value).to_owned())
+        };
+        look(&Machine {
+            root: root.path().to_owned(),
+            variable: &variable,
+            user: 4_000_000,
+            folder: root.path().to_owned(),
+        })
+    }
+
+    #[track_caller]
+    fn is(finding: &Finding, grade: Grade, words: &str) {
+        let told = finding.to_string();
+        assert_eq!(finding.grade, grade, "{told}");
+        assert!(told.contains(words), "{told}");
+        assert_eq!(finding.mend.is_some(), grade != Grade::Ok, "{told}");
+    }
+
+    #[test]
+    fn a_logout_removes_memory_unless_the_user_lingers() {
+        let linger = "var/lib/systemd/linger/4000000";
+        with(&[("run/systemd/system/", "")], &[], |machine| {
+            is(
+                &machine.logout(),
+                Grade::Warning,
+                "loginctl enable-linger 4000000",
+            );
+        });
+        with(
+            &[("run/systemd/system/", ""), (linger, "")],
+            &[],
+            |machine| {
+                is(&machine.logout(), Grade::Ok, "lingers");
+            },
+        );
+        with(&[], &[], |machine| {
+            is(&machine.logout(), Grade::Ok, "no systemd");
+        });
+    }
+
+    #[test]
+    fn missing_and_small_things_are_named() {
+        with(&[], &[("PATH", "/nowhere")], |machine| {
+            is(&machine.shared_memory(), Grade::Error, "there is no ");
+            is(&machine.build(), Grade::Warning, "there is no rustc");
+            is(&machine.python(), Grade::Warning, "there is no python3");
+            is(&machine.multicast(), Grade::Warning, "no interface");
+            is(&machine.clock(), Grade::Warning, "nothing sets it");
+            assert_eq!(machine.examine().len(), 10);
+        });
+        let limit = "proc/sys/fs/inotify/max_user_instances";
+        with(&[(limit, "12\n")], &[], |machine| {
+            is(&machine.watches(), Grade::Warning, "0 of 12 instances");
+        });
+        with(&[(limit, "128\n"), ("proc/7/fd/", "")], &[], |machine| {
+            let watch = machine.path("/proc/7/fd/3");
+            std::os::unix::fs::symlink("anon_inode:inotify", watch).expect("a link");
+            is(&machine.watches(), Grade::Ok, "1 of 128 instances");
+        });
+    }
+
+    #[test]
+    fn settings_of_ros_that_hide_nodes_are_named() {
+        for (variables, grade, words) in [
+            (&[][..], Grade::Ok, "domain 0"),
+            (&[("ROS_DOMAIN_ID", "7")], Grade::Ok, "domain 7"),
+            (&[("ROS_DOMAIN_ID", "233")], Grade::Error, "from 0 to 232"),
+            (&[("ROS_DOMAIN_ID", "a")], Grade::Error, "`a`"),
+            (
+                &[("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")],
+                Grade::Warning,
+                "rmw_zenoh_cpp",
+            ),
+        ] {
+            with(&[], variables, |machine| is(&machine.ros(), grade, words));
+        }
+    }
+
+    #[test]
+    fn a_broken_home_of_python_is_named() {
+        let python = "#!/bin/sh\n[ -z \"$PYTHONHOME\" ] || exit 1\n[ \"$1\" = -c ] && case $2 in *numpy*) exit 1;; esac\necho 1\n";
+        with(&[("bin/python3", python)], &[], |machine| {
+            let program = machine.path("/bin/python3");
+            let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+            std::fs::set_permissions(&program, mode).expect("to set");
+            let bin = machine.path("/bin").to_string_lossy().into_owned();
+            let looks = |home: Option<&str>| {
+                let variable = |name: &str| match name {
+                    "PATH" => Some(format!("{bin}:/usr/bin:/bin")),
+                    "PYTHONHOME" => home.map(str::to_owned),
+                    _ => None,
+                };
+                let machine = Machine {
+                    root: machine.root.clone(),
+                    variable: &variable,
+                    user: 0,
+                    folder: machine.folder.clone(),
+                };
+                machine.python()
+            };
+            is(&looks(None), Grade::Warning, "has no NumPy");
+            is(&looks(Some("/gone")), Grade::Error, "unset PYTHONHOME");
+        });
+    }
+
+    #[test]
+    fn interfaces_and_versions_are_read() {
+        let files = [
+            ("sys/class/net/eth0/flags", "0x1003\n"),
+            ("sys/class/net/lo/flags", "0x9\n"),
+            ("sys/class/net/down0/flags", "0x1002\n"),
+        ];
+        with(&files, &[], |machine| {
+            let able = ["eth0", "lo", "down0", "none"].map(|n| machine.is_for_multicast(n));
+            assert_eq!(able, [true, false, false, false]);
+        });
+        assert!(is_older("1.94.1", "1.95"));
+        assert!(!is_older("1.95.0-nightly", "1.95"));
+        assert!(!is_older("2.0.0", "1.95"));
+        assert_eq!(
+            [bytes(64 << 20), bytes(12_340_000_000)],
+            ["67 MB", "12.3 GB"]
+        );
+    }
+}
