@@ -5,6 +5,7 @@
 mod figures;
 mod install;
 mod mutants;
+mod programs;
 mod report;
 mod testing;
 mod timings;

@@ -1,5 +1,6 @@
 //! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone.
 
+use crate::programs;
 use crate::report::{Block, Report};
 use crate::timings::Timings;
 use crate::{cargo, cargo_command, outcome};
@@ -22,17 +23,19 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
     cargo(&["run", "--quiet", "--bin", "trials", "--", "variants"])?;
     let timed = rest.contains(&"--timings");
     let rest: Vec<&str> = rest.iter().copied().filter(|a| *a != "--timings").collect();
-    let mut test = vec!["test", "--workspace", "--no-fail-fast"];
-    test.extend(&rest);
     let threads = threads();
     let list = std::env::temp_dir().join(format!("rc-skipped-{}", std::process::id()));
     let skipped_list = ("RC_TEST_SKIPPED", &*list.to_string_lossy());
     let mut timings = Timings::new(threads);
-    let (status, report) = follow(
-        &test,
-        &[skipped_list, ("RUST_TEST_THREADS", &threads.to_string())],
-        &mut timings,
-    );
+    let environment = [skipped_list, ("RUST_TEST_THREADS", &threads.to_string())];
+    let (mut tested, report) = if rest.is_empty() {
+        all(&environment, &mut timings)?
+    } else {
+        let mut test = vec!["test", "--workspace", "--no-fail-fast"];
+        test.extend(&rest);
+        let (status, report) = follow(&test, &environment, &mut timings);
+        (outcome(&test, status), report)
+    };
     if timed {
         println!("the slowest tests:");
         for timing in timings.slowest(20) {
@@ -40,7 +43,6 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
         }
     }
     let mut unsteady = Vec::new();
-    let mut tested = outcome(&test, status);
     if tested.is_err() {
         let environment = [skipped_list, ("RUST_TEST_THREADS", "1")];
         let passed = repeat(&report, |block| {
@@ -50,6 +52,9 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
             Ok(passed) => (unsteady, tested) = (passed, Ok(())),
             Err(lines) => unsteady = lines,
         }
+    }
+    if rest.is_empty() {
+        tested = tested.and(cargo(&["test", "--workspace", "--no-fail-fast", "--doc"]));
     }
     let mut skipped = String::new();
     if rest.is_empty() {
@@ -68,6 +73,44 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
         println!("{line}");
     }
     tested
+}
+
+/// Runs all test programs, as many at a time as there are processors.
+fn all(
+    environment: &[(&str, &str)],
+    timings: &mut Timings,
+) -> Result<(Result<(), String>, Report), String> {
+    let programs = programs::build(&["test", "--workspace"])?;
+    let mut report = Report::default();
+    let mut failed = Vec::new();
+    programs::run(
+        &programs,
+        processors(),
+        &[],
+        environment,
+        |program, output| {
+            for (line, at) in &output.lines {
+                println!("{line}");
+                timings.note(line, *at);
+                report.note(line);
+            }
+            timings.finish();
+            if !output.succeeded {
+                failed.push(program.selection().to_owned());
+            }
+        },
+    );
+    if failed.is_empty() {
+        return Ok((Ok(()), report));
+    }
+    // As at the end of cargo's output.
+    let count = format!("error: {} targets failed:", failed.len());
+    let targets = failed.iter().map(|target| format!("    `{target}`"));
+    for line in [count].into_iter().chain(targets) {
+        println!("{line}");
+        report.note(&line);
+    }
+    Ok((Err("tests failed".to_owned()), report))
 }
 
 /// Repeats the failed tests of a run with `run_again`, which runs those of one target. Each test
@@ -153,7 +196,10 @@ fn follow(
 }
 
 /// Runs `command`, and gives `line` each line of its output and of its errors, in one order.
-fn lines(mut command: Command, mut line: impl FnMut(&str)) -> std::io::Result<ExitStatus> {
+pub(crate) fn lines(
+    mut command: Command,
+    mut line: impl FnMut(&str),
+) -> std::io::Result<ExitStatus> {
     let (output, writer) = std::io::pipe()?;
     command.stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn()?;
@@ -183,12 +229,16 @@ fn lines(mut command: Command, mut line: impl FnMut(&str)) -> std::io::Result<Ex
     }
 }
 
-/// How many tests of a program run at a time: two a processor, because most of the time they wait
-/// for processes that they have started.
+/// How many tests of a program run at a time. As many programs run as there are processors, so there
+/// are some tests a processor: most of the time they wait for processes that they have started.
 fn threads() -> usize {
     let chosen = std::env::var("RUST_TEST_THREADS").ok();
     let chosen = chosen.and_then(|count| count.parse().ok());
-    chosen.unwrap_or_else(|| 2 * std::thread::available_parallelism().map_or(1, usize::from))
+    chosen.unwrap_or(2)
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The
