@@ -155,7 +155,7 @@ impl Program {
         command.current_dir(&self.folder).stdin(Stdio::null());
         let mut said = vec![(format!("     Running {}", self.title), start.elapsed())];
         let status = lines(command, |line| {
-            said.push((line.to_owned(), start.elapsed()))
+            said.push((line.to_owned(), start.elapsed()));
         });
         let why = match &status {
             Ok(status) if status.success() => None,
