@@ -7,7 +7,7 @@ use crate::latched::Latched;
 use crate::reader::files::PART;
 use crate::reader::{self, Channel, Faults, Message, Record};
 use crate::schema::Schema;
-use crate::writer::{ChannelId, Limits, Writer};
+use crate::writer::{ChannelId, Limits, TABLE, Writer};
 use rc_diagnostics::nearest;
 use rc_mcap::Stamp;
 use rc_middleware::{Cdr, Reader};
@@ -328,9 +328,6 @@ pub fn each(
     Ok(reader.faults().clone())
 }
 
-/// The table of counts that a recorder writes at the end.
-const COUNTS: &str = "recording";
-
 /// Writes the messages of a selection, with all attachments and tables, into a new recording. The
 /// values of states, parameters and latched topics that hold at its beginning come first, with the
 /// time of the beginning.
@@ -387,7 +384,7 @@ fn cut_into(
                 }
             }
             Record::Attachment(file) => writer.attach(&file.name, &file.media_type, file.data)?,
-            Record::Metadata(name, table) if name == COUNTS => counts = Some(table),
+            Record::Metadata(name, table) if name == TABLE => counts = Some(table),
             Record::Metadata(name, table) if name != PART => writer.metadata(&name, &table)?,
             Record::Metadata(..) => {}
         }
@@ -396,7 +393,7 @@ fn cut_into(
     if let Some(network) = counts.and_then(|mut table| table.remove("network")) {
         let messages = ("messages".to_owned(), count.to_string());
         let table = BTreeMap::from([("network".to_owned(), network), messages]);
-        writer.metadata(COUNTS, &table)?;
+        writer.metadata(TABLE, &table)?;
     }
     Ok(count)
 }

@@ -33,11 +33,16 @@ pub enum RecordError {
 impl RecordError {
     /// The file with the reason of the system, without its number.
     pub(crate) fn file(path: &std::path::Path, reason: &impl std::fmt::Display) -> Self {
-        let reason = reason.to_string();
-        let text = reason.split(" (os error ").next().unwrap_or_default();
         Self::File {
             path: path.to_owned(),
-            reason: text.to_owned(),
+            reason: without_number(reason),
         }
     }
+}
+
+/// The text of an error of the system, without its number.
+pub(crate) fn without_number(reason: &impl std::fmt::Display) -> String {
+    let reason = reason.to_string();
+    let text = reason.split(" (os error ").next().unwrap_or_default();
+    text.to_owned()
 }

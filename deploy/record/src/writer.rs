@@ -8,7 +8,7 @@
 mod part;
 
 use crate::content::OVERHEAD;
-use crate::error::RecordError;
+use crate::error::{RecordError, without_number};
 use crate::qos;
 use crate::reader::files::{NUMBER, PART, RECORDING, REPEATED, REPEATED_FILES};
 use crate::schema::Schema;
@@ -18,6 +18,7 @@ use rc_mcap::read::LONGEST;
 use rc_mcap::{Stamp, system_time};
 use rustix::fs::fstat;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,8 @@ const FLUSH: Duration = Duration::from_secs(1);
 pub(crate) const LONGEST_MESSAGE: usize = LONGEST as usize - CHUNK;
 /// The most bytes of values that each part repeats.
 const MOST_REPEATED: usize = 64 << 20;
+/// The table that says what came of a recording: its counts, or why it ended early.
+pub(crate) const TABLE: &str = "recording";
 /// The name of the compression.
 const COMPRESSION: &str = "lz4";
 
@@ -170,9 +173,18 @@ impl Writer {
             return Err(RecordError::file(&path, &"the recording has ended"));
         };
         act(part, &self.channels).map_err(|error| {
-            self.part = None;
+            self.end_early(&error);
             RecordError::file(&path, &error)
         })
+    }
+
+    /// Ends the present part where it is whole, because nothing more can be written.
+    fn end_early(&mut self, reason: &impl Display) {
+        if let Some(mut part) = self.part.take() {
+            // A disk that cannot reserve room may have none for the summary. The file opens
+            // without it.
+            let _ = part.end_early(&without_number(reason));
+        }
     }
 
     /// Adds a channel: its topic, its encoding (`cdr`, `json`), its schema and what else is known
@@ -249,8 +261,8 @@ impl Writer {
         {
             if self.oldest == self.number {
                 let kib = self.limits.keep_free >> 10;
-                self.close()?;
                 let reason = format!("the disk has less than {kib} KiB free, which are kept");
+                self.end_early(&reason);
                 return Err(RecordError::file(&self.file(self.number), &reason));
             }
             let oldest = self.file(self.oldest);
@@ -364,7 +376,7 @@ impl Writer {
 
     fn close(&mut self) -> Result<(), RecordError> {
         self.check_file()?;
-        self.with(Part::finish)?;
+        self.with(|part, _| part.finish())?;
         self.part = None;
         Ok(())
     }
@@ -412,5 +424,7 @@ mod tests {
         assert_eq!(left, [false, false, true]);
         let info = crate::bag::Info::read(&files[2]).expect("a recording");
         assert_eq!((info.messages(), info.faults.is_none()), (1, true));
+        let ended = &info.metadata[TABLE]["ended"];
+        assert!(ended.contains("free, which are kept"), "{ended}");
     }
 }

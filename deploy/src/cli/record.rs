@@ -189,7 +189,7 @@ fn end(
         Sink::File(file) => {
             let parts = file.finish().map_err(|error| {
                 let text = format!(
-                    "the recording has stopped: {error}; the network runs on, and the file holds all chunks before"
+                    "the recording has stopped: {error}; the network runs on, and the file holds what was written before"
                 );
                 Failure(3, text)
             })?;

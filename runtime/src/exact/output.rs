@@ -2,7 +2,8 @@
 //! then the recording ends, and the log says so. It ends before the disk is full.
 
 use rc_files::{Disk, DiskChange};
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -15,6 +16,19 @@ const QUEUE: usize = 64 * 1024 * 1024;
 const FLUSH: Duration = Duration::from_millis(500);
 /// The longest recording, in bytes.
 pub(super) const LONGEST: u64 = 4 << 30;
+
+/// The file of a recording.
+pub(super) trait Target: Write + Send + 'static {
+    /// Leaves the first bytes only. What is written next follows them.
+    fn cut(&mut self, length: u64) -> io::Result<()>;
+}
+
+impl Target for File {
+    fn cut(&mut self, length: u64) -> io::Result<()> {
+        self.set_len(length)?;
+        self.seek(SeekFrom::Start(length)).map(drop)
+    }
+}
 
 /// The thread, and what waits for it.
 #[derive(Debug)]
@@ -68,7 +82,7 @@ impl Output {
     /// Writes into `file`, at most `longest` bytes, while `disk` is not full, of which so many bytes
     /// are `free`. `close` writes what belongs at the end of a recording that ends early.
     pub(super) fn begin(
-        mut file: impl Write + Send + 'static,
+        mut file: impl Target,
         longest: u64,
         mut disk: Disk,
         free: impl Fn() -> u64 + Send + 'static,
@@ -78,41 +92,31 @@ impl Output {
         let taken = Arc::clone(&queue);
         let thread = std::thread::Builder::new().name("exact".to_owned());
         let thread = thread.spawn(move || {
+            let mut end = Vec::new();
+            close(&mut end);
             let mut written = 0;
             while let Some(bytes) = taken.take() {
-                let is_full = matches!(disk.look(free()), Some(DiskChange::Full { .. }));
-                let mut result = Ok(());
-                if !is_full {
-                    written += bytes.len() as u64;
-                    result = file.write_all(&bytes);
+                let length = bytes.len() as u64;
+                let reason = if let Some(DiskChange::Full { .. }) = disk.look(free()) {
+                    let kept = disk.floor() >> 20;
+                    format!("its disk has less than {kept} MiB free, which are kept (--keep-free)")
+                } else if written + length + end.len() as u64 > longest {
+                    format!("it has {} MiB, which is the limit", written >> 20)
+                } else if let Err(error) = file.write_all(&bytes) {
+                    format!("it cannot be written: {error}")
+                } else {
+                    written += length;
+                    continue;
+                };
+                tracing::error!("the exact recording ends: {reason}");
+                taken.end();
+                // A file that is full holds whole turns, and an end if that has room.
+                // Nothing has begun on a disk that was full before.
+                let whole = file.cut(written);
+                if whole.is_ok() && written > 0 && file.write_all(&end).is_err() {
+                    let _ = file.cut(written);
                 }
-                if result.is_ok() && (is_full || written >= longest) {
-                    let mut end = Vec::new();
-                    close(&mut end);
-                    // Nothing has begun on a disk that was full before.
-                    if written > 0 {
-                        result = file.write_all(&end);
-                    }
-                    if is_full {
-                        let kept = disk.floor() >> 20;
-                        tracing::error!(
-                            "the exact recording ends: its disk has less than {kept} MiB free, which are kept (--keep-free)"
-                        );
-                    } else {
-                        let limit = longest >> 20;
-                        tracing::error!(
-                            "the exact recording ends: it has {limit} MiB, which is the limit"
-                        );
-                    }
-                    taken.end();
-                }
-                if let Err(error) = result {
-                    tracing::error!("the exact recording ends: it cannot be written: {error}");
-                    taken.end();
-                }
-                if taken.waiting().has_ended {
-                    return;
-                }
+                return;
             }
         })?;
         Ok(Self {
@@ -170,7 +174,14 @@ mod tests {
     /// Only a fault lets it pass.
     const LIMIT: Duration = Duration::from_mins(1);
 
+    /// Tells what is written, and that it is cut.
     struct Told(Sender<Vec<u8>>);
+
+    impl Target for Told {
+        fn cut(&mut self, _: u64) -> io::Result<()> {
+            Ok(())
+        }
+    }
 
     impl Write for Told {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -203,19 +214,73 @@ mod tests {
     #[test]
     fn a_recording_has_a_limit_and_an_end() {
         let (told, written) = channel();
-        let longest = 2 * BLOCK as u64;
+        let longest = 2 * BLOCK as u64 + 1;
         let output = Output::begin(Told(told), longest, Disk::new(0), || 0, close);
         let output = output.expect("a thread");
-        let mut pushed = 0;
-        while output.push(|out| out.extend([7; 1024])) {
-            pushed += 1;
-            assert!(pushed < 1_000_000, "it does not end");
-            std::thread::yield_now();
+        let block = || output.push(|out| out.resize(BLOCK, 7));
+        for _ in 0..2 {
+            assert!(block());
+            assert_eq!(written.recv_timeout(LIMIT).map(|it| it.len()), Ok(BLOCK));
         }
+        assert!(block());
+        assert_eq!(written.recv_timeout(LIMIT), Ok(b".".to_vec()));
+        assert!(!block());
         drop(output);
-        let all: Vec<u8> = written.into_iter().flatten().collect();
-        assert!(all.len() > 2 * BLOCK);
-        assert_eq!(all.last(), Some(&b'.'));
+        assert!(written.recv().is_err(), "nothing follows the end");
+    }
+
+    /// A file on a disk with so much room.
+    struct Full {
+        file: File,
+        room: usize,
+    }
+
+    impl Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let fits = bytes.len().min(self.room);
+            if fits == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            let written = self.file.write(&bytes[..fits])?;
+            self.room -= written;
+            Ok(written)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            self.file.flush()
+        }
+    }
+
+    impl Target for Full {
+        fn cut(&mut self, length: u64) -> io::Result<()> {
+            self.room += (self.file.metadata()?.len() - length) as usize;
+            self.file.cut(length)
+        }
+    }
+
+    #[test]
+    fn a_file_on_a_full_disk_holds_whole_turns_and_an_end() {
+        let file = tempfile::tempfile().expect("a file");
+        let target = Full {
+            file: file.try_clone().expect("the file"),
+            room: BLOCK + BLOCK / 2,
+        };
+        let output = Output::begin(target, LONGEST, Disk::new(0), || 0, close);
+        let output = output.expect("a thread");
+        // What does not fit is no part of the file.
+        for expected in [BLOCK, BLOCK + 1] {
+            assert!(output.push(|out| out.resize(BLOCK, 7)));
+            let begun = Instant::now();
+            while file.metadata().expect("the file").len() as usize != expected {
+                assert!(begun.elapsed() < LIMIT, "it is never {expected} long");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+        let mut last = [0; 2];
+        let at = BLOCK as u64 - 1;
+        std::os::unix::fs::FileExt::read_exact_at(&file, &mut last, at).expect("to read");
+        assert_eq!(&last, b"\x07.");
+        drop(output);
     }
 
     /// What is written while so many bytes are free at one look after the other.

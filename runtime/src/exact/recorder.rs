@@ -80,7 +80,9 @@ impl Recorder {
         write::channel(&mut begin, CHANNEL, SCHEMA, &topic, "cdr", metadata);
         let asked = file.try_clone()?;
         let free = move || Disk::free_of(&asked);
-        let output = Output::begin(file, LONGEST, disk, free, close)?;
+        // A larger file ends the process by a signal.
+        let longest = LONGEST.min(Disk::largest_file());
+        let output = Output::begin(file, longest, disk, free, close)?;
         output.push(|out| out.extend(begin));
         let recorder = Self {
             shared,

@@ -1,6 +1,8 @@
 //! The free space of a disk, and when it is too little.
 
-use rustix::fs::{StatVfs, fstatvfs, statvfs};
+use rustix::fs::{FallocateFlags, StatVfs, fallocate, fstatvfs, statvfs};
+use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
 use std::io;
 use std::os::fd::AsFd;
 use std::path::Path;
@@ -69,6 +71,27 @@ impl Disk {
         disk.map_or(0, |disk| {
             (disk.f_blocks.saturating_mul(disk.f_frsize) / 20).min(USUAL_FLOOR)
         })
+    }
+
+    /// Asks the disk for room for the bytes `at..at + length` of a file, before they are written.
+    /// The size of the file stays. Where a disk cannot reserve, nothing is promised.
+    ///
+    /// # Errors
+    /// The disk or the user's share of it is full, or a file of this process must not have this
+    /// size (`ulimit -f`); writing it would end the process by SIGXFSZ.
+    pub fn reserve(file: impl AsFd, at: u64, length: u64) -> io::Result<()> {
+        if at.saturating_add(length) > Self::largest_file() {
+            return Err(Errno::FBIG.into());
+        }
+        match fallocate(file, FallocateFlags::KEEP_SIZE, at, length) {
+            Err(error @ (Errno::NOSPC | Errno::DQUOT | Errno::FBIG)) => Err(error.into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The largest file that this process may write, in bytes (`ulimit -f`).
+    pub fn largest_file() -> u64 {
+        getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX)
     }
 
     /// Takes the present number of free bytes. Returns whether that changes something.

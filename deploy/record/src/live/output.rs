@@ -5,6 +5,7 @@ use super::recording_clock::RecordingClock;
 use crate::content::{AttachedFile, NewChannel};
 use crate::schema::Schema;
 use crate::sink::Sink;
+use crate::writer::TABLE;
 use crate::{ENCAPSULATION, keys, qos};
 use rc_management::component::{Parameters, Status};
 use rc_management::supervisor::Event;
@@ -265,7 +266,7 @@ impl Output {
         ] {
             table.insert(name.to_owned(), count.to_string());
         }
-        self.sink.table("recording", table);
+        self.sink.table(TABLE, table);
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod damaged;
 mod files;
+mod full;
 mod hostile;
 mod latched;
 mod strangers;
