@@ -3,7 +3,7 @@
 use crate::model::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_idsl::model::{Member, Type, TypeDeclKind, TypeId};
-use rc_prototypes::model::{Content, Library, Prototype};
+use rc_prototypes::model::{Library, Prototype};
 use rc_syntax::{Loader, Name};
 use std::sync::Arc;
 
@@ -40,10 +40,8 @@ fn named(component: &Component, prototypes: &Library, found: &mut Diagnostics) {
         Diagnostic::error("unknown-prototype", name.span, message).suggest(&name.text, known)
     };
     let mut check = |name: &Name, of: &str, ty: Option<String>| {
-        let is_own = |of: &Prototype| {
-            matches!(&of.content, Content::Values { language, ty: own, .. }
-                if language == "IDSL" && ty.as_ref() == Some(own))
-        };
+        let is_own =
+            |of: &Prototype| of.interface_type().is_some() && of.interface_type() == ty.as_deref();
         let Some(prototype) = prototypes.prototype(&name.text) else {
             // Interfaces are shared: what this component does not import may be another one's.
             if prototypes.prototypes.iter().any(is_own) {

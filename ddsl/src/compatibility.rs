@@ -2,6 +2,7 @@
 
 use crate::conversion::Conversion;
 use crate::endpoint::{Endpoint, slot};
+use crate::meaning::Meanings;
 use crate::model::{Deployment, Setting};
 use crate::units;
 use rc_cdsl::Component;
@@ -18,6 +19,7 @@ pub(crate) struct CompatibilityChecker<'a> {
     deployment: &'a Deployment,
     components: &'a [Option<&'a Component>],
     texts: HashMap<Endpoint, Rc<[String]>>,
+    meanings: Meanings,
 }
 
 impl<'a> CompatibilityChecker<'a> {
@@ -26,6 +28,7 @@ impl<'a> CompatibilityChecker<'a> {
             deployment,
             components,
             texts: HashMap::new(),
+            meanings: Meanings::default(),
         }
     }
 
@@ -139,7 +142,7 @@ impl<'a> CompatibilityChecker<'a> {
             })
         };
         let [ours, theirs] = [end(consumer, &names[0]), end(provider, &names[1])];
-        units::compare(line, ours?, theirs?, found)
+        units::compare(line, ours?, theirs?, &self.meanings, found)
     }
 
     /// The middleware that an endpoint has by its component or the network. `None`: its connections

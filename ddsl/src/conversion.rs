@@ -2,13 +2,15 @@
 //! consumer.
 
 use crate::image::image_items;
-use crate::meaning::{Chosen, Meaning, chosen, meaning, prototype};
+use crate::meaning::{Chosen, Meaning, Meanings, Unmeant, chosen, has_prefix, prototype};
 use crate::units::End;
 use rc_conversion::{Item, Number, Part, Place, Plan};
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_quantity::{Conversion as Factor, Unit};
+use std::collections::HashSet;
 use std::fmt;
+use std::rc::Rc;
 
 /// What a connection converts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -99,7 +101,11 @@ pub(crate) enum NoPlan {
 }
 
 /// The plan of a connection whose types are equal and whose units convert.
-pub(crate) fn plan(consumer: End<'_>, provider: End<'_>) -> Result<Conversion, NoPlan> {
+pub(crate) fn plan(
+    consumer: End<'_>,
+    provider: End<'_>,
+    meanings: &Meanings,
+) -> Result<Conversion, NoPlan> {
     let mut out = Conversion {
         members: Vec::new(),
         plan: Plan::default(),
@@ -111,6 +117,7 @@ pub(crate) fn plan(consumer: End<'_>, provider: End<'_>) -> Result<Conversion, N
         let back = Pair {
             from: provider,
             to: consumer,
+            meanings,
         };
         // Requests travel to the provider, samples and replies to the consumer.
         let there = if consumer.subscribes {
@@ -119,6 +126,7 @@ pub(crate) fn plan(consumer: End<'_>, provider: End<'_>) -> Result<Conversion, N
             Pair {
                 from: consumer,
                 to: provider,
+                meanings,
             }
         };
         let ours = &consumer.library.interface(consumer.interface).operations[at];
@@ -283,6 +291,7 @@ fn joined(items: Vec<Item>) -> Vec<Item> {
 pub(crate) struct Pair<'a> {
     pub(crate) from: End<'a>,
     pub(crate) to: End<'a>,
+    pub(crate) meanings: &'a Meanings,
 }
 
 /// The prototypes that the sender and the receiver choose for a type.
@@ -298,14 +307,24 @@ struct Members<'o> {
 
 /// The numbers of a structure that its formula converts, in the order of the message.
 pub(crate) struct Marks {
-    pub(crate) meaning: Meaning,
-    pub(crate) found: Vec<String>,
+    meaning: Known,
+    found: Vec<String>,
     /// The path of the members that come next, with a dot.
     pub(crate) prefix: String,
 }
 
+/// What a structure means at both ends, of which a connection converts one into the other.
+#[derive(Clone)]
+pub(crate) struct Known(Rc<Result<Meaning, Unmeant>>);
+
+impl Known {
+    pub(crate) fn get(&self) -> Option<&Meaning> {
+        self.0.as_ref().as_ref().ok()
+    }
+}
+
 impl Marks {
-    pub(crate) fn new(meaning: Meaning) -> Self {
+    pub(crate) fn new(meaning: Known) -> Self {
         Self {
             meaning,
             found: Vec::new(),
@@ -315,9 +334,10 @@ impl Marks {
 
     /// Whether the value at the prefix, or a part of it, belongs to the formula.
     pub(crate) fn has(&self) -> bool {
-        let members = &self.meaning.members;
-        members.contains(self.prefix.trim_end_matches('.'))
-            || members.iter().any(|path| path.starts_with(&self.prefix))
+        self.meaning.get().is_some_and(|meaning| {
+            let members = &meaning.members;
+            members.contains(self.prefix.trim_end_matches('.')) || has_prefix(members, &self.prefix)
+        })
     }
 
     /// Takes the number at the prefix, or the numbers of an array there.
@@ -334,10 +354,12 @@ impl Marks {
 
     /// The values with their formula. `None` if not all numbers were found.
     pub(crate) fn group(self, items: Vec<Item>) -> Option<Item> {
-        let mut wanted = self.meaning.members.iter();
-        let formula = self.meaning.formula(&self.found);
+        let meaning = self.meaning.get()?;
+        let found: HashSet<&String> = self.found.iter().collect();
+        let formula = meaning.formula(&self.found);
+        let mut wanted = meaning.members.iter();
         wanted
-            .all(|path| self.found.contains(path))
+            .all(|path| found.contains(path))
             .then_some(Item::Group { items, formula })
     }
 }
@@ -349,10 +371,11 @@ impl<'a> Pair<'a> {
         from: TypeId,
         to: TypeId,
         chosen: ChosenPair<'a>,
-    ) -> Option<Meaning> {
+    ) -> Option<Known> {
         let own = prototype(self.from, from, chosen.0).ok().flatten()?;
         let their = prototype(self.to, to, chosen.1).ok().flatten()?;
-        meaning((self.from, own), (self.to, their)).ok()
+        let known = Known(self.meanings.of((self.from, own), (self.to, their)));
+        known.get().is_some().then_some(known)
     }
 
     /// What the only parameter chooses for its type.
@@ -425,21 +448,19 @@ impl<'a> Pair<'a> {
         }
         let outer = found.marks.take();
         let meaning = self.meaning(from, to, chosen);
-        let what = meaning.as_ref().map(|meaning| meaning.what.clone());
-        let is_identity = meaning.as_ref().is_some_and(|meaning| meaning.is_identity);
-        found.marks = meaning.map(Marks::new);
+        found.marks = meaning.clone().map(Marks::new);
         let mut items = self.members(&path, whole, one, other, found)?;
         let marks = std::mem::replace(&mut found.marks, outer);
-        let (Some(marks), Some(what)) = (marks, what) else {
+        let (Some(marks), Some(meaning)) = (marks, meaning.as_ref().and_then(Known::get)) else {
             return Ok(items);
         };
-        if is_identity {
+        if meaning.is_identity {
             items.iter_mut().for_each(unmark);
             return Ok(items);
         }
         let converted = Converted::Meaning {
             path: path.clone(),
-            what,
+            what: meaning.what.clone(),
         };
         if !found.out.contains(&converted) {
             found.out.push(converted);
@@ -466,6 +487,11 @@ impl<'a> Pair<'a> {
         if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
             && let Some((array, number)) = numbers(self.from.library, from)
         {
+            // An array may have 2^32 numbers: they are counted before any of them is named.
+            let further = array.unwrap_or(1).saturating_sub(1);
+            let left = usize::try_from(further).ok();
+            let left = left.and_then(|further| found.left.checked_sub(further));
+            *found.left = left.ok_or(NoPlan::TooLarge)?;
             marks.take(array);
             return Ok(vec![Item::Marked(array.unwrap_or(1), number)]);
         }

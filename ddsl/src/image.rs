@@ -1,6 +1,6 @@
 //! The plan for values that travel in place, as memory images.
 
-use crate::conversion::{ChosenPair, Marks, Pair, between, kind, numbers, unmark};
+use crate::conversion::{ChosenPair, Known, Marks, Pair, between, kind, numbers, unmark};
 use crate::meaning::chosen;
 use rc_conversion::Item;
 use rc_idsl::model::{Layout, Member, Type, TypeDeclKind, TypeId};
@@ -65,7 +65,8 @@ impl Image {
         }
         let outer = self.marks.take();
         let meaning = pair.meaning(from, to, chosen);
-        let is_identity = meaning.as_ref().is_some_and(|meaning| meaning.is_identity);
+        let known = meaning.as_ref().and_then(Known::get);
+        let is_identity = known.is_some_and(|meaning| meaning.is_identity);
         self.marks = meaning.map(Marks::new);
         let start = self.items.len();
         self.members(pair, whole, (one, other), offset);

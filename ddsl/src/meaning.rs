@@ -7,10 +7,13 @@ use rc_formula::Operand as Term;
 use rc_formula::Operation as Done;
 use rc_idsl::model::{Member, TypeId};
 use rc_plans::{Kind, Plan, Refusal};
-use rc_prototypes::model::{Content, Datum, Prototype};
+use rc_prototypes::model::{Content, Covariance, Library, Part, Prototype};
 use rc_quantity::Unit;
 use rc_vocabulary::Primitive;
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Bound;
+use std::rc::Rc;
 
 /// The prototype that a member, or `sequence` of a prototype, chooses for a type.
 pub(crate) type Chosen<'a> = Option<&'a Prototype>;
@@ -26,10 +29,7 @@ fn of_type(end: End<'_>, id: TypeId, is_sequence: bool) -> Vec<&Prototype> {
     let path = end.library.type_path(id);
     let all = end.prototypes.prototypes.iter();
     all.filter(|of| of.sequence.is_some() == is_sequence)
-        .filter(|of| {
-            matches!(&of.content, Content::Values { language, ty, .. }
-                if language == "IDSL" && *ty == path)
-        })
+        .filter(|of| of.interface_type() == Some(path.as_str()))
         .collect()
 }
 
@@ -77,6 +77,43 @@ pub(crate) struct Meaning {
     pub(crate) code: &'static str,
 }
 
+/// Whether a path of these begins with the prefix.
+pub(crate) fn has_prefix(paths: &BTreeSet<String>, prefix: &str) -> bool {
+    let mut behind = paths.range::<str, _>((Bound::Included(prefix), Bound::Unbounded));
+    behind.next().is_some_and(|path| path.starts_with(prefix))
+}
+
+/// A prototype of a library, by the place of the library and the name.
+type Key = (*const Library, String);
+
+/// What structures mean at both ends. The check of a connection and its plans, for the message and
+/// for its image, ask for the same pairs: each is planned once.
+#[derive(Default)]
+pub(crate) struct Meanings {
+    known: RefCell<HashMap<(Key, Key), Rc<Result<Meaning, Unmeant>>>>,
+}
+
+impl Meanings {
+    /// How values of one prototype become those of another one. Both libraries live as long as this.
+    pub(crate) fn of(
+        &self,
+        (sender, from): (End<'_>, &Prototype),
+        (receiver, to): (End<'_>, &Prototype),
+    ) -> Rc<Result<Meaning, Unmeant>> {
+        let key = |end: End<'_>, of: &Prototype| {
+            let library: *const Library = end.prototypes;
+            (library, of.name.clone())
+        };
+        let key = (key(sender, from), key(receiver, to));
+        if let Some(known) = self.known.borrow().get(&key) {
+            return Rc::clone(known);
+        }
+        let found = Rc::new(meaning((sender, from), (receiver, to)));
+        self.known.borrow_mut().insert(key, Rc::clone(&found));
+        found
+    }
+}
+
 /// Why a structure is not converted.
 pub(crate) enum Unmeant {
     Refused(Refusal),
@@ -84,24 +121,29 @@ pub(crate) enum Unmeant {
     Function(String),
     /// A connection would leave the covariance as it is.
     Covariance,
+    /// This composite does not say which members hold its parts.
+    Places(String),
 }
 
-fn data(prototype: &Prototype) -> &[Datum] {
-    match &prototype.content {
-        Content::Values { data, .. } => data,
-        Content::Parts(_) => &[],
-    }
+/// The members with the numbers of a prototype, and so many of its covariance.
+fn members(end: End<'_>, of: &Prototype, spread: usize) -> Result<Vec<String>, Unmeant> {
+    let numbers = end.prototypes.numbers(of);
+    let numbers = numbers.ok_or_else(|| Unmeant::Places(of.name.clone()))?;
+    let covariance = of.covariance.iter().map(|of| &of.member);
+    let covariance = covariance.flat_map(|of| (0..spread).map(move |at| format!("{of}.{at}")));
+    let values = numbers.into_iter().map(|datum| datum.member);
+    Ok(values.chain(covariance).collect())
 }
 
 /// `right-ahead-up`
-fn directions(library: &rc_prototypes::model::Library, name: Option<&String>) -> Option<String> {
+fn directions(library: &Library, name: Option<&String>) -> Option<String> {
     let mut all = library.axes.iter();
     let axes = all.find(|axes| Some(&axes.name) == name)?;
     Some(axes.directions.replace(", ", "-"))
 }
 
 /// How values of one prototype become those of another one.
-pub(crate) fn meaning(
+fn meaning(
     (sender, from): (End<'_>, &Prototype),
     (receiver, to): (End<'_>, &Prototype),
 ) -> Result<Meaning, Unmeant> {
@@ -113,10 +155,12 @@ pub(crate) fn meaning(
     if let Some(function) = plan.program.functions().next() {
         return Err(Unmeant::Function(function.to_owned()));
     }
-    let members = |of: &Prototype| -> Vec<String> {
-        data(of).iter().map(|datum| datum.member.clone()).collect()
-    };
-    let (ours, theirs) = (members(from), members(to));
+    let values = sender.prototypes.numbers(from).map_or(0, |of| of.len());
+    let spread = plan.program.inputs().saturating_sub(values);
+    let (ours, theirs) = (
+        members(sender, from, spread)?,
+        members(receiver, to, spread)?,
+    );
     let kinds: BTreeSet<Kind> = plan
         .steps
         .iter()
@@ -135,9 +179,9 @@ pub(crate) fn meaning(
     let mut parts = Vec::new();
     for kind in &kinds {
         match (kind, &axes) {
-            (Kind::Unit, _) => parts.push(units(from, to)),
+            (Kind::Unit, _) => parts.push(units((sender, from), (receiver, to))),
             (Kind::Axes, Some((own, wanted))) => parts.push(format!("axes {own} → {wanted}")),
-            (Kind::Coordinate, _) => parts.push(format!(
+            (Kind::Coordinate, _) if !coordinate(from).is_empty() => parts.push(format!(
                 "coordinates {} → {}",
                 coordinate(from),
                 coordinate(to)
@@ -169,8 +213,11 @@ pub(crate) fn meaning(
     meaning.is_identity =
         formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
     let (own, wanted) = (&from.covariance, &to.covariance);
+    let is_array = |of: &Covariance| of.number.is_some();
+    // Only numbers of arrays have places that a plan knows.
+    let converts = spread > 0 && own.iter().chain(wanted).all(is_array);
     let differ = own.is_some() && wanted.is_some() && own != wanted;
-    if differ || !meaning.is_identity && (own.is_some() || wanted.is_some()) {
+    if !converts && (differ || !meaning.is_identity && (own.is_some() || wanted.is_some())) {
         return Err(Unmeant::Covariance);
     }
     Ok(meaning)
@@ -184,12 +231,13 @@ fn coordinate(of: &Prototype) -> &str {
 }
 
 /// The first units that differ: `units mm ×1/1000 = m`.
-fn units(from: &Prototype, to: &Prototype) -> String {
-    let pairs = data(from).iter().zip(data(to));
-    let mut pairs = pairs.filter_map(|(one, other)| one.unit.as_ref().zip(other.unit.as_ref()));
+fn units((sender, from): (End<'_>, &Prototype), (receiver, to): (End<'_>, &Prototype)) -> String {
+    let numbers = |end: End<'_>, of| end.prototypes.numbers(of).unwrap_or_default();
+    let pairs = numbers(sender, from).into_iter().zip(numbers(receiver, to));
+    let mut pairs = pairs.filter_map(|(one, other)| one.unit.zip(other.unit));
     let differing = pairs.find(|(one, other)| one != other);
     let conversion = differing.and_then(|(one, other)| {
-        let units = Unit::parse(one).ok().zip(Unit::parse(other).ok())?;
+        let units = Unit::parse(&one).ok().zip(Unit::parse(&other).ok())?;
         let conversion = units.0.conversion_to(&units.1)?;
         Some(format!("units {one} {conversion} = {other}"))
     });
@@ -198,9 +246,20 @@ fn units(from: &Prototype, to: &Prototype) -> String {
 
 /// What a prototype says, in a few words: `Position (cartesian, x in mm, right-ahead-up)`.
 pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
-    let mut words = vec![coordinate(of).to_owned()];
-    let unit = data(of).iter().find_map(|datum| datum.unit.as_ref());
-    words.extend(unit.cloned());
+    let mut words = Vec::new();
+    match &of.content {
+        Content::Values {
+            coordinate, data, ..
+        } => {
+            words.push(coordinate.clone());
+            words.extend(data.iter().find_map(|datum| datum.unit.clone()));
+        }
+        Content::Parts(parts) => {
+            let inner = |part: &Part| end.prototypes.prototype(&part.prototype);
+            let inner = parts.iter().filter_map(inner);
+            words.extend(inner.map(|part| described(end, part)));
+        }
+    }
     words.extend(directions(end.prototypes, of.axes.as_ref()));
     format!("{} ({})", of.semantic, words.join(", "))
 }
@@ -209,12 +268,8 @@ impl Meaning {
     /// The formula over the members with these paths, which stand in the order of the message.
     /// Members that only the sender has a meaning for stay as they are.
     pub(crate) fn formula(&self, marks: &[String]) -> Formula {
-        let place = |path: &String| {
-            let place = marks.iter().position(|own| own == path);
-            place
-                .and_then(|at| u32::try_from(at).ok())
-                .unwrap_or(u32::MAX)
-        };
+        let places: HashMap<&str, u32> = marks.iter().map(String::as_str).zip(0..).collect();
+        let place = |path: &String| places.get(path.as_str()).copied().unwrap_or(u32::MAX);
         let mut steps: Vec<Step> = Vec::new();
         let mut values: Vec<Operand> = Vec::new();
         let term = |of: &Term, values: &[Operand]| match of {
@@ -277,10 +332,10 @@ impl Meaning {
             .iter()
             .map(|of| term(of, &values))
             .collect();
+        let own: BTreeMap<&String, &Operand> = self.to.iter().zip(&results).collect();
         let outputs = marks.iter().zip(0..).map(|(path, at)| {
-            let own = self.to.iter().position(|to| to == path);
-            own.and_then(|own| results.get(own).copied())
-                .unwrap_or(Operand::Input(at))
+            let own = own.get(path).copied().copied();
+            own.unwrap_or(Operand::Input(at))
         });
         Formula {
             outputs: outputs.collect(),

@@ -2,7 +2,9 @@
 //! prototypes, so ends whose types are equal can differ in them.
 
 use crate::conversion::{Conversion, NoPlan, effort, kind, plan};
-use crate::meaning::{Ambiguous, Chosen, Unmeant, chosen, described, meaning, prototype};
+use crate::meaning::{
+    Ambiguous, Chosen, Meanings, Unmeant, chosen, described, has_prefix, prototype,
+};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
@@ -39,6 +41,7 @@ pub(crate) fn compare(
     line: Line<'_>,
     consumer: End,
     provider: End,
+    meanings: &Meanings,
     found: &mut Diagnostics,
 ) -> Option<Conversion> {
     let declared = |end: End| end.library.interface(end.interface).name.span;
@@ -62,6 +65,7 @@ pub(crate) fn compare(
         seen: HashSet::new(),
         is_sent_by_consumer: false,
         agree: true,
+        meanings,
         found,
     };
     let operations = |end: End<'_>| end.library.interface(end.interface).operations.len();
@@ -74,7 +78,7 @@ pub(crate) fn compare(
     if line.convert.is_none() {
         return Some(nothing);
     }
-    match plan(consumer, provider) {
+    match plan(consumer, provider, meanings) {
         Ok(conversion) => {
             if conversion.members.is_empty() {
                 warn_without_effect(line, found);
@@ -122,6 +126,7 @@ struct Comparison<'a, 'f> {
     /// Whether the values that are compared travel from the consumer to the provider.
     is_sent_by_consumer: bool,
     agree: bool,
+    meanings: &'a Meanings,
     found: &'f mut Diagnostics,
 }
 
@@ -166,10 +171,7 @@ impl<'a> Comparison<'a, '_> {
                 members: of.members,
                 prefix,
             });
-            let has_parts = inner.is_some_and(|of| {
-                let mut members = of.members.iter();
-                members.any(|path| path.starts_with(of.prefix))
-            });
+            let has_parts = inner.is_some_and(|of| has_prefix(of.members, of.prefix));
             let is_number = meant
                 .zip(own.as_ref())
                 .is_some_and(|(of, own)| of.members.contains(own));
@@ -299,7 +301,7 @@ impl<'a> Comparison<'a, '_> {
             provider.name,
             described(provider, their)
         );
-        let error = match meaning(from, to) {
+        let error = match self.meanings.of(from, to).as_ref() {
             Ok(meaning) => {
                 if !meaning.is_identity && self.line.convert.is_none() {
                     let help = format!(
@@ -310,7 +312,7 @@ impl<'a> Comparison<'a, '_> {
                     self.agree = false;
                     self.report_at(error.help(help), declarations);
                 }
-                return Some(meaning.members);
+                return Some(meaning.members.clone());
             }
             Err(Unmeant::Refused(refusal)) => {
                 let message = format!("{message}: {refusal}");
@@ -320,6 +322,12 @@ impl<'a> Comparison<'a, '_> {
                 let message = format!("{message}: the covariance would stay as it is");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);
                 error.help("a connection does not convert covariances yet: convert in a component")
+            }
+            Err(Unmeant::Places(name)) => {
+                let message =
+                    format!("{message}: `{name}` does not say which members hold its parts");
+                let error = Diagnostic::error("no-conversion", self.line.span, message);
+                error.help("name them: `ddr = :: IDSL{TYPE} dr = { MEMBER = PART }`")
             }
             Err(Unmeant::Function(function)) => {
                 let message = format!("{message}: the function `{function}` would have to convert");

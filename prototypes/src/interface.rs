@@ -83,6 +83,35 @@ impl<'a> Interface<'a> {
         Some(here)
     }
 
+    /// `Module::Name`
+    pub(crate) fn name(&self) -> Option<String> {
+        match &self.ty {
+            Type::Named(id) => Some(self.library.type_path(*id)),
+            _ => None,
+        }
+    }
+
+    /// `Module::Name` of the structure that a member is. Reports an unknown member.
+    pub(crate) fn type_at(&self, path: &str, at: Span, found: &mut Diagnostics) -> Option<String> {
+        let member = self.path(path, at, found)?;
+        match self.library.resolved(&member.ty) {
+            Type::Named(id) => Some(self.library.type_path(*id)),
+            _ => None,
+        }
+    }
+
+    /// The numbers of a member that is an array of them.
+    pub(crate) fn element(&self, path: &str, at: Span) -> Option<Primitive> {
+        let member = self.path(path, at, &mut Diagnostics::new())?;
+        let Type::Array(element, _) = self.library.resolved(&member.ty) else {
+            return None;
+        };
+        match self.library.resolved(element) {
+            Type::Primitive(number) if *number != Primitive::Bool => Some(*number),
+            _ => None,
+        }
+    }
+
     /// The length of a member that is an array.
     pub(crate) fn length(&self, path: &str, at: Span) -> Option<u32> {
         let member = self.path(path, at, &mut Diagnostics::new())?;

@@ -77,6 +77,9 @@ pub struct Prototype {
     pub domain: String,
     /// What it means.
     pub semantic: String,
+    /// The type of an interface that holds the parts of a composite: `Module::Name`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub composite: Option<String>,
     /// Its values, or its parts.
     pub content: Content,
     /// The name of its axes.
@@ -160,6 +163,9 @@ pub struct Covariance {
     pub order: Option<String>,
     /// Whether its turns are about the fixed or the moving axes.
     pub rotation: Option<String>,
+    /// How its numbers are stored, where it is an array of numbers of an interface.
+    #[serde(serialize_with = "word", skip_serializing_if = "Option::is_none")]
+    pub number: Option<Primitive>,
 }
 
 /// `view OF.PART -> TARGET { … }`
@@ -186,10 +192,40 @@ pub struct Conversion {
     pub function: String,
 }
 
+impl Prototype {
+    /// The type of an interface whose values it gives a meaning: `Module::Name`.
+    pub fn interface_type(&self) -> Option<&str> {
+        match &self.content {
+            Content::Values { language, ty, .. } => (language == "IDSL").then_some(ty),
+            Content::Parts(_) => self.composite.as_deref(),
+        }
+    }
+}
+
 impl Library {
     /// The prototype with this name.
     pub fn prototype(&self, name: &str) -> Option<&Prototype> {
         self.prototypes.iter().find(|found| found.name == name)
+    }
+
+    /// The numbers of a prototype with their places in its type: its own, or those of its parts, in
+    /// their order. `None` if a part is a sequence, or if no member is said to hold it.
+    pub fn numbers(&self, of: &Prototype) -> Option<Vec<Datum>> {
+        let parts = match &of.content {
+            Content::Values { data, .. } => return Some(data.clone()),
+            Content::Parts(parts) => parts,
+        };
+        let mut out = Vec::new();
+        for part in parts {
+            let member = part.member.as_ref()?;
+            let inner = self.prototype(&part.prototype);
+            let inner = inner.filter(|inner| inner.sequence.is_none())?;
+            out.extend(self.numbers(inner)?.into_iter().map(|datum| Datum {
+                member: format!("{member}.{}", datum.member),
+                ..datum
+            }));
+        }
+        Some(out)
     }
 
     /// The abstract type with this name.

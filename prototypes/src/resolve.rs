@@ -53,6 +53,7 @@ fn resolved(imports: Imports<'_>) -> (Library, Diagnostics) {
         ddrs: BTreeMap::new(),
         units: BTreeMap::new(),
         prototypes: BTreeMap::new(),
+        held: BTreeMap::new(),
     };
     let items = || files.iter().flat_map(|file: &File| &file.items);
     items().for_each(|item| resolver.declare(item));
@@ -91,6 +92,8 @@ struct Resolver<'f> {
     units: BTreeMap<&'f str, Units<'f>>,
     /// What each prototype means.
     prototypes: BTreeMap<&'f str, Meaning<'f>>,
+    /// The parts of each composite in a type of an interface: prototype, member, and its type.
+    held: BTreeMap<&'f str, Vec<(String, String, Option<String>)>>,
 }
 
 /// The domain of a prototype, and what it means there.

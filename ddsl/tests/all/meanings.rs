@@ -381,6 +381,92 @@ fn images_have_the_same_formula() {
     expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:q[{B3f!|n@0;=@1&$0&@2}],0I:8x3<0,16:{4x3f!|n@0;=@1&$0&@2}>"].assert_eq(&made);
 }
 
+/// A prototype of a structure with a position, an orientation and their covariance.
+fn pose(units: &str, axes: &str, order: &str) -> String {
+    format!(
+        "import \"Laser.idsl\";
+         axes own :: {axes}
+         algebraic named :: Scalar{{x, y, z}}
+         algebraic turned :: Scalar{{x, y, z, w}}
+         units own :: qudt, named {{ x = {units}, y = {units}, z = {units} }}
+         dproto place :: geometry {{ semantic = Position coord = cartesian algebraic = named
+             ddr = :: IDSL{{L::V}} dr = {{ x = x, y = y, z = z }} units = own }}
+         dproto turn :: geometry {{ semantic = Orientation coord = quaternion algebraic = turned
+             ddr = :: IDSL{{L::Q}} dr = {{ x = x, y = y, z = z, w = w }} }}
+         dproto pose :: geometry {{ semantic = Pose composes = {{ Position = place, Orientation = turn }}
+             ddr = :: IDSL{{L::Pose}} dr = {{ p = Position, q = Orientation }} axes = own
+             covariance = {{ member spread, order = {order} }} }}"
+    )
+}
+
+const POSE: &str = "module L { struct V { double x; double y; double z; }; struct Q { double x; double y; double z; double w; };
+    struct Pose { string frame; V p; Q q; double spread[36]; };
+    interface Laser { void push(Pose pose); }; };";
+
+/// A composite converts as a whole, with its covariance.
+#[test]
+fn a_pose_converts_with_its_covariance() {
+    let (ours, theirs) = (pose("m", ROS, "xyz_rpy"), pose("mm", LIDAR, "rpy_xyz"));
+    check(
+        POSE,
+        &ours,
+        &theirs,
+        "",
+        &expect![[r#"
+            n.ddsl:3:11: error[unit-mismatch]: `a.Laser` expects `L::Pose` as Pose (Position (cartesian, m), Orientation (quaternion), ahead-left-up), but `b.Laser` sends it as Pose (Position (cartesian, mm), Orientation (quaternion), right-ahead-up); the consumer's declaration at Laser.idsl:2:12; the provider's declaration at Laser.idsl:2:12 (they mean the same: `bind a.Laser -> b.Laser { convert; };` converts (units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up, composition; 65 operations a value))
+        "#]],
+    );
+    let made = converted(POSE, ["subscribesTo", "publishes"], &ours, &theirs);
+    let text = made.rsplit_once(" by ").expect("a plan").1;
+    let plan: rc_conversion::Plan = text.parse().expect("a plan");
+    let program = plan
+        .program(0, rc_conversion::Place::Input)
+        .expect("a program");
+    // "x" and its zero, then numbers of 8 bytes.
+    let mut bytes = [&2_u32.to_le_bytes()[..], b"x\0\0\0"].concat();
+    bytes.resize(8, 0);
+    let mut numbers = vec![1000.0, 2000.0, 3000.0, 0.6, 0.0, 0.0, 0.8];
+    // The variance of each number is its place, turns first, and one covariance: of y and yaw.
+    numbers.extend((0..36).map(|at| match (at / 6, at % 6) {
+        (row, column) if row == column => f64::from(row + 1),
+        (2, 4) | (4, 2) => 500.0,
+        _ => 0.0,
+    }));
+    numbers
+        .iter()
+        .for_each(|number: &f64| bytes.extend(number.to_le_bytes()));
+    assert_eq!(program.run(&mut bytes, 0), Ok(bytes.len()));
+    let places: Vec<usize> = (0..43).map(|at| 8 + 8 * at).collect();
+    let found = read(&bytes, &places);
+    // right, ahead, up in mm becomes ahead, left, up in m.
+    assert_eq!(found[..7], [2.0, -1.0, 3.0, 0.0, -0.6, 0.0, 0.8]);
+    let at = |row: usize, column: usize| found[7 + 6 * row + column];
+    let diagonal: Vec<f64> = (0..6).map(|row| at(row, row)).collect();
+    assert_eq!(diagonal, [5e-6, 4e-6, 6e-6, 2.0, 1.0, 3.0]);
+    // y, ahead, is x now, in m.
+    assert_eq!((at(0, 5), at(5, 0)), (0.5, 0.5));
+}
+
+/// A hostile `.idsl` costs no memory in proportion to the lengths that it names.
+#[test]
+fn the_numbers_of_an_array_are_counted_before_they_are_listed() {
+    let idsl =
+        "module L { struct P { double v[4294967295]; }; interface Laser { void push(P p); }; };";
+    let of = |axes: &str| {
+        point("m", axes, "").replace("x = x, y = y, z = z }", "v.0 = x, v.1 = y, v.2 = z }")
+    };
+    check(
+        idsl,
+        &of(ROS),
+        &of(LIDAR),
+        "bind a.Laser -> b.Laser { convert; };",
+        &expect![[r#"
+            n.ddsl:2:27: error[not-convertible]: `a.Laser` has an interface of too many members to convert (a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface)
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+}
+
 #[test]
 fn numbers_may_be_in_parts_and_in_elements_of_a_sequence() {
     let idsl = "module L { struct V { double a[3]; bool valid; }; struct P { string name; V v; @unit(\"s\") float age; };

@@ -41,6 +41,12 @@ impl Factor {
         is_plain.then_some((self.numerator, self.denominator))
     }
 
+    /// Whether it multiplies and divides only: nothing is added.
+    #[must_use]
+    pub fn is_scale(&self) -> bool {
+        self.offset.is_none()
+    }
+
     /// The number of multiplications, divisions and additions for one value. A factor of 1 costs
     /// nothing.
     #[must_use]

@@ -90,7 +90,7 @@ fn pose_of_parts<'r>(
 }
 
 /// The place of a number of a homogeneous matrix for column vectors, as a role of these coordinates.
-fn role(coordinate: &str, row: usize, column: usize) -> String {
+pub(crate) fn role(coordinate: &str, row: usize, column: usize) -> String {
     let (row, column) = match coordinate {
         "homogeneous_row_vectors" => (column, row),
         _ => (row, column),
@@ -98,7 +98,7 @@ fn role(coordinate: &str, row: usize, column: usize) -> String {
     (4 * row + column).to_string()
 }
 
-fn pose_of_leaf<'r>(
+pub(crate) fn pose_of_leaf<'r>(
     from: &Leaf,
     input: &[Term<'r>],
     notes: &mut Notes,

@@ -5,6 +5,7 @@
 //! formula: [`Program::run`] computes it, [`rust`], [`c`] and [`python`] print it as a function.
 
 mod between;
+mod covariance;
 mod edge;
 mod loss;
 mod network;

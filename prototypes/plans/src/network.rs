@@ -1,6 +1,7 @@
 //! The network of prototypes: which of them convert into each other by one step, and the cheapest
 //! way between two of them.
 
+use crate::covariance;
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
@@ -107,11 +108,35 @@ impl<'l> Network<'l> {
     pub fn plan(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
         let found = self.find(from, to)?;
         let (input, output) = (self.shape(from)?, self.shape(to)?);
-        let recorder = Recorder::new(input.len());
+        let ends = covariance::Ends {
+            from: (input, self.prototype(from)?),
+            to: (output, self.prototype(to)?),
+        };
+        let [own, wanted] = [ends.from, ends.to].map(|(_, of)| of.covariance.as_ref());
+        let counts = [ends.from, ends.to].map(|(shape, of)| covariance::count(shape, of));
+        let spread = if counts[0] == counts[1] { counts[0] } else { 0 };
+        let recorder = Recorder::new(input.len() + spread);
         let inputs = self::inputs(&recorder, input);
-        let terms = self.follow(&recorder, &found, &inputs)?;
-        let program = recorder.program(&terms);
+        let mut terms = self.follow(&recorder, &found, &inputs)?;
         let (mut cost, mut notes) = (Cost::default(), Notes::default());
+        let mut of_covariance = Notes::default();
+        if spread > 0 {
+            let number = own.and_then(|of| of.number).unwrap_or(Primitive::F64);
+            let places = input.len()..input.len() + spread;
+            let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
+            terms.extend(covariance::convert(
+                &ends,
+                &inputs,
+                &own,
+                &mut of_covariance,
+            )?);
+        } else if own.is_some() || wanted.is_some() {
+            of_covariance.lose("the covariance is not converted", Bound::None);
+            cost.unbounded += 1;
+        }
+        let program = recorder.program(&terms);
+        let values = recorder.program(terms.get(..output.len()).unwrap_or_default());
+        cost = cost + Cost::of(&program, &[]).beyond(Cost::of(&values, &[]));
         let mut steps = Vec::new();
         for (edge, name) in found.edges.iter().zip(found.names.iter().skip(1)) {
             cost = cost + edge.cost;
@@ -121,6 +146,7 @@ impl<'l> Network<'l> {
             });
             notes.then(edge.notes.clone(), edge.is_scaling);
         }
+        notes.add(of_covariance);
         let own = format!("{from}_to_{to}");
         if program.functions().any(|function| function == own) {
             return Err(Refusal::Function(own));
@@ -132,8 +158,8 @@ impl<'l> Network<'l> {
             lost: notes.lost,
             notes: taken_axes((from, input), (to, output)),
             program,
-            input: input.values().into_iter().map(described).collect(),
-            output: output.values().into_iter().map(described).collect(),
+            input: numbers(ends.from, spread),
+            output: numbers(ends.to, spread),
         };
         let limit = self.limit(to)?;
         match (limit, plan.error()) {
@@ -319,7 +345,16 @@ impl<'l> Network<'l> {
         for part in wanted {
             let missing = || Refusal::Missing(part.name.clone());
             let of = own.iter().find(|own| own.name == part.name);
-            let plan = self.find(&of.ok_or_else(missing)?.prototype, &part.prototype)?;
+            let of = of.ok_or_else(missing)?;
+            for name in [&of.prototype, &part.prototype] {
+                if self.prototype(name)?.covariance.is_some() {
+                    notes.lose(
+                        format!("the covariance of `{name}` is not converted"),
+                        Bound::None,
+                    );
+                }
+            }
+            let plan = self.find(&of.prototype, &part.prototype)?;
             let mut own = Notes::default();
             for edge in &plan.edges {
                 own.then(edge.notes.clone(), edge.is_scaling);
@@ -433,10 +468,6 @@ impl<'l> Network<'l> {
             let (Some(one), Some(other)) = (from.first(), to.first()) else {
                 continue;
             };
-            let is_whole = from.len() == 1 && to.len() == 1;
-            if is_whole && (one.covariance.is_some() || other.covariance.is_some()) {
-                notes.lose("the covariance is not converted", Bound::None);
-            }
             for (chain, own) in [(from, one), (to, other)] {
                 if chain.len() > 1 && own.covariance.is_some() && parts.insert(&own.name) {
                     let name = &own.name;
@@ -542,6 +573,14 @@ fn edge(way: Way, mut notes: Notes, program: &Program) -> Edge {
         cost,
         is_scaling: program.is_scaling(),
     }
+}
+
+/// The numbers of a prototype for comments: its values, then its covariance.
+fn numbers((shape, of): (&Shape, &Prototype), spread: usize) -> Vec<String> {
+    let values = shape.values().into_iter().map(described);
+    let member = of.covariance.iter().map(|of| of.member.as_str());
+    let spread = member.flat_map(|member| (0..spread).map(move |at| format!("{member}.{at}")));
+    values.chain(spread).collect()
 }
 
 /// `points.X in mm, float32`

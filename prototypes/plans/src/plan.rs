@@ -79,6 +79,15 @@ impl Cost {
         cost
     }
 
+    /// The operations and functions beyond those of a part.
+    pub(crate) fn beyond(self, part: Self) -> Self {
+        Self {
+            operations: self.operations.saturating_sub(part.operations),
+            functions: self.functions.saturating_sub(part.functions),
+            ..Self::default()
+        }
+    }
+
     /// The cost as one number: a step and an operation are 1, a transcendental function 20, a call
     /// 100, a loss with a bound 1,000, and one without 1,000,000.
     pub fn total(&self) -> u64 {

@@ -96,15 +96,15 @@ pub(crate) fn write<'r>(
     notes: &mut Notes,
 ) -> Result<Term<'r>, Refusal> {
     let term = in_unit(term, unit, to.unit.as_deref(), notes)?;
-    Ok(store(term, to, notes))
+    Ok(stored(term, to.number, notes))
 }
 
-/// A number in the unit of the value.
-fn store<'r>(term: Term<'r>, to: &Value, notes: &mut Notes) -> Term<'r> {
+/// A number as one of a type.
+pub(crate) fn stored<'r>(term: Term<'r>, number: Primitive, notes: &mut Notes) -> Term<'r> {
     if let Term::Node(recorder, at) = term
-        && !fits(recorder.number(at), to.number)
+        && !fits(recorder.number(at), number)
     {
-        match to.number {
+        match number {
             Primitive::F32 => notes.lose(
                 "float32, in the range of float32",
                 Bound::Relative(f64::powi(2.0, -24)),
@@ -113,5 +113,5 @@ fn store<'r>(term: Term<'r>, to: &Value, notes: &mut Notes) -> Term<'r> {
             number => notes.lose(number.word(), Bound::Absolute(0.5)),
         }
     }
-    term.stored(to.number)
+    term.stored(number)
 }

@@ -1,7 +1,7 @@
 //! Resolves prototypes.
 
 use super::{Kind, Resolver};
-use crate::ast::{Item, ItemKind, Map, Operand, OperandKind};
+use crate::ast::{Item, ItemKind, Map, Operand, OperandKind, Representation};
 use crate::fields::Fields;
 use crate::geometry::{Coordinate, coordinate, semantic};
 use crate::interface::Interface;
@@ -62,17 +62,23 @@ impl<'f> Resolver<'f> {
             return;
         };
         let content = if fields.has("composes") {
-            for field in ["coord", "algebraic", "ddr", "units", "sequence"] {
+            for field in ["coord", "algebraic", "units", "sequence"] {
                 if fields.has(field) {
                     let message = format!("`{}` composes others; it has no `{field}`", name.text);
                     self.error("conflicting-fields", name.span, message);
                 }
             }
-            self.parts(&fields, domain, meaning)
+            self.parts(&fields, name, domain, meaning)
         } else {
             self.values(&fields, name, domain, meaning)
         };
-        let Some(content) = content else { return };
+        let Some((content, interface)) = content else {
+            return;
+        };
+        let composite = match (&content, &interface) {
+            (Content::Parts(_), Some(of)) => of.name(),
+            _ => None,
+        };
         if in_geometry {
             self.fitting(&fields, &meaning.text());
         }
@@ -93,11 +99,16 @@ impl<'f> Resolver<'f> {
             span: name.span,
             domain: domain.text.clone(),
             semantic: meaning.text(),
+            composite,
             content,
             axes: axes.map(Operand::text),
             frames: self.frames(&fields),
             sequence: sequence.map(|(path, _)| path.to_owned()),
-            covariance: self.covariance(&fields, in_geometry.then_some(&meaning.text())),
+            covariance: self.covariance(
+                &fields,
+                in_geometry.then_some(&meaning.text()),
+                interface.as_ref(),
+            ),
             tolerance,
             loss,
         };
@@ -175,7 +186,7 @@ impl<'f> Resolver<'f> {
         name: &Name,
         domain: &Name,
         meaning: &Operand,
-    ) -> Option<Content> {
+    ) -> Option<(Content, Option<Interface<'f>>)> {
         for field in ["coord", "algebraic", "ddr", "dr"] {
             fields.must_have(field, &mut self.found);
         }
@@ -218,38 +229,20 @@ impl<'f> Resolver<'f> {
                 }
             }
         }
-        let ddr = match fields.representation("ddr", &mut self.found)? {
-            Ok(of) => of,
-            Err(of) => {
-                if !self.is_known(Kind::Ddr, &of.text(), of.span) {
-                    return None;
-                }
-                *self.ddrs.get(of.text().as_str())?
-            }
-        };
+        let ddr = self.ddr(fields)?;
         let map = fields.map("dr", &mut self.found)?;
         let (left, right) = (Side::any("the type"), Side::all(&kind, &symbols));
         let pairs = pairs(map, &left, &right, &mut self.found);
-        let interface = (ddr.language.text == "IDSL")
-            .then(|| {
-                let ty = &ddr.model;
-                Interface::find(self.idsl, &ty.text, ty.span, &mut self.found)
-            })
-            .flatten();
-        self.members(fields, interface.as_ref());
-        let numbers = covariances(&meaning).filter(|_| domain.text == "geometry");
-        if let (Some(of), Some(numbers)) = (&interface, numbers) {
-            self.covariance_length(fields, of, &meaning, numbers);
-        }
-        let elements = match (&interface, fields.member("sequence", &mut self.found)) {
+        let whole = self.interface(fields, ddr, domain, &meaning);
+        let elements = match (&whole, fields.member("sequence", &mut self.found)) {
             (Some(of), Some((path, at))) => of.elements(path, at, &mut self.found),
             _ => None,
         };
-        let interface = elements.or(interface);
+        let interface = elements.as_ref().or(whole.as_ref());
         let mut by_symbol: HashMap<String, (Datum, Span)> = HashMap::new();
         for (member, symbol) in pairs {
             let path = member.text();
-            let (unit, number) = match &interface {
+            let (unit, number) = match interface {
                 Some(of) => of.number(&path, member.span, &mut self.found),
                 None => (None, of_c(&ddr.language.text, &ddr.model.text)),
             };
@@ -281,13 +274,48 @@ impl<'f> Resolver<'f> {
         if data.is_empty() {
             self.error("missing-symbol", name.span, "the prototype has no values");
         }
-        Some(Content::Values {
+        let content = Content::Values {
             coordinate: wanted.text(),
             algebraic: kind,
             language: ddr.language.text.clone(),
             ty: ddr.model.text.clone(),
             data,
-        })
+        };
+        Some((content, whole))
+    }
+
+    /// The field `ddr`: a type, or the name of one.
+    fn ddr(&mut self, fields: &Fields<'f>) -> Option<&'f Representation> {
+        match fields.representation("ddr", &mut self.found)? {
+            Ok(of) => Some(of),
+            Err(of) => {
+                if !self.is_known(Kind::Ddr, &of.text(), of.span) {
+                    return None;
+                }
+                self.ddrs.get(of.text().as_str()).copied()
+            }
+        }
+    }
+
+    /// The type of an interface. Reports fields that name members which it does not have.
+    fn interface(
+        &mut self,
+        fields: &Fields<'f>,
+        ddr: &Representation,
+        domain: &Name,
+        meaning: &str,
+    ) -> Option<Interface<'f>> {
+        if ddr.language.text != "IDSL" {
+            return None;
+        }
+        let ty = &ddr.model;
+        let interface = Interface::find(self.idsl, &ty.text, ty.span, &mut self.found);
+        self.members(fields, interface.as_ref());
+        let numbers = covariances(meaning).filter(|_| domain.text == "geometry");
+        if let (Some(of), Some(numbers)) = (&interface, numbers) {
+            self.covariance_length(fields, of, meaning, numbers);
+        }
+        interface
     }
 
     /// Adds the units of the field `units`.
@@ -361,7 +389,13 @@ impl<'f> Resolver<'f> {
         }
     }
 
-    fn parts(&mut self, fields: &Fields<'f>, domain: &Name, meaning: &Operand) -> Option<Content> {
+    fn parts(
+        &mut self,
+        fields: &Fields<'f>,
+        name: &'f Name,
+        domain: &Name,
+        meaning: &Operand,
+    ) -> Option<(Content, Option<Interface<'f>>)> {
         let map = fields.map("composes", &mut self.found)?;
         let kind = meaning.text();
         let geometry = (domain.text == "geometry")
@@ -418,7 +452,21 @@ impl<'f> Resolver<'f> {
             let (left, right) = (Side::all("usingddr", &known), Side::free("a name"));
             pairs(map, &left, &right, &mut self.found);
         }
-        Some(Content::Parts(parts))
+        if !fields.has("ddr") {
+            return Some((Content::Parts(parts), None));
+        }
+        fields.must_have("dr", &mut self.found);
+        let ddr = self.ddr(fields)?;
+        let interface = self.interface(fields, ddr, domain, &kind);
+        if let Some(of) = &interface {
+            for part in &parts {
+                let Some(member) = &part.member else { continue };
+                let ty = of.type_at(member, name.span, &mut self.found);
+                let places = self.held.entry(&name.text).or_default();
+                places.push((part.prototype.clone(), member.clone(), ty));
+            }
+        }
+        Some((Content::Parts(parts), interface))
     }
 
     /// Reports a prototype that does not mean what the part does.
@@ -447,7 +495,12 @@ impl<'f> Resolver<'f> {
     }
 
     /// `{ member covariance, order = xyz_rpy, rotation = fixed }`
-    fn covariance(&mut self, fields: &Fields<'f>, meaning: Option<&String>) -> Option<Covariance> {
+    fn covariance(
+        &mut self,
+        fields: &Fields<'f>,
+        meaning: Option<&String>,
+        interface: Option<&Interface<'f>>,
+    ) -> Option<Covariance> {
         let map = fields.map("covariance", &mut self.found)?;
         let member = map.entries.first().filter(|first| first.right.is_none());
         let Some(OperandKind::Member(member)) = member.map(|first| &first.left.kind) else {
@@ -465,6 +518,7 @@ impl<'f> Resolver<'f> {
             member: member.clone(),
             order: None,
             rotation: None,
+            number: interface.and_then(|of| of.element(member, map.span)),
         };
         for (name, value) in pairs(&rest, &left, &right, &mut self.found) {
             let (wanted, meanings, place) = match name.text().as_str() {
@@ -550,6 +604,29 @@ impl<'f> Resolver<'f> {
                 Diagnostic::error(code, prototype.span, message)
             });
         self.found.extend(wrong.collect::<Vec<_>>());
+        self.check_held();
+    }
+
+    /// Reports parts of composites that are of another type than their prototypes.
+    fn check_held(&mut self) {
+        let mut wrong = Vec::new();
+        for (composite, held) in &self.held {
+            let Some(composite) = self.library.prototype(composite) else {
+                continue;
+            };
+            for (name, member, ty) in held {
+                let part = self.library.prototype(name);
+                let Some((wanted, ty)) = part.and_then(Prototype::interface_type).zip(ty.as_ref())
+                else {
+                    continue;
+                };
+                if wanted != ty {
+                    let message = format!("`{member}` is {ty}, and `{name}` is about {wanted}");
+                    wrong.push(Diagnostic::error("wrong-type", composite.span, message));
+                }
+            }
+        }
+        self.found.extend(wrong);
     }
 }
 

@@ -1,0 +1,208 @@
+//! Covariances: `J C Jᵀ` with the Jacobian of a change of units and axes.
+//!
+//! The covariance of a vector is that of its cartesian components, in its unit and axes, whatever
+//! its coordinates are. That of an orientation is about small turns in radians, about the fixed axes
+//! as in messages of ROS, or about the moving ones, those of the body.
+
+use crate::edge;
+use crate::refusal::Refusal;
+use crate::rotation;
+use crate::shape::{Leaf, Shape};
+use crate::values::{Notes, stored};
+use crate::vector;
+use rc_formula::Term;
+use rc_prototypes::model::{Covariance, Prototype};
+use rc_quantity::rotation::{Matrix, product, transposed};
+use rc_quantity::{Real, Unit};
+use rc_vocabulary::Primitive;
+use std::ops::Range;
+
+/// Three components, or the one of a range.
+struct Block<'s> {
+    meaning: &'static str,
+    leaf: &'s Leaf,
+    /// Its numbers among those of the whole.
+    numbers: Range<usize>,
+}
+
+/// The meanings whose components have covariances, in the order of these.
+fn meanings(semantic: &str) -> &'static [&'static str] {
+    match semantic {
+        "Position" | "PointSet" => &["Position"],
+        "Orientation" => &["Orientation"],
+        "Pose" => &["Position", "Orientation"],
+        "LinearVelocity" => &["LinearVelocity"],
+        "AngularVelocity" => &["AngularVelocity"],
+        "Twist" => &["LinearVelocity", "AngularVelocity"],
+        "Acceleration" => &["Acceleration"],
+        "Force" => &["Force"],
+        "Torque" => &["Torque"],
+        "Wrench" => &["Force", "Torque"],
+        "Range" => &["Range"],
+        _ => &[],
+    }
+}
+
+fn blocks<'s>(shape: &'s Shape, semantic: &str) -> Option<Vec<Block<'s>>> {
+    let block = |meaning: &&'static str| {
+        let (leaf, numbers) = match shape {
+            Shape::Leaf(leaf) => (leaf, 0..leaf.values.len()),
+            Shape::Parts(_) => match shape.part(meaning)? {
+                (Shape::Leaf(leaf), numbers) => (leaf, numbers),
+                _ => return None,
+            },
+        };
+        leaf.in_geometry.then_some(Block {
+            meaning,
+            leaf,
+            numbers,
+        })
+    };
+    meanings(semantic).iter().map(block).collect()
+}
+
+/// How many numbers the covariance of a prototype has that a plan converts.
+pub(crate) fn count(shape: &Shape, of: &Prototype) -> usize {
+    if of.covariance.is_none() || of.domain != "geometry" {
+        return 0;
+    }
+    let blocks = blocks(shape, &of.semantic).unwrap_or_default();
+    let side: usize = blocks.iter().map(Block::side).sum();
+    side * side
+}
+
+/// Both ends of a conversion.
+pub(crate) struct Ends<'s, 'p> {
+    pub(crate) from: (&'s Shape, &'p Prototype),
+    pub(crate) to: (&'s Shape, &'p Prototype),
+}
+
+/// Converts a covariance, whose numbers are `own`, of the values `input`.
+pub(crate) fn convert<'r>(
+    ends: &Ends<'_, '_>,
+    input: &[Term<'r>],
+    own: &[Term<'r>],
+    notes: &mut Notes,
+) -> Result<Vec<Term<'r>>, Refusal> {
+    let of = |(shape, prototype): (&'_ Shape, &'_ Prototype)| {
+        let covariance = prototype.covariance.clone().ok_or(Refusal::NoWay)?;
+        Ok((shape.clone(), covariance, prototype.semantic.clone()))
+    };
+    let (from, from_says, semantic) = of(ends.from)?;
+    let (to, to_says, wanted) = of(ends.to)?;
+    let (Some(sources), Some(targets)) = (blocks(&from, &semantic), blocks(&to, &wanted)) else {
+        return Err(Refusal::NoWay);
+    };
+    let turns = (is_moving(&from_says), is_moving(&to_says));
+    let mut jacobians = Vec::new();
+    for (source, target) in sources.iter().zip(&targets) {
+        let input = input.get(source.numbers.clone()).ok_or(Refusal::NoWay)?;
+        jacobians.push(source.jacobian(target, turns, input, notes)?);
+    }
+    let places = (places(&sources, &from_says), places(&targets, &to_says));
+    let side: usize = targets.iter().map(Block::side).sum();
+    let mut out = vec![Term::constant(0.0); side * side];
+    for (row, (source, target)) in sources.iter().zip(&targets).enumerate() {
+        for (column, (other, goal)) in sources.iter().zip(&targets).enumerate() {
+            let mut part = [[Term::constant(0.0); 3]; 3];
+            for (at, next) in cells(source, other) {
+                let place = (places.0[row] + at) * side + places.0[column] + next;
+                part[at][next] = own.get(place).copied().ok_or(Refusal::NoWay)?;
+            }
+            let part = product(&jacobians[row], &part);
+            let part = product(&part, &transposed(&jacobians[column]));
+            for (at, next) in cells(target, goal) {
+                let value = scaled(part[at][next], &source.unit(at), &target.unit(at))?;
+                let value = scaled(value, &other.unit(next), &goal.unit(next))?;
+                let number = to_says.number.unwrap_or(Primitive::F64);
+                let place = (places.1[row] + at) * side + places.1[column] + next;
+                out[place] = stored(value, number, notes);
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The rows and columns of two blocks.
+fn cells(one: &Block<'_>, other: &Block<'_>) -> impl Iterator<Item = (usize, usize)> {
+    let columns = other.side();
+    (0..one.side()).flat_map(move |row| (0..columns).map(move |column| (row, column)))
+}
+
+fn is_moving(covariance: &Covariance) -> bool {
+    covariance.rotation.as_deref() == Some("moving")
+}
+
+/// The first row of each block.
+fn places(blocks: &[Block<'_>], says: &Covariance) -> Vec<usize> {
+    match (blocks, says.order.as_deref()) {
+        ([_, _], Some("rpy_xyz")) => vec![3, 0],
+        _ => (0..blocks.len()).map(|at| 3 * at).collect(),
+    }
+}
+
+/// A number that grows as a component does: without the offset of its unit.
+fn scaled<'r>(term: Term<'r>, from: &str, to: &str) -> Result<Term<'r>, Refusal> {
+    let refusal = || Refusal::Unit(from.to_owned(), to.to_owned());
+    if from == to {
+        return Ok(term);
+    }
+    let unit = |text: &str| Unit::parse(text).map_err(|_| refusal());
+    let conversion = unit(from)?.conversion_to(&unit(to)?).ok_or_else(refusal)?;
+    match conversion.factor() {
+        factor if factor.is_scale() => Ok(factor.apply(term)),
+        _ => Err(refusal()),
+    }
+}
+
+impl Block<'_> {
+    fn side(&self) -> usize {
+        if self.meaning == "Range" { 1 } else { 3 }
+    }
+
+    /// The unit of a component.
+    fn unit(&self, at: usize) -> String {
+        if self.meaning == "Orientation" {
+            return "rad".to_owned();
+        }
+        let role = match self.leaf.coordinate.as_str() {
+            "cartesian" => ["x", "y", "z"][at].to_owned(),
+            pose if self.leaf.semantic == "Pose" => edge::role(pose, at, 3),
+            _ => "distance".to_owned(),
+        };
+        // A vector in a plane has no z.
+        let place = self.leaf.place(&role).unwrap_or(0);
+        let unit = self.leaf.values.get(place).and_then(|of| of.unit.clone());
+        unit.unwrap_or_else(|| vector::unit_of(self.meaning).to_owned())
+    }
+
+    /// How the components follow those of the source, but for their units.
+    fn jacobian<'r>(
+        &self,
+        target: &Block<'_>,
+        (from_moving, to_moving): (bool, bool),
+        input: &[Term<'r>],
+        notes: &mut Notes,
+    ) -> Result<Matrix<Term<'r>>, Refusal> {
+        let is_turn = self.meaning == "Orientation" || vector::is_axial(self.meaning);
+        let axes = (self.leaf.axes, target.leaf.axes);
+        let change = vector::change(axes.0, axes.1, is_turn, notes);
+        let jacobian = change.unwrap_or(rc_quantity::rotation::IDENTITY);
+        let jacobian = jacobian.map(|row| row.map(Term::constant));
+        if self.meaning != "Orientation" || from_moving == to_moving {
+            return Ok(jacobian);
+        }
+        let matrix = match self.leaf.semantic.as_str() {
+            "Pose" => edge::pose_of_leaf(self.leaf, input, notes)?.1,
+            _ => rotation::load(self.leaf, input, notes)?,
+        };
+        Ok(if from_moving {
+            // A turn about the axes of the body is one about the fixed axes where the body is.
+            product(&jacobian, &matrix)
+        } else {
+            let change = rotation::axes_change(axes.0, axes.1, notes);
+            let matrix = rotation::changed(matrix, change.as_ref());
+            product(&transposed(&matrix), &jacobian)
+        })
+    }
+}
