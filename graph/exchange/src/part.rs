@@ -1,8 +1,8 @@
 //! The part of a graph that belongs to one domain, and parts that are joined again.
 
-use crate::document::{Document, Edge, Node};
-use graph_schema::Schema;
-use property_graph::{Id, Value};
+use crate::document::{Attribute, Document, Edge, Node};
+use graph_schema::{Difference, Schema};
+use property_graph::Id;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use thiserror::Error;
 
@@ -16,9 +16,23 @@ pub enum JoinError {
     /// An edge has no id, as in files of DSR: it cannot be found again.
     #[error("an edge has no id; import the file of DSR first")]
     NoId,
-    /// The graphs name two schemas.
-    #[error("one graph names the schema `{0}`, the other one `{1}`")]
-    Schemas(String, String),
+    /// The schemas that the graphs name are different ones.
+    #[error("the graphs have different schemas:{}", listed(.0))]
+    Schemas(Vec<Difference>),
+}
+
+/// How many differences a message lists.
+const MOST_LISTED: usize = 20;
+
+fn listed(all: &[Difference]) -> String {
+    let shown = all.iter().take(MOST_LISTED);
+    let mut text: String = shown
+        .map(|difference| format!("\n  {difference}"))
+        .collect();
+    if all.len() > MOST_LISTED {
+        text += &format!("\n  and {} more", all.len() - MOST_LISTED);
+    }
+    text
 }
 
 /// The domains whose types a schema has, and its own.
@@ -30,7 +44,7 @@ pub fn domains(schema: &Schema) -> BTreeSet<&str> {
 }
 
 impl Document {
-    /// The part of a domain: nodes and edges whose type it declares, and the nodes at the ends of
+    /// The part of a domain: nodes and edges whose type it declares, and all that is at the ends of
     /// these edges. What no domain declares belongs to that of the schema itself, so that the parts
     /// of all domains [joined](Self::join) are the graph.
     #[must_use]
@@ -43,9 +57,23 @@ impl Document {
         let of = |domains: &HashMap<&str, &str>, kind: &str| {
             domains.get(kind).copied().unwrap_or(own) == domain
         };
-        let edges = self.edges.iter().filter(|edge| of(&relations, &edge.kind));
-        let edges: Vec<Edge> = edges.cloned().collect();
-        let ends: HashSet<Id> = edges.iter().flat_map(|edge| [edge.from, edge.to]).collect();
+        let by_id = self.edges.iter().filter_map(|edge| Some((edge.id?, edge)));
+        let by_id: HashMap<Id, &Edge> = by_id.collect();
+        let own_edges = self.edges.iter().filter(|edge| of(&relations, &edge.kind));
+        // An edge may end at an edge, which comes with its own ends.
+        let mut ends: HashSet<Id> = HashSet::new();
+        let mut left: Vec<&Edge> = own_edges.collect();
+        while let Some(edge) = left.pop() {
+            for end in [edge.from, edge.to] {
+                if ends.insert(end) {
+                    left.extend(by_id.get(&end));
+                }
+            }
+        }
+        let is_in = |edge: &&Edge| {
+            of(&relations, &edge.kind) || edge.id.is_some_and(|id| ends.contains(&id))
+        };
+        let edges: Vec<Edge> = self.edges.iter().filter(is_in).cloned().collect();
         let is_in = |node: &&Node| of(&entities, &node.kind) || ends.contains(&node.id);
         Self {
             schema: self.schema.clone(),
@@ -54,18 +82,21 @@ impl Document {
         }
     }
 
-    /// Adds another graph. What both have stays once. Elements are in the order of ids then.
+    /// Adds another graph. What both have stays once. Elements are in the order of ids then. `schemas`
+    /// are that of this graph and that of the other one: two files of one name, in two folders, may
+    /// declare different types, and two names may stand for one content.
     ///
     /// # Errors
-    /// The graphs have an element of the same id that is not equal, or two schemas. Nothing has
-    /// changed then.
-    pub fn join(&mut self, other: &Self) -> Result<(), JoinError> {
-        let schema = match (&self.schema, &other.schema) {
-            (Some(own), Some(other)) if own != other => {
-                return Err(JoinError::Schemas(own.clone(), other.clone()));
+    /// The graphs have an element of the same id that is not equal, or both name a schema and these
+    /// differ. Nothing has changed then.
+    pub fn join(&mut self, other: &Self, schemas: (&Schema, &Schema)) -> Result<(), JoinError> {
+        if self.schema.is_some() && other.schema.is_some() {
+            let differences = schemas.0.differences(schemas.1);
+            if !differences.is_empty() {
+                return Err(JoinError::Schemas(differences));
             }
-            (own, other) => own.clone().or_else(|| other.clone()),
-        };
+        }
+        let schema = self.schema.clone().or_else(|| other.schema.clone());
         let mut nodes: BTreeMap<Id, &Node> = BTreeMap::new();
         for node in self.nodes.iter().chain(&other.nodes) {
             let first = *nodes.entry(node.id).or_insert(node);
@@ -93,8 +124,6 @@ impl Document {
         Ok(())
     }
 }
-
-type Attribute = (String, Value, Option<String>);
 
 /// Whether attributes are equal, in any order.
 fn equal(a: &[Attribute], b: &[Attribute]) -> bool {

@@ -45,6 +45,12 @@ fn random(rng: &mut fastrand::Rng) -> Document {
             let [from, to] = [0, 1].map(|_| nodes[rng.usize(..nodes.len())]);
             let edge = edit.add_edge(relations[rng.usize(..relations.len())], from, to)?;
             edit.set(edge, "weight", rng.f64())?;
+            // Some edges are ends of others.
+            if rng.usize(..4) == 0 {
+                let end = edit.node_of(edge)?;
+                nodes.push(end);
+                edit.add_edge("loose", from, end)?;
+            }
         }
         Ok::<(), Error>(())
     });
@@ -79,7 +85,7 @@ fn parts_of_all_domains_joined_are_the_graph() {
             let (read, found) = graph_json::read(&sources, source);
             assert!(found.is_empty());
             joined
-                .join(&read.expect("a part"))
+                .join(&read.expect("a part"), (&schema, &schema))
                 .expect("parts of one graph");
         }
         assert_eq!(graph_json::write(&joined), graph_json::write(&whole));
@@ -115,13 +121,16 @@ fn a_part_has_what_its_domain_declares() {
 /// An element that two graphs have differently is told, and nothing is taken over.
 #[test]
 fn different_elements_of_one_id_are_not_joined() {
+    let schema = house();
     let whole = random(&mut fastrand::Rng::with_seed(5));
     assert!(whole.edges.len() > 2);
     let refused = |change: &dyn Fn(&mut Document)| {
         let mut other = whole.clone();
         change(&mut other);
         let mut joined = whole.clone();
-        let error = joined.join(&other).expect_err("a refused join");
+        let error = joined
+            .join(&other, (&schema, &schema))
+            .expect_err("a refused join");
         assert_eq!(joined, whole);
         error
     };
@@ -145,11 +154,50 @@ fn different_elements_of_one_id_are_not_joined() {
         JoinError::Differs(node)
     );
     assert_eq!(refused(&|other| other.edges[1].id = None), JoinError::NoId);
-    assert_eq!(
-        refused(&|other| other.schema = Some("a.gdsl".to_owned())),
-        JoinError::Schemas("house.gdsl".to_owned(), "a.gdsl".to_owned())
-    );
     let mut same = whole.clone();
-    same.join(&whole).expect("the same graph");
+    same.join(&whole, (&schema, &schema))
+        .expect("the same graph");
     assert_eq!(same, whole);
+}
+
+/// What schemas declare decides, not the names of their files; the message lists the differences.
+#[test]
+fn graphs_of_different_schemas_are_not_joined() {
+    let schema = house();
+    let whole = random(&mut fastrand::Rng::with_seed(5));
+    let mut moved = whole.clone();
+    moved.schema = Some("elsewhere/house.gdsl".to_owned());
+    let mut joined = whole.clone();
+    joined.join(&moved, (&schema, &schema)).expect("one schema");
+    assert_eq!(joined, whole);
+
+    let mut outgrown = schema.clone();
+    outgrown.open = !outgrown.open;
+    let removed = outgrown.entities.pop().expect("an entity");
+    let frame = outgrown.entities.iter_mut().find(|e| e.name == "Frame");
+    let frame = frame.expect("the entity of geometry");
+    frame.doc.push("no difference".to_owned());
+    frame.attributes[0].optional = !frame.attributes[0].optional;
+    let error = joined.join(&whole, (&schema, &outgrown));
+    let error = error.expect_err("a refused join");
+    assert_eq!(joined, whole);
+    let JoinError::Schemas(all) = &error else {
+        panic!("{error}");
+    };
+    let about: Vec<&str> = all.iter().map(|d| d.what.as_str()).collect();
+    for expected in ["Frame.name", removed.name.as_str(), "domain"] {
+        assert!(about.contains(&expected), "{expected} in {error}");
+    }
+    let text = "Frame.name: `string` in the first schema, `string optional` in the second";
+    let other = "Frame.name: `string optional` in the first schema, `string` in the second";
+    let message = error.to_string();
+    assert!(
+        message.contains(text) || message.contains(other),
+        "{message}"
+    );
+    // A graph without a schema takes over that of the other one.
+    let mut free = Document::default();
+    let anything = Schema::anything();
+    free.join(&whole, (&anything, &schema)).expect("a graph");
+    assert_eq!(free, whole);
 }

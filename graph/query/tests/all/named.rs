@@ -42,7 +42,7 @@ fn parameters_have_the_types_that_the_schema_declares() {
     let gone = removed.change(Time::ZERO, |edit| edit.add_node("Room"));
     let gone = gone.expect("a node");
     let now = graph.snapshot();
-    let queries = Queries::of(now.schema()).expect("queries");
+    let queries = Queries::of(now.schema());
     let list = |count: usize| Cell::List(vec![Cell::Float(0.5); count].into());
     let values: [(Cell, &[&str]); 11] = [
         (true.into(), &["bool"]),
@@ -94,7 +94,7 @@ fn texts_become_values_of_the_type_of_a_parameter() {
     node("Room", "twice");
     node("Room", "twice");
     let now = graph.snapshot();
-    let queries = Queries::of(now.schema()).expect("queries");
+    let queries = Queries::of(now.schema());
     let read = |kind: &str, text: &str| {
         let read = queries.argument(&now, &format!("echo_{kind}"), "value", text);
         read.map_err(|error| error.to_string())
@@ -125,7 +125,7 @@ fn texts_become_values_of_the_type_of_a_parameter() {
 fn names_and_texts_are_checked() {
     let graph = Graph::new(schema().into(), 1);
     let now = graph.snapshot();
-    let queries = Queries::of(now.schema()).expect("queries");
+    let queries = Queries::of(now.schema());
     let run = |name: &str, parameters: &[(&str, Cell)]| {
         let rows = queries.run(&now, name, parameters.to_vec(), Budget::default());
         rows.expect_err("a refused call").to_string()
@@ -140,15 +140,36 @@ fn names_and_texts_are_checked() {
         "the query `echo_int` has no parameter `valu`; did you mean `value`?"
     );
     assert_eq!(run("echo_int", &[]), "the parameter `$value` has no value");
-    let wrong = Schema {
-        queries: vec![Query {
-            name: "broken".to_owned(),
-            parameters: Vec::new(),
-            text: "MATCH (k:Kitchen) RETURN $value".to_owned(),
-        }],
+}
+
+/// A query with a fault says so when it is called; the others of its schema work.
+#[test]
+fn a_wrong_query_stops_no_other_one() {
+    let query = |name: &str, text: &str| Query {
+        name: name.to_owned(),
+        parameters: Vec::new(),
+        text: text.to_owned(),
+    };
+    let schema = Schema {
+        queries: vec![
+            query("broken", "MATCH (k:Kitchen) RETURN $value"),
+            query("all", "MATCH (k:Room) RETURN count(*)"),
+            query("unreadable", "MATCH (k"),
+        ],
         ..schema()
     };
-    let error = Queries::of(&wrong.into()).expect_err("a wrong text");
+    let graph = Graph::new(schema.into(), 1);
+    let now = graph.snapshot();
+    let queries = Queries::of(now.schema());
+    let run = |name: &str| queries.run(&now, name, [], Budget::default());
     let expected = "broken:1:27: error[unknown-parameter]: unknown parameter `$value`";
-    assert_eq!(error.to_string(), expected);
+    assert_eq!(run("broken").expect_err("a fault").to_string(), expected);
+    assert_eq!(run("all").expect("rows").cells, [[Cell::Int(0)]]);
+    let faults: Vec<(&str, String)> = queries
+        .faults()
+        .map(|(name, error)| (name, error.to_string()))
+        .collect();
+    let names: Vec<&str> = faults.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["broken", "unreadable"]);
+    assert_eq!(faults[0].1, expected);
 }
