@@ -95,6 +95,22 @@ fn named(
     schema.filter(|_| right)
 }
 
+/// Reads a `.gdsl` file with its imports. Adds all that is wrong with it to `found`, but not in the
+/// texts of its queries.
+pub fn load_schema(
+    path: &Path,
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    found: &mut Diagnostics,
+) -> io::Result<Option<(Schema, SourceId)>> {
+    let source = sources.add(path, rc_files::read(path)?);
+    let (schema, more) = graph_language::load(sources, loader, source);
+    let right = !more.has_errors();
+    found.extend(more);
+    let schema = schema.filter(|_| right);
+    Ok(schema.map(|schema| (schema, source)))
+}
+
 /// Adds all that is wrong with a `.gdsl` file to `found`, also in the texts of its queries.
 pub fn check_schema(
     path: &Path,
@@ -102,12 +118,8 @@ pub fn check_schema(
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> io::Result<()> {
-    let source = sources.add(path, rc_files::read(path)?);
-    let (schema, more) = graph_language::load(sources, loader, source);
     // What is declared wrongly would be missed by queries once more.
-    let right = !more.has_errors();
-    found.extend(more);
-    if let Some(schema) = schema.filter(|_| right) {
+    if let Some((schema, source)) = load_schema(path, sources, loader, found)? {
         found.extend(queries(sources, source, &schema));
     }
     Ok(())

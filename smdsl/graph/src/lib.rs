@@ -8,13 +8,9 @@ mod boxes;
 mod svg;
 
 use boxes::Boxes;
-use rc_drawing::xml;
 use rc_graph_layout::Point;
 use rc_smdsl::StateMachine;
 use std::collections::BTreeSet;
-
-/// Around a picture.
-const MARGIN: i32 = 16;
 
 /// A drawing that is a part of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,10 +25,7 @@ pub struct Drawing {
 impl Drawing {
     /// The elements of SVG, with the upper left corner at this place.
     pub fn at(&self, place: Point) -> String {
-        format!(
-            "<g transform=\"translate({} {})\">\n{}</g>\n",
-            place.x, place.y, self.elements
-        )
+        rc_drawing::at(place, &self.elements)
     }
 }
 
@@ -58,15 +51,9 @@ pub fn draw(machine: &StateMachine, active: &BTreeSet<String>) -> Drawing {
 /// The picture of a machine as a document of SVG, which ends with a line feed.
 pub fn document(machine: &StateMachine) -> String {
     let drawing = draw(machine, &BTreeSet::new());
-    let (width, height) = (drawing.width + 2 * MARGIN, drawing.height + 2 * MARGIN);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"sans-serif\" font-size=\"10\" fill=\"{}\">\n<title>{}</title>\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
-        svg::INK,
-        xml(&format!("The state machine {}", machine.name.text)),
-        drawing.at(Point::new(MARGIN, MARGIN))
-    )
+    let size = Point::new(drawing.width, drawing.height);
+    let title = format!("The state machine {}", machine.name.text);
+    rc_drawing::document(&title, size, &drawing.elements)
 }
 
 #[cfg(test)]

@@ -1,13 +1,12 @@
 //! The elements of SVG: frames, lines, boxes, in this order.
 
 use crate::boxes::{Boxes, Content, DOT, HEAD, NAME, ROW, SIDE, name, rows};
-use rc_drawing::{forks, path, rounded, text, xml};
-use rc_graph_layout::{Layout, Point, Rect};
+use rc_drawing::{INK, forks, head, path, rounded, text, xml};
+use rc_graph_layout::{Layout, Rect};
 use rc_smdsl::StateMachine;
 use rc_smdsl::model::{StateId, StateKind};
 use std::collections::BTreeSet;
 
-pub(crate) const INK: &str = "#222222";
 const BLUE: &str = "#0b5cad";
 /// The background of an active state.
 const LIT: &str = "#d6e9fb";
@@ -121,15 +120,4 @@ fn lines(boxes: &Boxes, layout: &Layout) -> String {
         heads.extend(routes.iter().filter_map(|route| route.last().copied()));
     }
     drawn + &heads.into_iter().map(head).collect::<String>()
-}
-
-/// An arrowhead at the left side of a box.
-fn head(end: Point) -> String {
-    let (x, y) = (end.x - 1, end.y);
-    format!(
-        "<path d=\"M{0} {1}L{x} {y}L{0} {2}Z\" fill=\"{INK}\"/>\n",
-        x - 8,
-        y - 4,
-        y + 4
-    )
 }

@@ -41,6 +41,16 @@ fn queries_of_a_schema_are_checked_with_it() {
     ] {
         assert!(err.contains(expected), "{expected}\nin\n{out}{err}");
     }
+    // Each wrong query is a finding of its own, and the others answer.
+    let graph = r#"{"schema": "kitchen.gdsl", "nodes": [
+    {"id": "1:1", "type": "Room", "attributes": {"name": "a"}}], "edges": []}"#;
+    std::fs::write(folder.path().join("a.graph"), graph).expect("a file");
+    let run = |query: &[&str]| rcgen(folder.path(), &[&["query", "a.graph"], query].concat());
+    let (code, out, err) = run(&["room", "room=a"]);
+    assert_eq!((code, out.as_str()), (0, "r.name\na\n"), "{err}");
+    let (code, out, err) = run(&["a"]);
+    assert_eq!((code, out.as_str()), (1, ""), "{err}");
+    assert!(err.contains("the schema has no entity `Rom`"), "{err}");
 }
 
 #[test]
@@ -172,6 +182,22 @@ fn parts_of_domains_are_written_and_joined() {
     let expected = "other.graph: 1:3 is not the same element in both graphs";
     assert!(err.contains(expected), "{err}");
     assert!(!folder.path().join("no.graph").exists());
+    std::fs::create_dir(folder.path().join("old")).expect("a folder");
+    write("old/house.graph", house);
+    let older = schema.replace("string key", "string");
+    write("old/kitchen.gdsl", &older);
+    let args = [
+        "import",
+        "house.graph",
+        "old/house.graph",
+        "--out",
+        "no.graph",
+    ];
+    let (code, _, err) = run(&args);
+    assert_eq!(code, 1);
+    let expected = "old/house.graph: the graphs have different schemas:\n  \
+                    Room.name: `string key` in the first schema, `string` in the second\n";
+    assert!(err.contains(expected), "{err}");
     for (more, expected) in [
         (
             vec!["--domain", "geometri"],
@@ -183,4 +209,73 @@ fn parts_of_domains_are_written_and_joined() {
         assert_eq!(code, 2, "{err}");
         assert!(err.contains(expected), "{err}");
     }
+}
+
+/// A graph and its schema as pictures and as JSON, with an edge to an edge.
+#[test]
+fn graphs_and_schemas_are_drawn_and_viewed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    let text = "import \"measurement.gdsl\";\nDomain lab { entity Cup : Frame { mass float unit \"kg\"; }; };\n";
+    write("lab.gdsl", text);
+    write(
+        "lab.graph",
+        r#"{"schema": "lab.gdsl", "nodes": [
+    {"id": "1:1", "type": "Frame", "attributes": {"name": "table"}},
+    {"id": "1:2", "type": "Cup", "attributes": {"name": "cup", "mass": 0.2}},
+    {"id": "1:3", "type": "Measurement", "attributes": {"time": 3}}], "edges": [
+    {"id": "1:4", "type": "RT", "from": "1:1", "to": "1:2", "attributes": {"pose": [1, 0, 0, 0, 0, 0]}},
+    {"id": "1:5", "type": "measured_by", "from": "1:4", "to": "1:3"}]}"#,
+    );
+    let run = |args: &[&str]| rcgen(folder.path(), args);
+    let (code, out, err) = run(&["check", "lab.graph"]);
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    for (file, expected) in [
+        ("lab.graph", "measured_by"),
+        ("lab.gdsl", "mass float unit &quot;kg&quot;"),
+    ] {
+        let (code, svg, err) = run(&["graph", file]);
+        assert_eq!(code, 0, "{err}");
+        assert!(svg.starts_with("<svg ") && svg.contains(expected), "{svg}");
+        let (code, _, err) = run(&["graph", file, "-o", "lab.dot"]);
+        assert_eq!(code, 0, "{err}");
+        let dot = std::fs::read_to_string(folder.path().join("lab.dot")).expect("a file");
+        assert!(dot.starts_with("digraph \"lab\" {\n"), "{dot}");
+        let (_, printed, _) = run(&["graph", file, "--to", "dot"]);
+        assert_eq!(printed, dot);
+    }
+    let (code, json, err) = run(&["view", "lab.graph"]);
+    assert_eq!(code, 0, "{err}");
+    let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let cup = &view["nodes"][1];
+    assert_eq!(cup["types"], serde_json::json!(["Cup", "Frame"]));
+    assert_eq!(cup["domain"], "lab");
+    assert_eq!(
+        cup["attributes"]["mass"],
+        serde_json::json!({ "value": 0.2, "unit": "kg" })
+    );
+    assert_eq!(view["edges"][1]["from"], "1:4");
+    let (code, json, err) = run(&["view", "lab.gdsl"]);
+    assert_eq!(code, 0, "{err}");
+    let schema: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(schema, view["schema"]);
+    write(
+        "rover.smdsl",
+        "rover { initial_state a; end_state b; transitions { a => b; }; };\n",
+    );
+    let (code, _, err) = run(&["graph", "rover.smdsl", "--to", "dot"]);
+    assert_eq!(code, 2, "{err}");
+    assert!(
+        err.contains("a state machine is drawn as svg only"),
+        "{err}"
+    );
+    let (code, _, err) = run(&["graph", "lab.png"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("expected a file with the extension"), "{err}");
+    write("other.json", "{}");
+    let (code, _, err) = run(&["view", "other.json"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("other-format"), "{err}");
 }

@@ -1,4 +1,4 @@
-//! Texts, boxes and lines as SVG, for pictures of networks and of state machines.
+//! Texts, boxes and lines as SVG, for pictures of networks, of state machines and of graphs.
 
 mod text;
 
@@ -8,6 +8,39 @@ pub use text::{width, wrap, xml};
 
 /// The radius of the corners of lines.
 const ROUND: i32 = 5;
+/// Around a picture.
+const MARGIN: i32 = 16;
+/// The colour of lines and texts.
+pub const INK: &str = "#222222";
+
+/// A picture of this size as a document, which ends with a line feed.
+pub fn document(title: &str, size: Point, elements: &str) -> String {
+    let (width, height) = (size.x + 2 * MARGIN, size.y + 2 * MARGIN);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"10\" fill=\"{INK}\">\n<title>{}</title>\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
+        xml(title),
+        at(Point::new(MARGIN, MARGIN), elements)
+    )
+}
+
+/// Elements with their upper left corner at this place.
+pub fn at(place: Point, elements: &str) -> String {
+    let Point { x, y } = place;
+    format!("<g transform=\"translate({x} {y})\">\n{elements}</g>\n")
+}
+
+/// An arrowhead at the left side of a box.
+pub fn head(end: Point) -> String {
+    let (x, y) = (end.x - 1, end.y);
+    format!(
+        "<path d=\"M{0} {1}L{x} {y}L{0} {2}Z\" fill=\"{INK}\"/>\n",
+        x - 8,
+        y - 4,
+        y + 4
+    )
+}
 
 /// A text with these attributes.
 pub fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {

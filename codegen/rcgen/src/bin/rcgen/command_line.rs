@@ -233,15 +233,21 @@ pub(crate) enum Command {
         #[arg(long)]
         dev: bool,
     },
-    /// Draws a state machine as SVG: states in states, transitions with their events.
+    /// Draws a state machine, states in states, transitions with their events; or a graph, or the types
+    /// of one with their relations.
     Graph {
-        /// The machine, or the component that names it.
-        #[arg(value_name = "FILE", add = files(&["smdsl", "scxml", "cdsl"]))]
+        /// The machine, or the component that names it; the graph (.graph, or .json of DSR), or its
+        /// schema.
+        #[arg(value_name = "FILE", add = files(&["smdsl", "scxml", "cdsl", "graph", "json", "gdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
+        /// SVG, or text for Graphviz, which state machines have not [default: by the ending of the
+        /// output, or svg].
+        #[arg(long, value_name = "FORM")]
+        to: Option<Form>,
         /// Writes to this file instead of standard output.
-        #[arg(short, long, value_name = "FILE.svg")]
+        #[arg(short, long, value_name = "FILE.svg|FILE.dot")]
         output: Option<PathBuf>,
     },
     /// Prints how one data prototype becomes another one: type, distance, cost, and what is lost.
@@ -265,10 +271,10 @@ pub(crate) enum Command {
         list: bool,
     },
     /// Prints a component, neutral of the language that is generated, the data prototypes of a file,
-    /// or a robot with its solvers as JSON: for other generators.
+    /// a robot with its solvers, or a graph with its schema as JSON: for other generators.
     View {
-        /// The component, the prototypes, or the solvers.
-        #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl", add = files(&["cdsl", "dproto", "kdsl"]))]
+        /// The component, the prototypes, the solvers, the graph (.json is one of DSR), or the schema.
+        #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl|FILE.graph|FILE.json|FILE.gdsl", add = files(&["cdsl", "dproto", "kdsl", "graph", "json", "gdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,
@@ -278,6 +284,13 @@ pub(crate) enum Command {
     },
     #[command(flatten)]
     Common(rc_command_line::Common),
+}
+
+/// The forms of a picture.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Form {
+    Svg,
+    Dot,
 }
 
 /// The languages of printed conversions and solvers.

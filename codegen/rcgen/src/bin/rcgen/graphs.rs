@@ -16,7 +16,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Reads a graph; reports findings about its form.
-fn loaded(file: &Path, sources: &mut SourceMap, common: &Common) -> Result<Loaded, Failure> {
+pub(crate) fn loaded(
+    file: &Path,
+    sources: &mut SourceMap,
+    common: &Common,
+) -> Result<Loaded, Failure> {
     let loader = FileLoader::new(&common.include);
     let mut found = Diagnostics::new();
     let loaded = load(file, sources, &loader, &mut found).map_err(|e| refused(file, &e))?;
@@ -105,7 +109,7 @@ fn named(
     texts: &[(&str, &str)],
     budget: Budget,
 ) -> Result<Rows, Failure> {
-    let queries = Queries::of(&Arc::new(schema)).map_err(|e| failed(&e))?;
+    let queries = Queries::of(&Arc::new(schema));
     let wrong = |error: graph_query::Error| Failure::Usage(error.to_string());
     let mut values = Vec::new();
     for (parameter, text) in texts {
@@ -151,16 +155,22 @@ fn with_ids(file: &Path, loaded: &Loaded) -> Result<Document, Failure> {
     Ok(document)
 }
 
-/// Makes one graph of several.
+/// Makes one graph of several. The first file that names a schema says which one the new file names.
 pub(crate) fn join(files: &[PathBuf], out: &Path, common: &Common) -> Result<(), Failure> {
     let mut joined = Document::default();
+    let mut schema = Schema::anything();
     for file in files {
         let mut sources = SourceMap::new();
         let loaded = loaded(file, &mut sources, common)?;
-        joined.join(&loaded.document).map_err(|error| {
+        let had_schema = joined.schema.is_some();
+        let schemas = (&schema, &loaded.schema);
+        joined.join(&loaded.document, schemas).map_err(|error| {
             tell(format_args!("{}: {error}", file.display()));
             Failure::Input
         })?;
+        if !had_schema {
+            schema = loaded.schema;
+        }
     }
     create(out, graph_json::write(&joined).as_bytes(), "file", false)
 }

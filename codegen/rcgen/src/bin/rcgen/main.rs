@@ -10,6 +10,7 @@ mod configuration;
 mod export;
 mod generation;
 mod graph;
+mod graph_views;
 mod graphs;
 mod innermodel;
 mod kinematics;
@@ -118,8 +119,9 @@ fn main() -> ExitCode {
         Some(Command::Graph {
             file,
             common,
+            to,
             output,
-        }) => graph::graph(&file, &common, output.as_deref()),
+        }) => graph::graph(&file, &common, to, output.as_deref()),
         Some(Command::Convert {
             from: Some(from),
             to: Some(to),
@@ -141,6 +143,9 @@ fn main() -> ExitCode {
             if file.extension().is_some_and(|ending| ending == "kdsl") =>
         {
             kinematics::view(&file, &common)
+        }
+        Some(Command::View { file, common, .. }) if graph_views::is_graph(&file) => {
+            graph_views::view(&file, &common)
         }
         Some(Command::View {
             file,
