@@ -27,6 +27,7 @@ struct Seen {
 
 /// Checks what a change touched, and brings keys up to date.
 pub(crate) fn check(edit: &mut Edit, before: &Snapshot) -> Result<(), Error> {
+    edit.demote()?;
     if edit.touched.len() > 1 {
         edit.touched.sort_unstable();
         edit.touched.dedup();
@@ -102,14 +103,17 @@ fn check_ports(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) ->
     let Ok(place) = next.place(node) else {
         return Ok(());
     };
-    let Some(entity) = types.entity(place.kind) else {
+    // An edge that others refer to may have as many of them as a node, but needs none.
+    let promoted = types.promoted(place.kind);
+    let needs_none = promoted.is_some();
+    let Some(entity) = promoted.or_else(|| types.entity(place.kind)) else {
         return Ok(());
     };
     for port in &entity.ports {
         let halves = [place.out.all(), next.incoming(node)][port.port];
         let ours = halves.iter().filter(|half| half.relation == port.relation);
         let found = ours.count();
-        if found < port.min || port.max.is_some_and(|most| found > most) {
+        if (found < port.min && !needs_none) || port.max.is_some_and(|most| found > most) {
             let relation = next.text(port.relation).to_owned();
             let described = types.schema.relation(&relation);
             let name = described.and_then(|r| r.ports.get(port.port));
@@ -229,7 +233,8 @@ fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId, seen: &mut Seen) -> 
     for (at, (node, wanted)) in [from, to].into_iter().zip(relation.ports).enumerate() {
         let kind = next.place(node)?.kind;
         let Some(wanted) = wanted else { continue };
-        let is_known = types.entity(kind).is_some() || !types.schema.open;
+        let is_declared = types.entity(kind).is_some() || types.relation(kind).is_some();
+        let is_known = is_declared || !types.schema.open;
         if is_known && !types.is_a(kind, wanted) {
             return Err(Error::Port {
                 relation: about.name.clone(),

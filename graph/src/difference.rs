@@ -48,7 +48,9 @@ impl Snapshot {
             new_edges.extend(new.map(Change::EdgeAdded));
         }
         for at in nodes {
-            let (new, old) = (self.node_at(at), older.node_at(at));
+            // A node that stands for an edge is none of its own.
+            let own = |of: &Self| of.node_at(at).filter(|node| of.stands_for(*node).is_none());
+            let (new, old) = (own(self), own(older));
             if new == old {
                 if let Some(node) = new {
                     self.attributes_since(older, node.into(), &mut changed);

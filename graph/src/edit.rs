@@ -9,6 +9,7 @@ use crate::names::{Named, Symbol};
 use crate::snapshot::{OfType, Shape, Snapshot, value};
 use crate::value::{MOST_BYTES, Value};
 use rc_diagnostics::foreign;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// How many steps a change has at most.
@@ -127,8 +128,26 @@ impl Edit {
             id,
             attributes: None,
             frame: None,
+            edge: NONE,
         };
         let first = self.list(kind)?.first;
+        let node = self.settle(node, kind, first)?;
+        let at = node.place;
+        if first != NONE {
+            self.lists(first)?.of_type.previous = at;
+        }
+        let list = self.list(kind)?;
+        list.first = at;
+        list.count += 1;
+        let shape = self.shape();
+        shape.node_ids.insert(id, at);
+        shape.node_count += 1;
+        self.touched.push(node.into());
+        Ok(node)
+    }
+
+    /// Gives a node a place, in front of `next` in the list of its type.
+    fn settle(&mut self, node: Node, kind: Symbol, next: u32) -> Result<NodeId, Error> {
         let mut place = Place {
             generation: 0,
             kind,
@@ -139,7 +158,7 @@ impl Edit {
             in_: Halves::NO,
             of_type: Neighbours {
                 previous: NONE,
-                next: first,
+                next,
             },
             of_name: Neighbours::NO,
         };
@@ -165,21 +184,78 @@ impl Edit {
             }
             free
         };
-        if first != NONE {
-            self.lists(first)?.of_type.previous = at;
-        }
-        let list = self.list(kind)?;
-        list.first = at;
-        list.count += 1;
-        let shape = self.shape();
-        shape.node_ids.insert(id, at);
-        shape.node_count += 1;
-        let node = NodeId {
+        Ok(NodeId {
             place: at,
             generation: place.generation,
+        })
+    }
+
+    /// The node that stands for an edge, so that other edges can start or end there. It has the type,
+    /// the id and the attributes of the edge, and is there while another edge refers to it: when a
+    /// change ends, one without edges is gone. The edge stays as it is.
+    pub fn node_of(&mut self, edge: EdgeId) -> Result<NodeId, Error> {
+        self.step()?;
+        let here = self.next.edge_of(edge)?;
+        let (id, relation) = (here.id, here.relation);
+        if let Some(known) = self.next.node_of(edge) {
+            return Ok(known);
+        }
+        let node = Node {
+            id,
+            attributes: None,
+            frame: None,
+            edge: edge.place,
         };
-        self.touched.push(node.into());
+        let node = self.settle(node, relation, NONE)?;
+        let shape = self.shape();
+        shape.standing.insert(edge.place, node.place);
+        shape.standing_count += 1;
+        self.bared.push(node);
         Ok(node)
+    }
+
+    /// The end of an edge with this id: the node, or the one that stands for the edge with this id.
+    pub fn end(&mut self, id: Id) -> Result<NodeId, Error> {
+        match self.next.find(id) {
+            Some(Element::Node(node)) => Ok(node),
+            Some(Element::Edge(edge)) => self.node_of(edge),
+            None => Err(Error::UnknownId(id.0)),
+        }
+    }
+
+    /// The edge that a node stands for, or the node itself: which of them has the attributes.
+    fn owner(&self, element: Element) -> Element {
+        let edge = match element {
+            Element::Node(node) => self.next.stands_for(node),
+            Element::Edge(_) => None,
+        };
+        edge.map_or(element, Element::Edge)
+    }
+
+    /// Takes nodes away that stand for edges to which nobody refers any more.
+    pub(crate) fn demote(&mut self) -> Result<(), Error> {
+        if self.next.shape.standing_count == 0 {
+            return Ok(());
+        }
+        for at in 0..self.bared.len() {
+            let node = self.bared[at];
+            let Some(edge) = self.next.stands_for(node) else {
+                continue;
+            };
+            let is_free = self.next.outgoing(node).is_empty();
+            if is_free && self.next.incoming(node).is_empty() {
+                self.fall(edge, node)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the node of an edge away, which has no edges.
+    fn fall(&mut self, edge: EdgeId, node: NodeId) -> Result<(), Error> {
+        let shape = self.shape();
+        shape.standing.remove(&edge.place);
+        shape.standing_count -= 1;
+        self.vacate(node)
     }
 
     fn place(&mut self, at: u32) -> Result<&mut Place, Error> {
@@ -289,8 +365,37 @@ impl Edit {
         }
     }
 
-    /// Removes an edge.
+    /// Removes an edge, with those that start or end at it.
     pub fn remove_edge(&mut self, edge: EdgeId) -> Result<(), Error> {
+        self.next.edge_of(edge)?;
+        let mut all = vec![edge];
+        if self.next.shape.standing_count > 0 {
+            let mut seen = HashSet::from([edge]);
+            let mut at = 0;
+            while let Some(node) = all.get(at).map(|edge| self.next.node_of(*edge)) {
+                at += 1;
+                let Some(node) = node else { continue };
+                let halves = self.next.outgoing(node).iter();
+                let halves = halves.chain(self.next.incoming(node));
+                let edges = halves.filter_map(|half| self.next.edge_at(half.edge));
+                all.extend(edges.filter(|edge| seen.insert(*edge)));
+            }
+        }
+        let standing = all
+            .iter()
+            .filter_map(|edge| Some((*edge, self.next.node_of(*edge)?)));
+        let standing: Vec<(EdgeId, NodeId)> = standing.collect();
+        for edge in all {
+            self.take_edge(edge)?;
+        }
+        // Now no edge leads there.
+        for (edge, node) in standing {
+            self.fall(edge, node)?;
+        }
+        Ok(())
+    }
+
+    fn take_edge(&mut self, edge: EdgeId) -> Result<(), Error> {
         self.step()?;
         let here = self.next.edge_of(edge)?;
         let (id, relation, from, to) = (here.id, here.relation, here.from, here.to);
@@ -313,9 +418,12 @@ impl Edit {
         Ok(())
     }
 
-    /// Removes a node with its edges.
+    /// Removes a node with its edges. If it stands for an edge, this is removed.
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), Error> {
         self.step()?;
+        if let Some(edge) = self.next.stands_for(node) {
+            return self.remove_edge(edge);
+        }
         let place = self.next.place(node)?;
         let halves = place.out.all().iter().chain(self.next.incoming(node));
         let edges: Vec<u32> = halves.map(|half| half.edge).collect();
@@ -339,15 +447,22 @@ impl Edit {
         }
         self.list(kind)?.count -= 1;
         self.keyed.push(node.place);
+        let id = self.next.nodes.get(node.place as usize).map(|node| node.id);
+        let shape = self.shape();
+        shape.node_ids.remove(&id.unwrap_or_default());
+        shape.node_count -= 1;
+        self.vacate(node)
+    }
+
+    /// Frees the place of a node without edges, which is in no list.
+    fn vacate(&mut self, node: NodeId) -> Result<(), Error> {
         let gone = self.next.nodes.get_mut(node.place as usize);
         let gone = gone.ok_or(Error::Removed)?;
         gone.attributes = None;
+        gone.edge = NONE;
         let frame = gone.frame.take();
-        let id = gone.id;
         self.fallen.extend(frame);
         let shape = self.shape();
-        shape.node_ids.remove(&id);
-        shape.node_count -= 1;
         let free = std::mem::replace(&mut shape.free_node, node.place);
         let place = self.place(node.place)?;
         place.generation = place.generation.wrapping_add(1);
@@ -368,7 +483,7 @@ impl Edit {
         value: impl Into<Value>,
     ) -> Result<(), Error> {
         self.step()?;
-        let (element, value) = (element.into(), value.into());
+        let (element, value) = (self.owner(element.into()), value.into());
         let attribute = self.name(attribute);
         self.check_value(attribute, &value)?;
         self.put(element, attribute, Some(value))
@@ -381,7 +496,7 @@ impl Edit {
         element: impl Into<Element>,
         values: impl IntoIterator<Item = (N, V)>,
     ) -> Result<(), Error> {
-        let element = element.into();
+        let element = self.owner(element.into());
         let before = self.next.attributes(element)?.clone();
         let mut set = Vec::new();
         for (attribute, value) in values {
@@ -422,7 +537,7 @@ impl Edit {
         attribute: impl Named,
     ) -> Result<(), Error> {
         self.step()?;
-        let element = element.into();
+        let element = self.owner(element.into());
         match self.next.symbol(attribute) {
             Some(attribute) => self.put(element, attribute, None),
             None => self.next.attributes(element).map(|_| ()),

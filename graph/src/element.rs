@@ -73,6 +73,8 @@ pub(crate) struct Node {
     pub(crate) id: Id,
     pub(crate) attributes: Attributes,
     pub(crate) frame: Option<Frame>,
+    /// The place of the edge that the node stands for, or [`NONE`]. Then the edge has the attributes.
+    pub(crate) edge: u32,
 }
 
 /// An edge.

@@ -37,6 +37,9 @@ pub(crate) struct Shape {
     pub(crate) names: Names,
     pub(crate) node_ids: Ids<Id>,
     pub(crate) edge_ids: Ids<Id>,
+    /// The places of nodes that stand for edges, by the places of these.
+    pub(crate) standing: Ids<u32>,
+    pub(crate) standing_count: usize,
     /// The first node of each name. The others follow in [`Place::of_name`].
     pub(crate) named: Ids<Arc<str>>,
     /// Nodes by the type that declares a key, the key, and its value.
@@ -74,6 +77,8 @@ impl Snapshot {
                 names,
                 node_ids: Ids::new(),
                 edge_ids: Ids::new(),
+                standing: Ids::new(),
+                standing_count: 0,
                 named: Ids::new(),
                 keys: Ids::new(),
                 of_type: Pages::new(),
@@ -182,11 +187,40 @@ impl Snapshot {
         })
     }
 
-    /// All nodes, in the order of their places.
+    /// All nodes, in the order of their places. A node that only stands for an edge is none of them.
     pub fn nodes(&self) -> impl Iterator<Item = NodeRef<'_>> {
-        (0..self.shape.places.len() as u32)
-            .filter_map(|at| self.node_at(at))
+        self.places()
+            .filter(|node| self.stands_for(*node).is_none())
             .filter_map(|node| self.node(node).ok())
+    }
+
+    fn places(&self) -> impl Iterator<Item = NodeId> {
+        (0..self.shape.places.len() as u32).filter_map(|at| self.node_at(at))
+    }
+
+    /// The edge that a node stands for: as an end of other edges, an edge is a node.
+    #[inline]
+    pub fn stands_for(&self, node: NodeId) -> Option<EdgeId> {
+        if self.shape.standing_count == 0 {
+            return None;
+        }
+        self.place(node).ok()?;
+        let edge = self.nodes.get(node.place as usize)?.edge;
+        (edge != NONE).then(|| self.edge_at(edge)).flatten()
+    }
+
+    /// The node that stands for an edge, if other edges start or end there.
+    pub fn node_of(&self, edge: EdgeId) -> Option<NodeId> {
+        self.edge_of(edge).ok()?;
+        self.node_at(self.shape.standing.get(&edge.place)?)
+    }
+
+    /// The edges at which other edges start or end.
+    pub fn promoted(&self) -> impl Iterator<Item = EdgeRef<'_>> {
+        let places = (self.shape.standing_count > 0).then(|| self.places());
+        let edges = places.into_iter().flatten();
+        let edges = edges.filter_map(|node| self.stands_for(node));
+        edges.filter_map(|edge| self.edge(edge).ok())
     }
 
     /// All edges, in the order of their places.
@@ -344,7 +378,12 @@ impl Snapshot {
             Element::Node(node) => {
                 self.place(node)?;
                 let node = self.nodes.get(node.place as usize);
-                Ok(&node.ok_or(Error::Removed)?.attributes)
+                let node = node.ok_or(Error::Removed)?;
+                if node.edge != NONE {
+                    let edge = self.edges.get(node.edge as usize);
+                    return Ok(&edge.ok_or(Error::Removed)?.attributes);
+                }
+                Ok(&node.attributes)
             }
             Element::Edge(edge) => Ok(&self.edge_of(edge)?.attributes),
         }
@@ -365,7 +404,8 @@ impl Snapshot {
         }
     }
 
-    /// Whether a type of nodes is another one, or inherits from it.
+    /// Whether a type of nodes is another one, or inherits from it. A relation is also what its edges
+    /// are to others.
     pub fn is_a(&self, kind: Symbol, wanted: Symbol) -> bool {
         self.types.is_a(kind, wanted)
     }
@@ -437,8 +477,8 @@ impl<'s> NodeRef<'s> {
 
     /// All attributes, in the order of their symbols.
     pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
-        let node = self.snapshot.nodes.get(self.node.place as usize);
-        listed(self.snapshot, node.and_then(|n| n.attributes.as_deref()))
+        let attributes = self.snapshot.attributes(self.node.into());
+        listed(self.snapshot, attributes.ok().and_then(|a| a.as_deref()))
     }
 
     /// Edges from the node.

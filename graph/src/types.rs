@@ -65,6 +65,8 @@ pub(crate) struct RelationType {
     pub(crate) ports: [Option<Symbol>; 2],
     pub(crate) tree: Option<TreeOf>,
     pub(crate) placed: Option<PlacedOf>,
+    /// What an edge is as an end of others.
+    pub(crate) promotes: Option<Symbol>,
     /// Places of rules in the schema, with the symbols of their attributes.
     pub(crate) rules: Vec<(usize, Symbol, Symbol)>,
 }
@@ -165,12 +167,18 @@ impl Types {
         self.described_relation(relation).attributes.get(at)
     }
 
-    /// Whether a type is another one, or inherits from it.
+    /// What an edge of a relation is as an end of others.
+    pub(crate) fn promoted(&self, relation: Symbol) -> Option<&EntityType> {
+        self.entity(self.relation(relation)?.promotes?)
+    }
+
+    /// Whether a type is another one, inherits from it, or has edges that are ends of others as it.
     pub(crate) fn is_a(&self, kind: Symbol, wanted: Symbol) -> bool {
-        kind == wanted
-            || self
-                .entity(kind)
-                .is_some_and(|entity| entity.ancestors.contains(&wanted))
+        if kind == wanted {
+            return true;
+        }
+        let entity = self.entity(kind).or_else(|| self.promoted(kind));
+        entity.is_some_and(|entity| entity.ancestors.contains(&wanted))
     }
 }
 
@@ -266,6 +274,7 @@ fn relation_type(
         ports,
         tree,
         placed,
+        promotes: relation.promotes.as_ref().map(|entity| names.add(entity)),
         rules,
     }
 }

@@ -1,9 +1,9 @@
 //! What is wrong with a document, each finding at its place.
 
-use crate::document::{Document, Edge, Node};
+use crate::document::{self, Document, Edge, Node};
 use crate::places::{Places, SEPARATOR};
 use graph_schema::{Attribute, Relation, Schema};
-use property_graph::{Id, Value, fits};
+use property_graph::{Id, Value, fits, in_order};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -25,6 +25,8 @@ struct Checker<'a> {
     document: &'a Document,
     /// The nodes by id.
     nodes: HashMap<Id, &'a Node>,
+    /// The edges by id: others may start and end there.
+    edges: HashMap<Id, &'a Edge>,
     /// Attributes of nodes that rules compare.
     compared: HashMap<(Id, &'a str), f64>,
     findings: Vec<Finding>,
@@ -41,6 +43,7 @@ pub fn check(
         schema,
         document,
         nodes: HashMap::with_capacity(document.nodes.len()),
+        edges: HashMap::new(),
         compared: compared(document, schema),
         findings: Vec::new(),
     };
@@ -57,12 +60,15 @@ pub fn check(
             checker.error("duplicate-id", &edge.path, message);
         }
     }
+    let edges = document.edges.iter();
+    checker.edges = edges.filter_map(|edge| Some((edge.id?, edge))).collect();
     for node in &document.nodes {
         checker.node(node);
     }
     for edge in &document.edges {
         checker.edge(edge);
     }
+    checker.rounds();
     checker.ports();
     checker.keys();
     for relation in schema.relations.iter().filter(|r| r.tree.is_some()) {
@@ -110,7 +116,7 @@ fn compared<'a>(document: &'a Document, schema: &Schema) -> HashMap<(Id, &'a str
     all
 }
 
-impl Checker<'_> {
+impl<'a> Checker<'a> {
     fn push(
         &mut self,
         severity: Severity,
@@ -176,7 +182,7 @@ impl Checker<'_> {
     fn attributes(
         &mut self,
         above: &str,
-        all: &[(String, Value, Option<String>)],
+        all: &[document::Attribute],
         described: &[Attribute],
         kind: &str,
     ) {
@@ -233,7 +239,7 @@ impl Checker<'_> {
         let kind = foreign::clean(&edge.kind);
         let relation = self.schema.relation(&edge.kind);
         for (end, member) in [(edge.from, "from"), (edge.to, "to")] {
-            if !self.nodes.contains_key(&end) {
+            if !self.nodes.contains_key(&end) && !self.edges.contains_key(&end) {
                 let member = match (all_in_links(&edge.path), member) {
                     (true, "from") => "src",
                     (true, _) => "dst",
@@ -259,16 +265,17 @@ impl Checker<'_> {
         };
         self.attributes(&edge.path, &edge.attributes, &relation.attributes, &kind);
         for (port, end) in relation.ports.iter().zip([edge.from, edge.to]) {
-            let Some(node) = self.nodes.get(&end) else {
+            let Some(found) = self.kind_of(end) else {
                 continue;
             };
-            let is_known = self.schema.entity(&node.kind).is_some();
-            if is_known && !self.schema.is_a(&node.kind, &port.entity) {
+            let schema = self.schema;
+            let is_known = schema.entity(found).is_some() || schema.relation(found).is_some();
+            if is_known && !schema.is_a(found, &port.entity) {
                 let message = format!(
                     "port `{}` of `{kind}` is for {}, found {}",
                     port.name,
                     port.entity,
-                    foreign::clean(&node.kind)
+                    foreign::clean(found)
                 );
                 self.error("wrong-port", &edge.path, message);
             }
@@ -281,6 +288,27 @@ impl Checker<'_> {
             self.error("edge-to-itself", &edge.path, message);
         }
         self.rules(edge, &kind);
+    }
+
+    /// The type of a node or an edge.
+    fn kind_of(&self, id: Id) -> Option<&'a str> {
+        let node = self.nodes.get(&id).map(|node| node.kind.as_str());
+        node.or_else(|| self.edges.get(&id).map(|edge| edge.kind.as_str()))
+    }
+
+    /// Edges that start or end at themselves, over other edges.
+    fn rounds(&mut self) {
+        let edges = &self.document.edges;
+        let ends = edges.iter().map(|edge| (edge.id, [edge.from, edge.to]));
+        let ends: Vec<_> = ends.collect();
+        // An end that is nothing at all is a finding of its own.
+        let is_there = |id| self.nodes.contains_key(&id) || !self.edges.contains_key(&id);
+        for at in in_order(&ends, is_there).1 {
+            let edge = &edges[at];
+            let kind = foreign::clean(&edge.kind);
+            let message = format!("an edge `{kind}` leads to itself, over the edges at its ends");
+            self.error("edge-to-itself", &edge.path, message);
+        }
     }
 
     fn rules(&mut self, edge: &Edge, kind: &str) {
@@ -317,21 +345,30 @@ impl Checker<'_> {
                 if port.min == 0 && port.max.is_none() {
                     continue;
                 }
-                for node in &self.document.nodes {
-                    let is_of = self.schema.is_a(&node.kind, &port.entity);
-                    let count = counts.get(&(relation.name.as_str(), at, node.id));
+                let nodes = self.document.nodes.iter();
+                let nodes = nodes.map(|node| (node.id, &node.kind, &node.path, port.min));
+                // An edge has as many of them as a node at most, and needs none.
+                let edges = self.document.edges.iter();
+                let edges = edges.filter_map(|e| Some((e.id?, &e.kind, &e.path, 0)));
+                for (id, kind, path, least) in nodes.chain(edges) {
+                    let is_of = self.schema.is_a(kind, &port.entity);
+                    let count = counts.get(&(relation.name.as_str(), at, id));
                     let count = count.copied().unwrap_or_default();
-                    let fits = count >= port.min && port.max.is_none_or(|most| count <= most);
+                    let fits = count >= least && port.max.is_none_or(|most| count <= most);
                     if is_of && !fits {
                         let most = port.max.map(|most| most.to_string()).unwrap_or_default();
                         let message = format!(
-                            "node {} is {count} times `{}` of `{}`; expected {}:{most}",
-                            shown(node.id),
+                            "{} {} is {count} times `{}` of `{}`; expected {least}:{most}",
+                            if self.nodes.contains_key(&id) {
+                                "node"
+                            } else {
+                                "edge"
+                            },
+                            shown(id),
                             port.name,
                             relation.name,
-                            port.min
                         );
-                        wrong.push((node.path.clone(), message));
+                        wrong.push((path.clone(), message));
                     }
                 }
             }

@@ -1,7 +1,7 @@
 //! A graph as a file has it.
 
 use graph_schema::{Entity, Port, Relation, Schema};
-use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value};
+use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value, in_order};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -16,6 +16,9 @@ pub struct Document {
     pub edges: Vec<Edge>,
 }
 
+/// Name, value, and the unit as written.
+pub type Attribute = (String, Value, Option<String>);
+
 /// A node of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
@@ -24,7 +27,7 @@ pub struct Node {
     /// Type of the node.
     pub kind: String,
     /// Names, values and units as written.
-    pub attributes: Vec<(String, Value, Option<String>)>,
+    pub attributes: Vec<Attribute>,
     /// Where it is in the file.
     pub(crate) path: String,
 }
@@ -36,12 +39,12 @@ pub struct Edge {
     pub id: Option<Id>,
     /// The relation.
     pub kind: String,
-    /// The id of the node where it starts.
+    /// The id of the node where it starts, or of an edge.
     pub from: Id,
-    /// The id of the node where it ends.
+    /// The id of the node where it ends, or of an edge.
     pub to: Id,
     /// Names, values and units as written.
-    pub attributes: Vec<(String, Value, Option<String>)>,
+    pub attributes: Vec<Attribute>,
     /// Where it is in the file.
     pub(crate) path: String,
 }
@@ -76,14 +79,31 @@ impl Document {
             edit.set_all(made, named(&node.attributes))?;
             places.insert(node.id, made);
         }
-        let known = |id: Id| places.get(&id).copied().ok_or(Error::UnknownId(id.0));
-        for edge in &self.edges {
-            let (from, to) = (known(edge.from)?, known(edge.to)?);
+        let add = |edit: &mut Edit, edge: &Edge, from: NodeId, to: NodeId| {
             let made = match edge.id {
                 Some(id) => edit.add_edge_as(id, edge.kind.as_str(), from, to)?,
                 None => edit.add_edge(edge.kind.as_str(), from, to)?,
             };
-            edit.set_all(made, named(&edge.attributes))?;
+            edit.set_all(made, named(&edge.attributes))
+        };
+        let mut later = Vec::new();
+        for edge in &self.edges {
+            match (places.get(&edge.from), places.get(&edge.to)) {
+                (Some(from), Some(to)) => add(edit, edge, *from, *to)?,
+                _ => later.push(edge),
+            }
+        }
+        let ends = later.iter().map(|edge| (edge.id, [edge.from, edge.to]));
+        let ends: Vec<_> = ends.collect();
+        let (order, rest) = in_order(&ends, |id| edit.snapshot().find(id).is_some());
+        if let Some(wrong) = rest.first().map(|at| later[*at]) {
+            let is_there = places.contains_key(&wrong.from);
+            let end = if is_there { wrong.to } else { wrong.from };
+            return Err(Error::UnknownId(end.0));
+        }
+        for edge in order.into_iter().map(|at| later[at]) {
+            let (from, to) = (edit.end(edge.from)?, edit.end(edge.to)?);
+            add(edit, edge, from, to)?;
         }
         Ok(())
     }
@@ -94,7 +114,7 @@ impl Document {
             let mut all: Vec<_> = attributes
                 .map(|(name, value)| (name.to_owned(), value.clone(), None))
                 .collect();
-            all.sort_by(|a: &(String, Value, Option<String>), b| a.0.cmp(&b.0));
+            all.sort_by(|a: &Attribute, b| a.0.cmp(&b.0));
             all
         };
         let id_of = |node: NodeId| graph.node(node).map(|node| node.id()).unwrap_or_default();
@@ -128,7 +148,7 @@ impl Document {
     }
 }
 
-fn named(all: &[(String, Value, Option<String>)]) -> impl Iterator<Item = (&str, Value)> {
+fn named(all: &[Attribute]) -> impl Iterator<Item = (&str, Value)> {
     all.iter()
         .map(|(name, value, _)| (name.as_str(), value.clone()))
 }
@@ -149,12 +169,15 @@ fn with_loops(schema: &Schema) -> Schema {
 }
 
 fn kept_relations(schema: &Schema, keep: impl Fn(&Relation, &mut Relation)) -> Schema {
-    let of_interest = |relation: &&Relation| relation.tree.is_some() || relation.pose.is_some();
+    let of_interest = |relation: &&Relation| {
+        relation.tree.is_some() || relation.pose.is_some() || relation.promotes.is_some()
+    };
     let relations = schema.relations.iter().filter(of_interest).map(|relation| {
         let mut kept = Relation {
             name: relation.name.clone(),
             domain: relation.domain.clone(),
             ports: vec![Port::default(), Port::default()],
+            promotes: relation.promotes.clone(),
             ..Relation::default()
         };
         keep(relation, &mut kept);

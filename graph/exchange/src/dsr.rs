@@ -1,6 +1,6 @@
 //! Files of DSR, RoboComp's working memory: `{"DSRModel": {"symbols": {…}}}`.
 
-use crate::document::{Document, Edge, Node};
+use crate::document::{self, Document, Edge, Node};
 use crate::json::{self, Members, Raw, float, quoted};
 use crate::places::{Places, SEPARATOR};
 use property_graph::{Id, Value};
@@ -209,6 +209,14 @@ pub fn write(document: &Document) -> (String, Vec<String>) {
     for edge in &document.edges {
         links.entry(edge.from).or_default().push(edge);
     }
+    let is_node: std::collections::HashSet<Id> = nodes.iter().map(|node| node.id).collect();
+    let mut ends = document.edges.iter().flat_map(|edge| [edge.from, edge.to]);
+    if ends.any(|end| !is_node.contains(&end)) {
+        lost.push("DSR has no edges to edges: these are left out".to_owned());
+        links
+            .values_mut()
+            .for_each(|edges| edges.retain(|e| is_node.contains(&e.to)));
+    }
     let mut out = String::from("{\n    \"DSRModel\": {\n        \"symbols\": {");
     for (at, node) in nodes.iter().enumerate() {
         let id = number(node.id);
@@ -252,7 +260,7 @@ pub fn write(document: &Document) -> (String, Vec<String>) {
 }
 
 fn attributes<'a>(
-    all: impl Iterator<Item = &'a (String, Value, Option<String>)>,
+    all: impl Iterator<Item = &'a document::Attribute>,
     indent: &str,
     lost: &mut Vec<String>,
 ) -> String {

@@ -1,6 +1,6 @@
 //! Files of ours: `.graph`, JSON with one node or edge a line, in the order of ids.
 
-use crate::document::{Document, Edge, Node};
+use crate::document::{Attribute, Document, Edge, Node};
 use crate::json::{self, Members, Raw, float, quoted};
 use crate::places::{Places, SEPARATOR};
 use base64::Engine;
@@ -122,11 +122,7 @@ pub fn schema_span(sources: &SourceMap, source: SourceId) -> Span {
     Places::new(source, sources.text(source)).of(&format!("{SEPARATOR}schema"))
 }
 
-fn values(
-    members: Members<Raw>,
-    above: &str,
-    wrong: &mut Wrong,
-) -> Vec<(String, Value, Option<String>)> {
+fn values(members: Members<Raw>, above: &str, wrong: &mut Wrong) -> Vec<Attribute> {
     let all = members.0.into_iter().filter_map(|(name, raw)| {
         let (value, unit) = match with_unit(&raw) {
             Some((value, unit)) => (value, Some(unit.to_owned())),
@@ -260,14 +256,14 @@ pub fn write(document: &Document) -> String {
     out
 }
 
-fn attributes(all: &[(String, Value, Option<String>)]) -> String {
+fn attributes(all: &[Attribute]) -> String {
     if all.is_empty() {
         return String::new();
     }
     let mut sorted: Vec<_> = all.iter().collect();
     sorted.sort_by(|a, b| a.0.cmp(&b.0));
     let texts = sorted.into_iter().map(|(name, value, unit)| {
-        let text = printed(value);
+        let text = value_text(value);
         let text = match unit {
             Some(unit) => format!("{{\"value\": {text}, \"unit\": {}}}", quoted(unit)),
             None => text,
@@ -278,7 +274,8 @@ fn attributes(all: &[(String, Value, Option<String>)]) -> String {
     format!(", \"attributes\": {{{}}}", texts.join(", "))
 }
 
-fn printed(value: &Value) -> String {
+/// A value as a file has it.
+pub fn value_text(value: &Value) -> String {
     let listed = |items: Vec<String>| format!("[{}]", items.join(", "));
     match value {
         Value::Bool(yes) => yes.to_string(),

@@ -1,8 +1,8 @@
 //! `GraphML` out, for other tools.
 
-use crate::document::Document;
-use property_graph::Value;
-use std::collections::BTreeMap;
+use crate::document::{Attribute, Document, Edge};
+use property_graph::{Id, Value};
+use std::collections::{BTreeMap, BTreeSet};
 
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -38,7 +38,7 @@ fn typed(value: &Value) -> (&'static str, String) {
     }
 }
 
-/// Prints a document as `GraphML`. Nodes and edges have their type as the attribute `type`.
+/// Prints a document as `GraphML`. An edge that others refer to is also a node with its id and type. Nodes and edges have their type as the attribute `type`.
 pub fn write(document: &Document) -> String {
     // A key for each name and type: one attribute may have several types in an open domain.
     let mut keys: BTreeMap<(&str, &str, &'static str), usize> = BTreeMap::new();
@@ -66,7 +66,7 @@ pub fn write(document: &Document) -> String {
         ));
     }
     out.push_str("  <graph edgedefault=\"directed\">\n");
-    let data = |of: &str, all: &[(String, Value, Option<String>)]| -> String {
+    let data = |of: &str, all: &[Attribute]| -> String {
         let lines = all.iter().map(|(name, value, _)| {
             let (kind, text) = typed(value);
             let key = keys
@@ -83,6 +83,16 @@ pub fn write(document: &Document) -> String {
             node.id.0,
             escaped(&node.kind),
             data("node", &node.attributes)
+        ));
+    }
+    // GraphML has no edges to edges: one that others refer to is also a node of its own.
+    let ends: BTreeSet<Id> = document.edges.iter().flat_map(|e| [e.from, e.to]).collect();
+    let is_end = |edge: &&Edge| edge.id.is_some_and(|id| ends.contains(&id));
+    for edge in document.edges.iter().filter(is_end) {
+        out.push_str(&format!(
+            "    <node id=\"n{}\">\n      <data key=\"node_type\">{}</data>\n    </node>\n",
+            edge.id.unwrap_or_default().0,
+            escaped(&edge.kind)
         ));
     }
     for edge in &document.edges {

@@ -15,6 +15,7 @@ mod part;
 mod places;
 
 pub use check::check;
-pub use document::{Document, Edge, Node, lenient};
+pub use document::{Attribute, Document, Edge, Node, lenient};
 pub use json::add;
 pub use part::{JoinError, domains};
+pub use property_graph::Id;

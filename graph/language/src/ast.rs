@@ -60,6 +60,8 @@ pub struct Relation {
     pub members: Vec<Member>,
     /// The clauses `tree`. A relation may have one.
     pub trees: Vec<Tree>,
+    /// The entities of the clauses `promotes`. A relation may have one.
+    pub promotes: Vec<Name>,
 }
 
 /// An attribute, or a port.

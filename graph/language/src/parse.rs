@@ -106,12 +106,14 @@ fn relation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Relation {
         doc: r.doc(&pair),
         members: Vec::new(),
         trees: Vec::new(),
+        promotes: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => relation.name = r.name(&part),
             Rule::member => relation.members.extend(member(r, part)),
             Rule::tree => relation.trees.push(tree(r, part)),
+            Rule::promotes => relation.promotes.extend(promotes(r, part)),
             Rule::skipped => r.report_skipped(&part, Rule::member),
             _ => {}
         }
@@ -136,6 +138,18 @@ fn tree(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Tree {
         }
     }
     tree
+}
+
+fn promotes(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
+    let mut name = None;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => name = Some(r.name(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    name
 }
 
 fn member(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
@@ -257,6 +271,7 @@ rc_syntax::language!("`Domain NAME { … };`", words: [], {
     type_ref => "a type",
     flag => "`unit`, `key`, `optional`, `history` or a range",
     tree => "`tree`",
+    promotes => "`promotes`",
     kw_of => "`of`",
     path => "`PORT.ATTRIBUTE`",
     comparison => "a comparison",

@@ -255,6 +255,7 @@ impl Resolver {
                 made.pose = placed(&made, &relation.members);
             }
             made.tree = relation.trees.first().map(|tree| self.tree(&made, tree));
+            self.promotes(&mut made, relation);
             if let [first, others @ ..] = relation.trees.as_slice() {
                 for other in others {
                     let message = format!("`{}` is a tree already", relation.name.text);
@@ -266,6 +267,43 @@ impl Resolver {
             }
             self.schema.relations.push(made);
         }
+    }
+
+    /// What the edges are to others, with the attributes of this entity before their own ones.
+    fn promotes(&mut self, made: &mut Relation, relation: &ast::Relation) {
+        let [first, others @ ..] = relation.promotes.as_slice() else {
+            return;
+        };
+        for other in others {
+            let message = format!("`{}` has this property already", made.name);
+            let diagnostic = Diagnostic::error("repeated-flag", other.span, message);
+            self.found
+                .push(diagnostic.label(first.span, "first given here"));
+        }
+        let Some(entity) = self.schema.entity(&first.text).cloned() else {
+            self.unknown_entity(first);
+            return;
+        };
+        if let Some(key) = entity.attributes.iter().find(|attribute| attribute.key) {
+            let message = format!(
+                "`{}` has the key `{}`, and only nodes have keys",
+                entity.name, key.name
+            );
+            let diagnostic = Diagnostic::error("key-of-relation", first.span, message);
+            self.found
+                .push(diagnostic.help("name an entity without a key"));
+            return;
+        }
+        for member in &relation.members {
+            if entity.attribute(&member.name.text).is_some() {
+                let name = &member.name.text;
+                let message = format!("`{}` inherits an attribute `{name}`", made.name);
+                self.error("duplicate-member", member.name.span, message);
+            }
+        }
+        let inherited = entity.attributes.into_iter();
+        made.attributes = inherited.chain(made.attributes.drain(..)).collect();
+        made.promotes = Some(first.text.clone());
     }
 
     fn tree(&mut self, relation: &Relation, tree: &ast::Tree) -> Tree {

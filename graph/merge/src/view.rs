@@ -2,7 +2,7 @@
 
 use crate::replica::{Made, Replica, Stamp};
 use graph_schema::{Relation, Schema};
-use property_graph::{Error, Graph, Id, NodeId, Time, Value};
+use property_graph::{Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
@@ -85,9 +85,16 @@ impl Replica {
         edges.sort_unstable();
         let mut taken: HashMap<(&str, usize, Id), u32> = HashMap::new();
         let mut parents: HashMap<(&str, Id), Id> = HashMap::new();
-        for (_, id, kind, from, to) in edges.into_iter().rev() {
-            // An edge goes with its nodes.
-            if !view.nodes.contains_key(&from) || !view.nodes.contains_key(&to) {
+        edges.reverse();
+        let ends = edges
+            .iter()
+            .map(|(_, id, _, from, to)| (Some(*id), [*from, *to]));
+        let ends: Vec<_> = ends.collect();
+        // An edge goes with its nodes, and with the edges where it starts and ends.
+        let (order, _) = in_order(&ends, |id| view.nodes.contains_key(&id));
+        for (_, id, kind, from, to) in order.into_iter().map(|at| edges[at]) {
+            let is_shown = |end| view.nodes.contains_key(end) || view.edges.contains_key(end);
+            if !is_shown(&from) || !is_shown(&to) {
                 continue;
             }
             let relation = schema.relation(kind);
@@ -185,19 +192,23 @@ impl View {
     pub fn graph(&self, schema: Arc<Schema>, writer: u64) -> Result<Graph, Error> {
         let graph = Graph::new(schema, writer);
         graph.change(Time::ZERO, |edit| {
-            let mut places: HashMap<Id, NodeId> = HashMap::new();
             for (id, (kind, attributes)) in &self.nodes {
                 let node = edit.add_node_as(*id, kind.as_str())?;
                 for (name, value) in attributes {
                     edit.set(node, name.as_str(), value.clone())?;
                 }
-                places.insert(*id, node);
             }
-            for (id, (kind, from, to, attributes)) in &self.edges {
-                let ends = [from, to].map(|end| places.get(end).copied());
-                let [Some(from), Some(to)] = ends else {
-                    return Err(Error::Removed);
-                };
+            let edges: Vec<_> = self.edges.iter().collect();
+            let ends = edges
+                .iter()
+                .map(|(id, (_, from, to, _))| (Some(**id), [*from, *to]));
+            let ends: Vec<_> = ends.collect();
+            let (order, rest) = in_order(&ends, |id| self.nodes.contains_key(&id));
+            if !rest.is_empty() {
+                return Err(Error::Removed);
+            }
+            for (id, (kind, from, to, attributes)) in order.into_iter().map(|at| edges[at]) {
+                let (from, to) = (edit.end(*from)?, edit.end(*to)?);
                 let edge = edit.add_edge_as(*id, kind.as_str(), from, to)?;
                 for (name, value) in attributes {
                     edit.set(edge, name.as_str(), value.clone())?;

@@ -85,7 +85,8 @@ impl Checker<'_> {
         let schema = self.schema;
         for node in &chain.nodes {
             if let Some(label) = &node.label {
-                if schema.entity(&label.text).is_some() {
+                let is_relation = schema.relation(&label.text).is_some();
+                if schema.entity(&label.text).is_some() || is_relation {
                     self.nodes.insert(node.variable, label.text.clone());
                 } else if !schema.entities.is_empty() {
                     let known: Vec<&str> = schema.entities.iter().map(|e| &*e.name).collect();
@@ -132,7 +133,15 @@ impl Checker<'_> {
             .entities
             .iter()
             .filter(|e| schema.is_a(&e.name, &kind));
-        let mut all = below.flat_map(|e| &e.attributes).chain(attributes);
+        // So may an edge that is a node of the type to others.
+        let edges = schema
+            .relations
+            .iter()
+            .filter(|r| schema.is_a(&r.name, &kind));
+        let below = below.flat_map(|e| &e.attributes);
+        let mut all = below
+            .chain(edges.flat_map(|r| &r.attributes))
+            .chain(attributes);
         if all.all(|attribute| attribute.name != name.text) {
             let known: Vec<&str> = attributes.iter().map(|a| &*a.name).collect();
             let shown = foreign::clean(&name.text);

@@ -205,10 +205,12 @@ impl Scope<'_> {
                 Ok(Cell::Text(edge.type_name().into()))
             }
             (Function::StartNode, Cell::Edge(edge)) => {
-                Ok(Cell::Node(self.graph.edge(*edge).map_err(removed)?.from()))
+                let from = self.graph.edge(*edge).map_err(removed)?.from();
+                Ok(crate::matching::cell(self.graph, from))
             }
             (Function::EndNode, Cell::Edge(edge)) => {
-                Ok(Cell::Node(self.graph.edge(*edge).map_err(removed)?.to()))
+                let to = self.graph.edge(*edge).map_err(removed)?.to();
+                Ok(crate::matching::cell(self.graph, to))
             }
             (Function::Size, Cell::List(all)) => Ok(Cell::Int(all.len() as i64)),
             (Function::Size, Cell::Text(text)) => Ok(Cell::Int(text.chars().count() as i64)),

@@ -4,7 +4,8 @@ use crate::ast::{Chain, Direction, EdgePattern, Match, NodePattern};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
 use crate::run::{Budget, Error};
-use property_graph::{EdgeId, EdgeRef, NodeId, Snapshot};
+use property_graph::schema::Relation;
+use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot, Symbol};
 
 /// One step of finding a pattern.
 enum Step<'p> {
@@ -42,14 +43,50 @@ fn cost(graph: &Snapshot, node: &NodePattern, row: &[Cell]) -> usize {
         return 1;
     }
     match &node.label {
-        Some(label) => 2 + graph.instances(&label.text).count(),
+        Some(label) => {
+            let is_edge = !relations(graph, &label.text).is_empty();
+            let edges = if is_edge { graph.edge_count() } else { 0 };
+            2 + graph.instances(&label.text).count() + edges
+        }
         None => 2 + graph.node_count(),
+    }
+}
+
+/// The relations whose edges are nodes of a type to others.
+fn relations(graph: &Snapshot, label: &str) -> Vec<Symbol> {
+    let schema = graph.schema();
+    let is_a = |relation: &&Relation| schema.is_a(&relation.name, label);
+    let relations = schema.relations.iter().filter(is_a);
+    relations
+        .filter_map(|relation| graph.symbol(&relation.name))
+        .collect()
+}
+
+/// A node as a value: the edge, if it stands for one.
+pub(crate) fn cell(graph: &Snapshot, node: NodeId) -> Cell {
+    graph.stands_for(node).map_or(Cell::Node(node), Cell::Edge)
+}
+
+/// Where the edges of a node, or of an edge to which others refer, begin and end.
+fn place(graph: &Snapshot, cell: &Cell) -> Option<NodeId> {
+    match cell {
+        Cell::Node(node) => Some(*node),
+        Cell::Edge(edge) => graph.node_of(*edge),
+        _ => None,
     }
 }
 
 fn plan<'p>(graph: &Snapshot, chains: &'p [Chain], row: &[Cell]) -> Vec<Step<'p>> {
     let mut steps = Vec::new();
-    for chain in chains {
+    // An edge is found where others start or end, or by its type. A lone node without a type comes
+    // last, so that the order in which a pattern is written decides nothing.
+    let is_lone = |chain: &&Chain| {
+        chain.edges.is_empty() && chain.nodes.iter().all(|node| node.label.is_none())
+    };
+    let (lone, others): (Vec<_>, Vec<_>) = chains
+        .iter()
+        .partition(|chain| is_lone(chain) && graph.promoted().next().is_some());
+    for chain in others.into_iter().chain(lone) {
         let nodes = chain.nodes.iter().enumerate();
         let start = nodes.min_by_key(|(_, node)| cost(graph, node, row));
         let Some((start, node)) = start else { continue };
@@ -110,10 +147,11 @@ impl<'p> Matcher<'_, 'p> {
             }
             Some(Step::Start(node)) => {
                 let node: &'p NodePattern = node;
-                match row[node.variable] {
-                    Cell::Node(known) => self.node(at, node, known, row),
+                match row[node.variable].clone() {
+                    known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, node, known, row),
                     Cell::Null => {
-                        for candidate in self.candidates(node, row)? {
+                        let is_end = matches!(self.steps.get(at + 1), Some(Step::Walk { .. }));
+                        for candidate in self.candidates(node, is_end, row)? {
                             self.node(at, node, candidate, row)?;
                         }
                         row[node.variable] = Cell::Null;
@@ -130,7 +168,7 @@ impl<'p> Matcher<'_, 'p> {
             }) => {
                 let (edge, to, from, turned): (&'p EdgePattern, &'p NodePattern, usize, bool) =
                     (edge, to, *from, *turned);
-                let Cell::Node(here) = row[from] else {
+                let Some(here) = place(graph, &row[from]) else {
                     return Ok(());
                 };
                 if let Some(length) = edge.length {
@@ -158,19 +196,44 @@ impl<'p> Matcher<'_, 'p> {
         }
     }
 
-    /// The nodes that a pattern may start with: those of a name, of a type, or all.
-    fn candidates(&self, node: &NodePattern, row: &[Cell]) -> Result<Vec<NodeId>, Error> {
+    /// The nodes that a pattern may start with: those of a name, of a type, or all; and edges that are
+    /// nodes to others.
+    fn candidates(
+        &self,
+        node: &NodePattern,
+        is_end: bool,
+        row: &[Cell],
+    ) -> Result<Vec<Cell>, Error> {
+        let graph = self.scope.graph;
+        let of_type = |edge: &EdgeRef<'_>, all: &[Symbol]| all.contains(&edge.relation());
+        let mut edges: Vec<Cell> = Vec::new();
+        if let Some(label) = &node.label {
+            let relations = relations(graph, &label.text);
+            if !relations.is_empty() {
+                let all = graph.edges().filter(|edge| of_type(edge, &relations));
+                edges.extend(all.map(|edge| Cell::Edge(edge.edge_id())));
+            }
+        } else if is_end {
+            edges.extend(graph.promoted().map(|edge| Cell::Edge(edge.edge_id())));
+        }
+        let mut nodes = self.nodes(node, row)?;
+        nodes.extend(edges);
+        Ok(nodes)
+    }
+
+    fn nodes(&self, node: &NodePattern, row: &[Cell]) -> Result<Vec<Cell>, Error> {
         let graph = self.scope.graph;
         let name = node.properties.iter().find(|(name, _)| name.text == "name");
         if let Some((_, value)) = name
             && let Cell::Text(name) = self.scope.eval(value, row)?
         {
-            return Ok(graph.named(&name).collect());
+            return Ok(graph.named(&name).map(Cell::Node).collect());
         }
-        Ok(match &node.label {
-            Some(label) => graph.instances(&label.text).collect(),
-            None => graph.nodes().map(|node| node.node_id()).collect(),
-        })
+        if let Some(label) = &node.label {
+            return Ok(graph.instances(&label.text).map(Cell::Node).collect());
+        }
+        let nodes = graph.nodes().map(|node| Cell::Node(node.node_id()));
+        Ok(nodes.collect())
     }
 
     /// Goes on with a node, if it fits.
@@ -178,23 +241,31 @@ impl<'p> Matcher<'_, 'p> {
         &mut self,
         at: usize,
         pattern: &NodePattern,
-        node: NodeId,
+        node: Cell,
         row: &mut Vec<Cell>,
     ) -> Result<(), Error> {
         self.budget.step()?;
         let graph = self.scope.graph;
+        let element: Element = match node {
+            Cell::Node(node) => node.into(),
+            Cell::Edge(edge) => edge.into(),
+            _ => return Ok(()),
+        };
         if let Some(label) = &pattern.label {
-            let kind = graph.node(node).map(|node| node.kind()).ok();
+            let kind = match element {
+                Element::Node(node) => graph.node(node).map(|node| node.kind()).ok(),
+                Element::Edge(edge) => graph.edge(edge).map(|edge| edge.relation()).ok(),
+            };
             let wanted = graph.symbol(&label.text);
             let fits = kind.zip(wanted).is_some_and(|(k, w)| graph.is_a(k, w));
             if !fits {
                 return Ok(());
             }
         }
-        let before = std::mem::replace(&mut row[pattern.variable], Cell::Node(node));
+        let before = std::mem::replace(&mut row[pattern.variable], node);
         for (name, value) in &pattern.properties {
             let wanted = self.scope.eval(value, row)?;
-            let found = self.scope.attribute(node.into(), &name.text);
+            let found = self.scope.attribute(element, &name.text);
             if found.equals(&wanted) != Some(true) {
                 row[pattern.variable] = before;
                 return Ok(());
@@ -212,9 +283,10 @@ impl<'p> Matcher<'_, 'p> {
         other: NodeId,
         row: &mut Vec<Cell>,
     ) -> Result<(), Error> {
+        let other = cell(self.scope.graph, other);
         match &row[to.variable] {
-            Cell::Node(known) if *known != other => Ok(()),
-            Cell::Node(_) | Cell::Null => self.node(at, to, other, row),
+            Cell::Null => self.node(at, to, other, row),
+            known if *known == other => self.node(at, to, other, row),
             _ => Ok(()),
         }
     }

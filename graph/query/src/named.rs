@@ -33,7 +33,7 @@ use std::sync::Arc;
 ///     Ok::<_, property_graph::Error>(kitchen)
 /// })?;
 /// let now = graph.snapshot();
-/// let queries = Queries::of(now.schema())?;
+/// let queries = Queries::of(now.schema());
 /// let rows = queries.run(&now, "people_in", [("room", kitchen.into())], Budget::default())?;
 /// assert_eq!(rows.cells, [["Ada".into()]]);
 /// let refused = queries.run(&now, "people_in", [("room", 7.into())], Budget::default());
@@ -43,29 +43,33 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Queries {
     schema: Arc<Schema>,
-    /// In the order of the schema's queries.
-    prepared: Vec<Query>,
+    /// In the order of the schema's queries. One with a fault does not stop the others.
+    prepared: Vec<Result<Query, Error>>,
 }
 
 impl Queries {
-    /// Reads and checks the queries of a schema.
-    ///
-    /// # Errors
-    /// [`Error::Text`] for the first query whose text has a fault. `rcgen check` lists all, with
-    /// their places.
-    pub fn of(schema: &Arc<Schema>) -> Result<Self, Error> {
+    /// Reads and checks the queries of a schema. One whose text has a fault fails when it is run;
+    /// [`Queries::faults`] lists all of these.
+    pub fn of(schema: &Arc<Schema>) -> Self {
         let prepared = schema.queries.iter().map(|query| prepared(query, schema));
-        Ok(Self {
+        Self {
             schema: Arc::clone(schema),
-            prepared: prepared.collect::<Result<_, _>>()?,
-        })
+            prepared: prepared.collect(),
+        }
+    }
+
+    /// The queries that cannot be run, each with what is wrong with its text.
+    pub fn faults(&self) -> impl Iterator<Item = (&str, &Error)> {
+        let names = self.schema.queries.iter().map(|query| query.name.as_str());
+        let all = names.zip(&self.prepared);
+        all.filter_map(|(name, prepared)| Some((name, prepared.as_ref().err()?)))
     }
 
     /// The rows of a query in a version of a graph. The query has a value for each of its parameters.
     ///
     /// # Errors
-    /// The schema has no such query, a parameter is unknown, has no value or one of another type, or
-    /// the query fails.
+    /// The schema has no such query, its text has a fault, a parameter is unknown, has no value or one
+    /// of another type, or the query fails.
     pub fn run<'p>(
         &self,
         graph: &Snapshot,
@@ -74,6 +78,7 @@ impl Queries {
         budget: Budget,
     ) -> Result<Rows, Error> {
         let (declared, query) = self.find(name)?;
+        let query = query.as_ref().map_err(Clone::clone)?;
         let mut values = HashMap::new();
         for (parameter, value) in parameters {
             let kind = kind_of(declared, parameter)?;
@@ -171,11 +176,15 @@ impl Queries {
             ("bytes", value) => matches!(value, Cell::Bytes(_)),
             ("pose", Cell::List(cells)) => cells.len() == 6 && cells.iter().all(is_number),
             (entity, Cell::Node(node)) => self.is_a(graph, *node, entity),
+            (entity, Cell::Edge(edge)) => {
+                let edge = graph.edge(*edge);
+                edge.is_ok_and(|edge| self.schema.is_a(edge.type_name(), entity))
+            }
             _ => false,
         }
     }
 
-    fn find(&self, name: &str) -> Result<(&schema::Query, &Query), Error> {
+    fn find(&self, name: &str) -> Result<(&schema::Query, &Result<Query, Error>), Error> {
         let mut all = self.schema.queries.iter().zip(&self.prepared);
         all.find(|(query, _)| query.name == name).ok_or_else(|| {
             let known = self.schema.queries.iter().map(|query| query.name.as_str());

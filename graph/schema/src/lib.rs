@@ -2,6 +2,10 @@
 //! units and ranges. `graph-language` makes a [`Schema`] of `.gdsl` files, the store checks changes
 //! against it, queries are checked against it before they run.
 
+mod difference;
+
+pub use difference::Difference;
+
 use std::time::Duration;
 
 /// How many ancestors an entity may have. Each question about inheritance walks over them.
@@ -54,6 +58,8 @@ pub struct Relation {
     pub tree: Option<Tree>,
     /// Where its ends are, if the edges form no tree: they may close loops.
     pub pose: Option<Placed>,
+    /// What an edge is to other edges that start or end at it: it fits where this entity does.
+    pub promotes: Option<String>,
     /// Lines of documentation.
     pub doc: Vec<String>,
 }
@@ -251,18 +257,20 @@ impl Schema {
         self.relations.iter().find(|relation| relation.name == name)
     }
 
-    /// Whether `entity` is `wanted`, or inherits from it.
-    pub fn is_a(&self, entity: &str, wanted: &str) -> bool {
-        let mut here = Some(entity);
+    /// A type, and all that it inherits from, the nearest first; for a relation, what its edges are to
+    /// others. A type that is not declared is alone.
+    pub fn ancestry<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
+        let parent = |name: &&str| match self.entity(name) {
+            Some(entity) => entity.parent.as_deref(),
+            None => self.relation(name)?.promotes.as_deref(),
+        };
         // An inheritance that goes round, which the language refuses, ends here, too.
-        for _ in 0..=DEEPEST {
-            match here {
-                Some(name) if name == wanted => return true,
-                Some(name) => here = self.entity(name).and_then(|e| e.parent.as_deref()),
-                None => return false,
-            }
-        }
-        false
+        std::iter::successors(Some(name), parent).take(DEEPEST + 2)
+    }
+
+    /// Whether a type is `wanted`, or inherits from it.
+    pub fn is_a(&self, name: &str, wanted: &str) -> bool {
+        self.ancestry(name).any(|name| name == wanted)
     }
 }
 

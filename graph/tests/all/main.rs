@@ -4,6 +4,7 @@ mod changes;
 mod large;
 mod loops;
 mod oracle;
+mod promotion;
 mod random;
 mod threads;
 mod transforms;

@@ -41,6 +41,9 @@ const KITCHEN: &str = r#"Domain kitchen
     relation in { what Object; where Room; tree; };
     relation near { what Object; other Object; tree; };
     relation grasp { by Gripper :1; what Object :1; };
+    entity Event { };
+    relation move { what Object; to Room; promotes Event; };
+    relation causes { first Event :1; second Event; promotes Event; };
     relation lies { what Cup 0:1; on Object; since int; };
     require what.mass <= by.payload of grasp "heavier than the payload";
 };
@@ -62,6 +65,18 @@ fn edge(number: u32, kind: &str, from: u32, to: u32) -> String {
 fn a_right_graph_has_no_finding() {
     let nodes = format!("{CUP},\n{ROOM}");
     assert_eq!(findings(KITCHEN, &ours(&nodes, &edge(9, "in", 1, 2))), "");
+}
+
+/// An edge is what its relation promotes it to, at the ends of others.
+#[test]
+fn a_right_edge_to_an_edge_has_no_finding() {
+    let two = format!("{CUP},\n{ROOM}");
+    let edges = [
+        edge(9, "causes", 7, 8),
+        edge(7, "move", 1, 2),
+        edge(8, "move", 1, 2),
+    ];
+    assert_eq!(findings(KITCHEN, &ours(&two, &edges.join(",\n"))), "");
 }
 
 #[test]
@@ -195,6 +210,38 @@ fn each_fault_is_found_at_its_place() {
             ours(&three, &edge(9, "near", 1, 1)),
             "edge-to-itself",
             "{\"id\"",
+        ),
+        // Edges to edges.
+        (
+            ours(
+                &two,
+                &[
+                    edge(8, "in", 1, 2),
+                    edge(7, "move", 1, 2),
+                    edge(9, "causes", 8, 7),
+                ]
+                .join(",\n"),
+            ),
+            "wrong-port",
+            "{\"id\": \"1:9\"",
+        ),
+        (
+            ours(&two, &edge(9, "causes", 9, 9)),
+            "edge-to-itself",
+            "{\"id\": \"1:9\"",
+        ),
+        (
+            ours(
+                &two,
+                &[
+                    edge(7, "move", 1, 2),
+                    edge(8, "causes", 7, 7),
+                    edge(9, "causes", 7, 7),
+                ]
+                .join(",\n"),
+            ),
+            "wrong-count",
+            "{\"id\": \"1:7\"",
         ),
         (
             ours(

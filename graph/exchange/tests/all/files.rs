@@ -236,3 +236,47 @@ fn a_file_whose_tree_has_a_loop_keeps_its_poses() {
     );
     assert_eq!(now.loops().count(), 3);
 }
+
+/// An edge may start and end at edges, also at those that come later in the file. DSR has no such edges,
+/// and `GraphML` has a node for such an edge.
+#[test]
+fn edges_to_edges_are_written_and_read() {
+    let text = r#"{
+  "nodes": [
+    {"id": "1:1", "type": "Frame", "attributes": {"name": "cup"}},
+    {"id": "1:2", "type": "Frame", "attributes": {"name": "table"}}
+  ],
+  "edges": [
+    {"id": "1:3", "type": "about", "from": "1:4", "to": "1:5"},
+    {"id": "1:4", "type": "about", "from": "1:1", "to": "1:5"},
+    {"id": "1:5", "type": "is_at", "from": "1:1", "to": "1:2", "attributes": {"since": 1.5}}
+  ]
+}
+"#;
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.graph", text);
+    let document = graph_json::read(&sources, source).0.expect("a document");
+    let graph = document
+        .graph(Schema::anything().into(), 1)
+        .expect("a graph");
+    let now = graph.snapshot();
+    assert_eq!((now.node_count(), now.edge_count()), (2, 3));
+    assert_eq!(now.promoted().count(), 2);
+    assert_eq!(graph_json::write(&Document::of(&now)), text);
+    let (dsr, lost) = dsr::write(&document);
+    assert_eq!(dsr.matches("\"label\"").count(), 1);
+    assert!(
+        lost.iter().any(|text| text.contains("no edges to edges")),
+        "{lost:?}"
+    );
+    let graphml = graphml::write(&document);
+    assert_eq!(graphml.matches("<node ").count(), 4);
+    // Edges at whose ends there is nothing but themselves.
+    let round = text.replace("\"to\": \"1:2\"", "\"to\": \"1:3\"");
+    let source = sources.add("b.graph", round);
+    let document = graph_json::read(&sources, source).0.expect("a document");
+    let error = document
+        .graph(Schema::anything().into(), 1)
+        .expect_err("a round");
+    assert!(matches!(error, Error::UnknownId(_)), "{error}");
+}

@@ -240,3 +240,40 @@ fn a_file_is_formatted() {
     let once = rc_syntax::format(text, STYLE);
     assert_eq!(rc_syntax::format(&once, STYLE), once);
 }
+
+#[test]
+fn a_relation_is_an_entity_to_others() {
+    let schema = schema(
+        r#"Domain a
+{
+    entity Frame { };
+    entity Relation { since float optional; };
+    entity Pose : Relation { };
+    relation is_at { what Frame; where Frame; exact bool; promotes Pose; };
+    relation said_by { what Relation; by Frame; };
+};
+"#,
+    );
+    let is_at = schema.relation("is_at").expect("a relation");
+    assert_eq!(is_at.promotes.as_deref(), Some("Pose"));
+    let names: Vec<&str> = is_at.attributes.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["since", "exact"]);
+    assert!(schema.is_a("is_at", "Relation") && !schema.is_a("said_by", "Relation"));
+    check(
+        r#"
+entity A { };
+entity K { name string key; };
+entity E { since float; };
+relation r { a A; b A; promotes Aa; };
+relation s { a A; b A; promotes K; };
+relation t { a A; b A; promotes A; promotes E; };
+relation u { a A; b A; since int; promotes E; };
+"#,
+        &expect![[r#"
+            a.gdsl:7:33: error[unknown-entity]: unknown entity `Aa` (did you mean `A`?)
+            a.gdsl:8:33: error[key-of-relation]: `K` has the key `name`, and only nodes have keys (name an entity without a key)
+            a.gdsl:9:45: error[repeated-flag]: `t` has this property already; first given here at a.gdsl:9:33
+            a.gdsl:10:24: error[duplicate-member]: `u` inherits an attribute `since`
+        "#]],
+    );
+}
