@@ -17,8 +17,28 @@ pub struct File {
 pub struct Kinematics {
     /// Its name.
     pub name: Name,
+    /// Its postures.
+    pub postures: Vec<Posture>,
     /// Its solvers.
     pub solvers: Vec<Solver>,
+}
+
+/// `posture NAME { JOINT = NUMBER; … }`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posture {
+    /// Its name.
+    pub name: Name,
+    /// Where joints are.
+    pub joints: Vec<(Name, Quantity)>,
+}
+
+/// A number with a unit, or none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// The number.
+    pub number: Literal,
+    /// `mm`
+    pub unit: Option<Name>,
 }
 
 /// `solver NAME { … }`
@@ -32,6 +52,71 @@ pub struct Solver {
     pub outputs: Vec<Output>,
     /// `gravity X, Y, Z`
     pub gravity: Vec<(Span, Vec<Literal>)>,
+    /// What it answers the other way round: which joints move a frame so.
+    pub inverses: Vec<Inverse>,
+    /// How it does.
+    pub settings: Vec<Setting>,
+}
+
+/// `inverse pose TIP in BASE` or `inverse velocity TIP in BASE`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inverse {
+    /// The whole of it.
+    pub span: Span,
+    /// A pose or a velocity.
+    pub what: What,
+    /// The frame that moves.
+    pub tip: Name,
+    /// The frame in which it does.
+    pub base: Name,
+    /// `expressed in FRAME`
+    pub expressed: Option<Name>,
+}
+
+/// How an inverse solver searches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// The whole of it.
+    pub span: Span,
+    /// What it says.
+    pub kind: SettingKind,
+}
+
+/// What a setting says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SettingKind {
+    /// `within limits`
+    Within,
+    /// `tolerance 1e-6 m 1e-6 rad`
+    Tolerance(Quantity, Quantity),
+    /// `iterations 60`
+    Iterations(Literal),
+    /// `restarts 63`
+    Restarts(Literal),
+    /// `seed last` or `seed POSTURE`
+    Seed(Name),
+    /// `damped 0.02`
+    Damped(Literal),
+    /// `null posture NAME gain 2`
+    Null(Name, Option<Literal>),
+    /// `period 1 ms`
+    Period(Quantity),
+}
+
+impl SettingKind {
+    /// The word that it begins with.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Within => "within",
+            Self::Tolerance(..) => "tolerance",
+            Self::Iterations(_) => "iterations",
+            Self::Restarts(_) => "restarts",
+            Self::Seed(_) => "seed",
+            Self::Damped(_) => "damped",
+            Self::Null(..) => "null",
+            Self::Period(_) => "period",
+        }
+    }
 }
 
 /// Something that a solver gives.

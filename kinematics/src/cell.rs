@@ -1,6 +1,7 @@
 //! A robot with its solvers.
 
 use crate::ast::What;
+use crate::inverse::Inverse;
 use rc_formula::{Operation, Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};
@@ -16,6 +17,8 @@ pub struct Cell {
     pub robot: Robot,
     /// In the order of the text.
     pub solvers: Vec<Solver>,
+    /// The solvers that answer which joints move a frame so, in the order of the text.
+    pub inverses: Vec<Inverse>,
 }
 
 /// A function of positions, velocities and accelerations.
@@ -77,11 +80,11 @@ pub struct Work {
     pub functions: usize,
 }
 
-impl Solver {
-    /// How much it computes.
-    pub fn work(&self) -> Work {
-        let mut work = Work::default();
-        for node in self.program.nodes() {
+impl Work {
+    /// How much a formula computes.
+    pub(crate) fn of(program: &Program) -> Self {
+        let mut work = Self::default();
+        for node in program.nodes() {
             match node.operation {
                 Operation::Add | Operation::Subtract => work.sums += 1,
                 Operation::Multiply | Operation::Divide => work.products += 1,
@@ -90,6 +93,13 @@ impl Solver {
             }
         }
         work
+    }
+}
+
+impl Solver {
+    /// How much it computes.
+    pub fn work(&self) -> Work {
+        Work::of(&self.program)
     }
 
     /// Computes it without printed code, for the state of all coordinates.

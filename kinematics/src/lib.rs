@@ -7,11 +7,13 @@
 
 pub mod ast;
 mod cell;
+mod inverse;
 mod parse;
 mod print;
 mod resolve;
 
 pub use cell::{Cell, Output, Shape, Solver, Work};
+pub use inverse::{Asked, Inverse, RateLimits, Rates, Search};
 pub use parse::parse;
 pub use print::{c, python, rust};
 pub use resolve::load;

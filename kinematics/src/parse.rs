@@ -1,9 +1,12 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
-use crate::ast::{File, Kinematics, Output, OutputKind, Solver, What};
+use crate::ast::{
+    File, Inverse, Kinematics, Output, OutputKind, Posture, Quantity, Setting, SettingKind, Solver,
+    What,
+};
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Name, ParseContext};
+use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -15,7 +18,7 @@ use rc_syntax::{Name, ParseContext};
 pub struct Grammar;
 
 /// What may stand in a solver.
-const OUTPUTS: [&str; 7] = [
+const OUTPUTS: [&str; 16] = [
     "pose",
     "jacobian",
     "velocity",
@@ -23,6 +26,15 @@ const OUTPUTS: [&str; 7] = [
     "efforts",
     "mass_matrix",
     "gravity",
+    "inverse",
+    "within",
+    "tolerance",
+    "iterations",
+    "restarts",
+    "seed",
+    "damped",
+    "null",
+    "period",
 ];
 
 /// Parses one `.kdsl` text.
@@ -46,13 +58,15 @@ pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
 fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
     let mut kinematics = Kinematics {
         name: Name::new("", r.span(&pair)),
+        postures: Vec::new(),
         solvers: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => kinematics.name = r.name(&part),
             Rule::solver => kinematics.solvers.push(solver(r, part)),
-            Rule::skipped => skipped(r, &part, &["solver"], Rule::solver),
+            Rule::posture => kinematics.postures.push(posture(r, part)),
+            Rule::skipped => skipped(r, &part, &["solver", "posture"], Rule::solver),
             _ => {}
         }
     }
@@ -86,6 +100,8 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
         doc: r.doc(&pair),
         outputs: Vec::new(),
         gravity: Vec::new(),
+        inverses: Vec::new(),
+        settings: Vec::new(),
     };
     for part in pair.into_inner() {
         let span = trimmed(r, &part);
@@ -114,7 +130,30 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                 }
                 solver.gravity.push((span, numbers));
             }
-            Rule::skipped => skipped(r, &part, &OUTPUTS, Rule::motion),
+            Rule::inverse => solver.inverses.extend(inverse(r, part, span)),
+            Rule::setting => {
+                let kind = setting(r, part);
+                solver
+                    .settings
+                    .extend(kind.map(|kind| Setting { span, kind }));
+            }
+            Rule::skipped => {
+                let rule = match r.first_word(&part).text.to_lowercase().as_str() {
+                    "inverse" => Rule::inverse,
+                    "within" => Rule::within,
+                    "tolerance" => Rule::tolerance,
+                    "iterations" => Rule::iterations,
+                    "restarts" => Rule::restarts,
+                    "seed" => Rule::seed,
+                    "damped" => Rule::damped,
+                    "null" => Rule::null,
+                    "period" => Rule::period,
+                    "gravity" => Rule::gravity,
+                    "efforts" | "mass_matrix" => Rule::dynamics,
+                    _ => Rule::motion,
+                };
+                skipped(r, &part, &OUTPUTS, rule);
+            }
             _ => {}
         }
     }
@@ -165,6 +204,109 @@ fn motion(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> 
     })
 }
 
+fn posture(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Posture {
+    let mut posture = Posture {
+        name: Name::new("", r.span(&pair)),
+        joints: Vec::new(),
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => posture.name = r.name(&part),
+            Rule::coordinate => {
+                let (mut joint, mut place) = (None, None);
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::frame => joint = frame(r, inside),
+                        Rule::quantity => place = quantity(r, inside),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+                posture.joints.extend(joint.zip(place));
+            }
+            Rule::skipped => r.report_skipped(&part, Rule::coordinate),
+            _ => {}
+        }
+    }
+    posture
+}
+
+fn quantity(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Quantity> {
+    let (mut number, mut unit) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::number => number = Some(r.literal(&part)),
+            Rule::unit => unit = frame(r, part),
+            _ => {}
+        }
+    }
+    Some(Quantity {
+        number: number?,
+        unit,
+    })
+}
+
+fn inverse(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, span: Span) -> Option<Inverse> {
+    let OutputKind::Motion {
+        what,
+        tip,
+        base,
+        expressed,
+    } = motion(r, pair)?
+    else {
+        return None;
+    };
+    Some(Inverse {
+        span,
+        what,
+        tip,
+        base,
+        expressed,
+    })
+}
+
+fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SettingKind> {
+    let mut kind = None;
+    for part in pair.into_inner() {
+        let rule = part.as_rule();
+        if rule == Rule::semicolon {
+            r.semicolon(&part);
+            continue;
+        }
+        let (mut names, mut numbers, mut quantities) = (Vec::new(), Vec::new(), Vec::new());
+        for inside in part.into_inner() {
+            match inside.as_rule() {
+                Rule::name => names.push(r.name(&inside)),
+                Rule::number => numbers.push(r.literal(&inside)),
+                Rule::quantity => quantities.extend(quantity(r, inside)),
+                Rule::gain => {
+                    let inside = inside.into_inner();
+                    let given = inside.filter(|part| part.as_rule() == Rule::number);
+                    numbers.extend(given.map(|part| r.literal(&part)));
+                }
+                _ => {}
+            }
+        }
+        let number: Option<Literal> = numbers.into_iter().next();
+        let (name, mut quantities) = (names.into_iter().next(), quantities.into_iter());
+        kind = match rule {
+            Rule::within => Some(SettingKind::Within),
+            Rule::tolerance => quantities
+                .next()
+                .zip(quantities.next())
+                .map(|(near, turned)| SettingKind::Tolerance(near, turned)),
+            Rule::iterations => number.map(SettingKind::Iterations),
+            Rule::restarts => number.map(SettingKind::Restarts),
+            Rule::seed => name.map(SettingKind::Seed),
+            Rule::damped => number.map(SettingKind::Damped),
+            Rule::null => name.map(|name| SettingKind::Null(name, number)),
+            Rule::period => quantities.next().map(SettingKind::Period),
+            _ => None,
+        };
+    }
+    kind
+}
+
 fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
     let mut kind = None;
     for part in pair.into_inner() {
@@ -178,7 +320,7 @@ fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind
     kind
 }
 
-rc_syntax::language!("`Kinematics NAME { … };`", words: [], {
+rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = false, {
     file | kinematics => "`Kinematics`",
     import => "`import`",
     solver => "`solver`",
@@ -188,4 +330,23 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], {
     expressed => "`expressed in FRAME`",
     frame => "the name of a link",
     kw_in => "`in`",
+    posture => "`posture`",
+    coordinate => "`JOINT = NUMBER;`",
+    equals => "`=`",
+    inverse => "`inverse pose` or `inverse velocity`",
+    kw_pose => "`pose`",
+    kw_velocity => "`velocity`",
+    within => "`within limits`",
+    kw_limits => "`limits`",
+    tolerance => "`tolerance`",
+    iterations => "`iterations`",
+    restarts => "`restarts`",
+    seed => "`seed`",
+    damped => "`damped`",
+    null => "`null posture`",
+    kw_posture => "`posture`",
+    gain => "`gain`",
+    period => "`period`",
+    quantity => "a number",
+    unit => "a unit",
 });

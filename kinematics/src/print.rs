@@ -1,5 +1,7 @@
 //! Prints the solvers of a cell as code without dependencies.
 
+mod inverse;
+
 use crate::cell::{Cell, Output, Shape, Solver};
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
@@ -114,7 +116,7 @@ pub fn rust(cell: &Cell) -> String {
     let (lower, upper) = limits(cell);
     let mut out = format!(
         "//! Solvers of `{}` for the robot {}. Printed by rcgen.\n\
-        #![allow(clippy::all, clippy::pedantic, dead_code, non_camel_case_types, non_snake_case, unused_variables)]\n\n\
+        #![allow(clippy::all, clippy::pedantic, dead_code, non_camel_case_types, non_snake_case, unused_parens, unused_variables)]\n\n\
         /// The joints, in the order of all arrays. Positions are in rad, of joints that slide in m.\n\
         pub const JOINTS: [&str; {count}] = [{}];\n\n\
         /// The least positions of the joints.\npub const LOWER: [f64; {count}] = [{}];\n\n\
@@ -165,6 +167,12 @@ pub fn rust(cell: &Cell) -> String {
             );
         }
         out.push_str("    }\n}\n");
+    }
+    for one in &cell.inverses {
+        out += &inverse::rust(cell, one);
+    }
+    if !cell.inverses.is_empty() {
+        out += &inverse::rust_loops();
     }
     out
 }
@@ -241,6 +249,12 @@ pub fn c(cell: &Cell) -> String {
         }
         out.push_str("}\n");
     }
+    if !cell.inverses.is_empty() {
+        out += &inverse::c_loops(cell);
+    }
+    for one in &cell.inverses {
+        out += &inverse::c(cell, one);
+    }
     out.push_str("\n#endif\n");
     out
 }
@@ -306,6 +320,12 @@ pub fn python(cell: &Cell) -> String {
             "    return {of}({})",
             fields.collect::<Vec<_>>().join(", ")
         );
+    }
+    if !cell.inverses.is_empty() {
+        body += &inverse::python_loops();
+    }
+    for one in &cell.inverses {
+        body += &inverse::python(cell, one);
     }
     let robot = quoted(&cell.robot.name);
     format!(

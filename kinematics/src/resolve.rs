@@ -1,5 +1,7 @@
 //! Resolves the names of a text in its robot.
 
+mod inverse;
+
 use crate::ast::{self, OutputKind, What};
 use crate::cell::{Cell, Computed, Output, Shape, Solver, recorded};
 use crate::parse::parse;
@@ -8,7 +10,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::is_reserved;
 use rc_robot::{Chain, Robot, dynamics};
 use rc_syntax::{Loader, Name};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The greatest acceleration of free fall, in m/s², that a file may say.
 const MOST_GRAVITY: f64 = 1e6;
@@ -59,11 +61,13 @@ pub fn load(
         bodies: bodies.map(|(at, body)| (body.name.as_str(), at)).collect(),
         found,
         steps: 0,
+        postures: BTreeMap::new(),
     };
     resolver.reserved(&kinematics.name, "the kinematics");
     // Printed code has a function and a type for each solver.
     let mut known: HashMap<String, Span> = HashMap::new();
-    let mut solvers = Vec::new();
+    let (mut solvers, mut inverses) = (Vec::new(), Vec::new());
+    resolver.postures(&kinematics.postures);
     for solver in &kinematics.solvers {
         let name = &solver.name;
         resolver.reserved(name, "a solver");
@@ -77,7 +81,10 @@ pub fn load(
             continue;
         }
         known.extend(names.map(|of| (of, name.span)));
-        solvers.extend(resolver.solver(solver));
+        match solver.inverses.first() {
+            Some(asked) => inverses.extend(resolver.inverse(solver, asked)),
+            None => solvers.extend(resolver.solver(solver)),
+        }
     }
     let found = resolver.found;
     let name = kinematics.name.text.clone();
@@ -85,6 +92,7 @@ pub fn load(
         name,
         robot,
         solvers,
+        inverses,
     };
     (Some(cell), found)
 }
@@ -132,6 +140,8 @@ struct Resolver<'r> {
     found: Diagnostics,
     /// The joints that all solvers so far pass.
     steps: usize,
+    /// The positions of all coordinates, by the names of postures.
+    postures: BTreeMap<String, Vec<f64>>,
 }
 
 /// A name as one of printed code.
@@ -160,6 +170,14 @@ impl<'r> Resolver<'r> {
             );
             self.error("reserved-in-code", name.span, message);
         }
+    }
+
+    fn too_great(&mut self, span: Span) {
+        let message = format!(
+            "the numbers of the robot `{}` are too great: their products have no float64",
+            self.robot.name
+        );
+        self.error("bad-value", span, message);
     }
 
     fn body(&mut self, name: &Name) -> Option<usize> {
@@ -228,6 +246,7 @@ impl<'r> Resolver<'r> {
     }
 
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
+        self.without_settings(solver);
         let gravity = self.gravity(solver);
         let mut known: HashMap<String, Span> = HashMap::new();
         let (mut outputs, mut computed, mut numbers) = (Vec::new(), Vec::new(), 0);
@@ -267,11 +286,7 @@ impl<'r> Resolver<'r> {
         };
         let program = recorded(self.robot, &computed);
         if !program.is_finite() {
-            let message = format!(
-                "the numbers of the robot `{}` are too great: their products have no float64",
-                self.robot.name
-            );
-            self.error("bad-value", solver.name.span, message);
+            self.too_great(solver.name.span);
             return None;
         }
         Some(Solver {

@@ -96,6 +96,15 @@ impl Chain<'_> {
         self.steps.len()
     }
 
+    /// The coordinates of its joints, in their order in the robot.
+    pub fn coordinates(&self) -> Vec<usize> {
+        let driven = |step: &Step<'_>| Some(step.joint.motion.driven()?.0);
+        let mut all: Vec<usize> = self.steps.iter().filter_map(driven).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
     /// The motion of the frame at its end.
     pub fn moved<T: Real>(&self, state: &State<T>) -> Moved<T> {
         let zero = vector([0.0; 3]);

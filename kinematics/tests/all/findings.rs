@@ -32,7 +32,55 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
         cell.kdsl:9:44: error[duplicate-name]: `gravity` is said twice; first declared here at cell.kdsl:9:27
-        cell.kdsl:10:5: error[unknown-declaration]: expected `solver`, found `slover` (did you mean `solver`?)
+        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, found `slover` (did you mean `solver`?)
+    "#]].assert_eq(&found);
+}
+
+#[test]
+fn inverses_are_told_what_they_cannot_be() {
+    let found = inside(
+        "    posture home { turn = 190 deg; reach = 20 rad; grip = 1; bend = 1; bend = 2; turm 3; };
+    posture last { };
+    solver a { inverse pose wrist in base; pose wrist in base; gravity 0, 0, 1; damped 0.1; };
+    solver b { inverse pose wrist in base expressed in slide; };
+    solver c { inverse pose \"tool-0\" in wrist; };
+    solver d { inverse pose wrist in base; tolerance 1e-6 rad 1e-6 m; iterations 0; restarts 1e9; seed hom; seed last; };
+    solver e { inverse velocity wrist in base; within limits; damped 0; null posture last; };
+    solver f { inverse velocity wrist in base; period 1 ms; null posture home gain -1; seed home; };
+    solver g { pose wrist in base; within limits; };
+    solver h { inverse jacobian wrist in base; };
+    solver i { inverse pose wrist in base; within walls; };
+    solver k { inverse velocity wrist in base; within limits; period 0 s; };",
+    );
+    expect![[r#"
+        cell.kdsl:4:27: error[bad-value]: `turn` goes from -2.9 to 2.9 rad, found 3.3161255787892263 rad
+        cell.kdsl:4:47: error[bad-value]: expected a number in `m`, found `rad` (write `m`, or a unit that converts into it)
+        cell.kdsl:4:52: error[unknown-joint]: the robot `arm` has no joint `grip` that moves on its own (expected one of `turn`, `reach`, `bend`)
+        cell.kdsl:4:72: error[duplicate-name]: the joint `bend` stands twice in the posture; first declared here at cell.kdsl:4:62
+        cell.kdsl:4:87: error[syntax-error]: expected `=`, found `3`
+        cell.kdsl:5:13: error[reserved-in-code]: `last` cannot be the name of a posture: it is the one before
+        cell.kdsl:6:44: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:6:16 (write a solver of its own for it)
+        cell.kdsl:6:64: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:6:16 (write a solver of its own for it)
+        cell.kdsl:6:81: error[without-effect]: `damped` changes nothing: this inverse has `within`, `tolerance`, `iterations`, `restarts`, `seed`
+        cell.kdsl:7:56: error[without-effect]: a pose has no `expressed in`: it is in the frame behind `in`
+        cell.kdsl:8:16: error[empty-solver]: no joint moves `tool-0` in `wrist`
+        cell.kdsl:9:59: error[bad-value]: expected a number in `m`, found `rad` (write `m`, or a unit that converts into it)
+        cell.kdsl:9:68: error[bad-value]: expected a number in `rad`, found `m` (write `rad`, or a unit that converts into it)
+        cell.kdsl:9:82: error[bad-value]: expected an integer from 1 to 10000, found the number 0
+        cell.kdsl:9:94: error[bad-value]: expected an integer from 0 to 1000, found the number 1000000000
+        cell.kdsl:9:104: error[unknown-posture]: there is no posture `hom` (did you mean `home`?)
+        cell.kdsl:9:109: error[duplicate-name]: `seed` is said twice; first declared here at cell.kdsl:9:99
+        cell.kdsl:10:48: error[missing-period]: how long a velocity lasts within the limits is not said (write the period of the loop, such as `period 1 ms;`)
+        cell.kdsl:10:70: error[bad-value]: expected a number from 1e-6 to 1000, found the number 0
+        cell.kdsl:10:86: error[unknown-posture]: there is no posture `last` (expected `home`)
+        cell.kdsl:11:48: error[without-effect]: `period` changes nothing without `within limits`
+        cell.kdsl:11:84: error[bad-value]: expected a number from 1e-12 to 1000000 1/s, found -1
+        cell.kdsl:11:88: error[without-effect]: `seed` changes nothing: this inverse has `within`, `damped`, `null`, `period`
+        cell.kdsl:12:36: error[without-effect]: `within` changes nothing: this solver is no inverse
+        cell.kdsl:13:12: error[empty-solver]: the solver `h` gives nothing (write what it computes, such as `pose TIP in BASE;`)
+        cell.kdsl:13:24: error[syntax-error]: expected `pose` or `velocity`, found `jacobian`
+        cell.kdsl:14:51: error[syntax-error]: expected `limits`, found `walls`
+        cell.kdsl:15:70: error[bad-value]: expected a number from 1e-12 to 1000 s, found 0
     "#]].assert_eq(&found);
 }
 
@@ -164,7 +212,10 @@ fn all_that_is_right_is_read() {
         "    // The pose of the tool.
     solver fk { pose \"tool-0\" in base; jacobian \"tool-0\" in base expressed in wrist; };
     solver motion { velocity finger in shoulder; acceleration wrist in base; };
-    solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };",
+    solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };
+    posture home { reach = 20 cm; bend = 90 \"°\"; turn = 0.5; };
+    solver find { inverse pose wrist in base; within limits; seed home; tolerance 1 mm 0.1 deg; iterations 9; restarts 0; };
+    solver go { inverse velocity wrist in base expressed in slide; within limits; period 1ms; null posture home gain 2; };",
     );
     assert_eq!(found, "");
 }

@@ -3,6 +3,7 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 mod findings;
+mod inverse;
 mod printed;
 
 use rc_diagnostics::{Format, SourceMap, render};

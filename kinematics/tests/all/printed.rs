@@ -99,7 +99,7 @@ fn recorded_formulas_are_the_algorithms() {
 }
 
 /// The numbers that a program prints, one a line.
-fn printed(program: &mut Command) -> Vec<f64> {
+pub(crate) fn printed(program: &mut Command) -> Vec<f64> {
     let output = program.output().expect("it starts");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
@@ -108,7 +108,7 @@ fn printed(program: &mut Command) -> Vec<f64> {
     lines.map(|line| line.parse().expect("a number")).collect()
 }
 
-fn compiled(compiler: &str, options: &[&str], source: &Path, program: &Path) {
+pub(crate) fn compiled(compiler: &str, options: &[&str], source: &Path, program: &Path) {
     let output = Command::new(compiler)
         .args(options)
         .arg(source)

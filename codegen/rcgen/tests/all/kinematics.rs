@@ -13,7 +13,8 @@ const ARM: &str = r#"<robot name="arm">
 </robot>
 "#;
 
-const CELL: &str = "import \"arm.urdf\";\nKinematics cell { solver fk { pose tool in base; jacobian tool in base; }; };\n";
+const CELL: &str = "import \"arm.urdf\";\nKinematics cell { solver fk { pose tool in base; jacobian tool in base; }; \
+    solver reach { inverse pose tool in base; within limits; iterations 20; restarts 4; }; };\n";
 
 #[test]
 fn solvers_are_checked_laid_out_printed_and_exported() {
@@ -35,6 +36,8 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
         view["solvers"][0]["outputs"][1]["shape"],
         serde_json::json!([6, 1])
     );
+    assert_eq!(view["inverses"][0]["joints"], serde_json::json!(["turn"]));
+    assert_eq!(view["inverses"][0]["mostMotions"], 100);
     for (to, file) in [("rust", "cell.rs"), ("c", "cell.h"), ("python", "cell.py")] {
         let export = ["export", "cell.kdsl", "--to", to, "--out", "out"];
         let written = succeeds(path, &export);

@@ -6,7 +6,7 @@ use crate::reports::{Failure, print, report, unreadable};
 use rc_codegen::files::Owner;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
-use rc_kinematics::{Cell, Shape};
+use rc_kinematics::{Asked, Cell, Shape};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -70,12 +70,32 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "functions": work.functions,
         })
     });
+    let inverses = cell.inverses.iter().map(|inverse| {
+        let work = inverse.work();
+        let (asked, iterations, beginnings) = match &inverse.asked {
+            Asked::Pose(search) => ("pose", search.iterations, search.beginnings()),
+            Asked::Velocity(_) => ("velocity", 1, 1),
+        };
+        let joints = inverse.joints.iter();
+        json!({
+            "name": inverse.name,
+            "doc": inverse.doc,
+            "asked": asked,
+            "question": inverse.question,
+            "joints": joints.map(|at| &robot.coordinates[*at]).collect::<Vec<_>>(),
+            "mostMotions": iterations * beginnings,
+            "sums": work.sums,
+            "products": work.products,
+            "functions": work.functions,
+        })
+    });
     let all = json!({
         "name": cell.name,
         "robot": robot.name,
         "links": robot.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<Value>>(),
         "solvers": solvers.collect::<Vec<Value>>(),
+        "inverses": inverses.collect::<Vec<Value>>(),
     });
     let text = serde_json::to_string_pretty(&all);
     print(&text.map_err(|e| Failure::System(e.to_string()))?);

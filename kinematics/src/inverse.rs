@@ -1,0 +1,221 @@
+//! Inverse solvers: which joints move a frame to a pose, or with a velocity.
+
+use crate::cell::Work;
+use rc_formula::{Program, Recorder, Rejected, Term};
+use rc_quantity::Real;
+use rc_quantity::rotation::{transposed, turned};
+use rc_robot::inverse::{self, Aim, Found, Wish};
+use rc_robot::{Chain, State};
+use rc_vocabulary::Primitive;
+
+/// A function that answers which joints move a frame so.
+#[derive(Clone, Debug)]
+pub struct Inverse {
+    /// Its name.
+    pub name: String,
+    /// What its author says of it.
+    pub doc: Vec<String>,
+    /// What it is asked, in which unit and frame.
+    pub question: String,
+    /// The number of coordinates of the robot.
+    pub coordinates: usize,
+    /// The coordinates that move the frame.
+    pub joints: Vec<usize>,
+    /// The motion of the frame. It takes the positions of [`joints`](Self::joints), and gives the six
+    /// rows of the Jacobian for them; before it, for a pose, its three rows.
+    pub motion: Program,
+    /// What is asked, and how the answer is found.
+    pub asked: Asked,
+}
+
+/// What an inverse solver is asked.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Asked {
+    /// Positions for a pose.
+    Pose(Search),
+    /// Velocities for a velocity.
+    Velocity(Rates),
+}
+
+/// How positions are searched. The lists have the numbers of the joints that move the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// The tolerance, in m.
+    pub near: f64,
+    /// The tolerance, in rad.
+    pub turned: f64,
+    /// The least positions; infinite without a limit.
+    pub lower: Vec<f64>,
+    /// The greatest positions.
+    pub upper: Vec<f64>,
+    /// Which joints are the same after a whole turn.
+    pub endless: Vec<bool>,
+    /// Where the search begins again: positions after positions.
+    pub starts: Vec<f64>,
+    /// How often the motion is computed at most after each beginning.
+    pub iterations: usize,
+    /// Where it begins: the positions of all coordinates. Without it, the caller says it.
+    pub seed: Option<Vec<f64>>,
+}
+
+impl Search {
+    /// How often a search begins at most.
+    pub fn beginnings(&self) -> usize {
+        1 + self.starts.len() / self.lower.len().max(1)
+    }
+}
+
+/// How velocities are chosen. The lists have the numbers of the joints that move the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rates {
+    /// How dear velocities are that are not preferred.
+    pub damping: f64,
+    /// The limits, if they are kept.
+    pub limits: Option<RateLimits>,
+    /// Where joints go when the frame leaves a choice, and the share of the way in a second.
+    pub posture: Option<(Vec<f64>, f64)>,
+}
+
+/// The limits that velocities keep. The lists have the numbers of the joints that move the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RateLimits {
+    /// The least positions.
+    pub lower: Vec<f64>,
+    /// The greatest positions.
+    pub upper: Vec<f64>,
+    /// The greatest speeds; infinite where the robot says none.
+    pub fastest: Vec<f64>,
+    /// How long velocities last, in s: no joint passes a limit meanwhile.
+    pub period: f64,
+}
+
+impl Inverse {
+    /// How much one computation of the motion takes.
+    pub fn work(&self) -> Work {
+        Work::of(&self.motion)
+    }
+
+    /// Computes positions without printed code: those of all coordinates, and how the search ended.
+    /// `last` are the positions before; only an inverse of a velocity gives `None`.
+    pub fn positions(&self, target: &[[f64; 4]; 4], last: &[f64]) -> Option<(Vec<f64>, Found)> {
+        let Asked::Pose(search) = &self.asked else {
+            return None;
+        };
+        let mut all = search.seed.clone().unwrap_or_else(|| last.to_vec());
+        if all.len() != self.coordinates {
+            return None;
+        }
+        let mut positions: Vec<f64> = self.joints.iter().map(|at| all[*at]).collect();
+        let aim = Aim {
+            target,
+            near: search.near,
+            turned: search.turned,
+            lower: &search.lower,
+            upper: &search.upper,
+            endless: &search.endless,
+            starts: &search.starts,
+            iterations: search.iterations,
+        };
+        let motion = |positions: &[f64], out: &mut [f64]| match self.motion.run(positions) {
+            Ok(numbers) => out.copy_from_slice(&numbers),
+            Err(_) => out.fill(f64::NAN),
+        };
+        let mut room = vec![0.0; inverse::room(positions.len())];
+        let found = inverse::pose(motion, &aim, &mut positions, &mut room);
+        for (joint, position) in self.joints.iter().zip(positions) {
+            all[*joint] = position;
+        }
+        Some((all, found))
+    }
+
+    /// Computes velocities without printed code: those of all coordinates, and the velocity that the
+    /// frame gets by them. Only an inverse of a pose gives `None`.
+    ///
+    /// # Errors
+    /// There is another number of positions.
+    pub fn velocities(
+        &self,
+        positions: &[f64],
+        velocity: &[f64; 6],
+    ) -> Result<Option<(Vec<f64>, [f64; 6])>, Rejected> {
+        let Asked::Velocity(rates) = &self.asked else {
+            return Ok(None);
+        };
+        if positions.len() != self.coordinates {
+            return Err(Rejected::Count);
+        }
+        let at: Vec<f64> = self.joints.iter().map(|at| positions[*at]).collect();
+        let count = at.len();
+        let (mut preferred, mut least, mut most) = (
+            vec![0.0; count],
+            vec![f64::NEG_INFINITY; count],
+            vec![f64::INFINITY; count],
+        );
+        for joint in 0..count {
+            if let Some((posture, gain)) = &rates.posture {
+                preferred[joint] = gain * (posture[joint] - at[joint]);
+            }
+            if let Some(limits) = &rates.limits {
+                let fastest = limits.fastest[joint];
+                let bound = |limit: f64| {
+                    let rate = (limit - at[joint]) / limits.period;
+                    inverse::within(rate, -fastest, fastest)
+                };
+                (least[joint], most[joint]) =
+                    (bound(limits.lower[joint]), bound(limits.upper[joint]));
+            }
+        }
+        let wish = Wish {
+            velocity,
+            damping: rates.damping,
+            preferred: &preferred,
+            least: &least,
+            most: &most,
+        };
+        let jacobian = self.motion.run(&at)?;
+        let mut room = vec![0.0; inverse::room(count)];
+        let mut found = vec![0.0; count];
+        let achieved = inverse::velocity(&jacobian, &wish, &mut found, &mut room);
+        let mut all = vec![0.0; self.coordinates];
+        for (joint, rate) in self.joints.iter().zip(found) {
+            all[*joint] = rate;
+        }
+        Ok(Some((all, achieved)))
+    }
+}
+
+/// The operations of a motion over the positions of some coordinates.
+pub(crate) fn motion(
+    chain: &Chain<'_>,
+    expressed: Option<&Chain<'_>>,
+    coordinates: usize,
+    joints: &[usize],
+    has_pose: bool,
+) -> Program {
+    let recorder = Recorder::new(joints.len());
+    let mut positions = vec![Term::constant(0.0); coordinates];
+    for (place, joint) in joints.iter().enumerate() {
+        positions[*joint] = recorder.input(place, Primitive::F64);
+    }
+    let state = State::still(positions);
+    let moved = chain.moved(&state);
+    let frame = expressed.map(|chain| chain.moved(&state).pose.rotation);
+    let seen = |vector| match &frame {
+        Some(frame) => turned(&transposed(frame), vector),
+        None => vector,
+    };
+    let mut numbers = Vec::new();
+    if has_pose {
+        for (row, place) in moved.pose.rotation.iter().zip(moved.pose.translation) {
+            numbers.extend([row[0], row[1], row[2], place]);
+        }
+    }
+    let columns = joints.iter().map(|joint| moved.jacobian[*joint]);
+    let columns: Vec<_> = columns
+        .map(|column| [seen(column.linear), seen(column.angular)])
+        .collect();
+    for row in 0..6 {
+        numbers.extend(columns.iter().map(|column| column[row / 3][row % 3]));
+    }
+    recorder.program(&numbers)
+}

@@ -1,0 +1,454 @@
+//! Resolves inverse solvers and postures.
+
+use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
+use crate::ast::{self, Quantity, SettingKind, What};
+use crate::inverse::{Asked, Inverse, RateLimits, Rates, Search, motion};
+use rc_diagnostics::{Diagnostic, Span};
+use rc_quantity::Unit;
+use rc_robot::{Motion, inverse};
+use rc_syntax::{Literal, Name};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// The most computations of a motion after each beginning of a search.
+const MOST_ITERATIONS: i64 = 10_000;
+
+/// The most beginnings of a search.
+const MOST_RESTARTS: i64 = 1_000;
+
+/// Enough for arms of six and seven joints in all their limits.
+const RESTARTS: usize = 63;
+
+impl Resolver<'_> {
+    /// The positions of all coordinates in each posture.
+    pub(super) fn postures(&mut self, postures: &[ast::Posture]) {
+        let mut known: HashMap<&str, Span> = HashMap::new();
+        for posture in postures {
+            let name = &posture.name;
+            if let Some(first) = known.insert(&name.text, name.span) {
+                let message = format!("the posture `{}` is declared twice", name.text);
+                self.duplicate(name.span, message, first);
+                continue;
+            }
+            if name.text == "last" {
+                let message = "`last` cannot be the name of a posture: it is the one before";
+                self.error("reserved-in-code", name.span, message.to_owned());
+                continue;
+            }
+            let positions = self.posture(posture);
+            self.postures.insert(name.text.clone(), positions);
+        }
+    }
+
+    fn posture(&mut self, posture: &ast::Posture) -> Vec<f64> {
+        let robot = self.robot;
+        let ranges = self.ranges();
+        // What the posture does not name is at 0, or at the nearest limit.
+        let middle = ranges
+            .iter()
+            .map(|(lower, upper)| 0.0_f64.clamp(*lower, *upper));
+        let mut positions: Vec<f64> = middle.collect();
+        let mut known: HashMap<&str, Span> = HashMap::new();
+        for (joint, place) in &posture.joints {
+            if let Some(first) = known.insert(&joint.text, joint.span) {
+                let message = format!("the joint `{}` stands twice in the posture", joint.text);
+                self.duplicate(joint.span, message, first);
+                continue;
+            }
+            let mut names = robot.coordinates.iter();
+            let Some(at) = names.position(|name| *name == joint.text) else {
+                let message = format!(
+                    "the robot `{}` has no joint `{}` that moves on its own",
+                    robot.name, joint.text
+                );
+                let error = Diagnostic::error("unknown-joint", joint.span, message);
+                let known = robot.coordinates.iter().map(String::as_str);
+                self.found.push(error.suggest(&joint.text, known));
+                continue;
+            };
+            let unit = if self.turns(at) { "rad" } else { "m" };
+            let Some(value) = self.quantity(place, unit) else {
+                continue;
+            };
+            let (lower, upper) = ranges[at];
+            if value < lower || value > upper {
+                let message = format!(
+                    "`{}` goes from {lower} to {upper} {unit}, found {value} {unit}",
+                    joint.text
+                );
+                self.error("bad-value", place.number.span, message);
+                continue;
+            }
+            positions[at] = value;
+        }
+        positions
+    }
+
+    /// Whether a coordinate turns its own joint.
+    fn turns(&self, coordinate: usize) -> bool {
+        let name = &self.robot.coordinates[coordinate];
+        let joints = self
+            .robot
+            .bodies
+            .iter()
+            .filter_map(|body| body.joint.as_ref());
+        let mut own = joints.filter(|joint| joint.name == *name);
+        own.any(|joint| matches!(joint.motion, Motion::Turns { .. }))
+    }
+
+    /// The least and the greatest position of each coordinate.
+    fn ranges(&self) -> Vec<(f64, f64)> {
+        let limits = self.robot.limits().into_iter();
+        let endless = (f64::NEG_INFINITY, f64::INFINITY);
+        limits
+            .map(|limits| limits.map_or(endless, |limits| (limits.lower, limits.upper)))
+            .collect()
+    }
+
+    /// A number in this unit. A number without a unit is in it.
+    fn quantity(&mut self, quantity: &Quantity, wanted: &str) -> Option<f64> {
+        let value = quantity.number.as_f64().filter(|value| value.is_finite());
+        let Some(value) = value else {
+            let message = format!("expected a number, found {}", quantity.number.described());
+            self.error("bad-value", quantity.number.span, message);
+            return None;
+        };
+        let Some(unit) = &quantity.unit else {
+            return Some(value);
+        };
+        let given = Unit::parse(&unit.text).ok();
+        let conversion = given
+            .zip(Unit::parse(wanted).ok())
+            .and_then(|(given, wanted)| given.conversion_to(&wanted));
+        if conversion.is_none() {
+            let message = format!("expected a number in `{wanted}`, found `{}`", unit.text);
+            let error = Diagnostic::error("bad-value", unit.span, message);
+            self.found
+                .push(error.help(format!("write `{wanted}`, or a unit that converts into it")));
+        }
+        Some(conversion?.apply(value))
+    }
+
+    /// A number in this unit that is greater than 0, and not too great.
+    fn positive(&mut self, quantity: &Quantity, unit: &str, most: f64) -> Option<f64> {
+        let value = self.quantity(quantity, unit)?;
+        self.in_range(value, quantity.number.span, unit, most)
+    }
+
+    fn in_range(&mut self, value: f64, span: Span, unit: &str, most: f64) -> Option<f64> {
+        // Squares of less are no numbers.
+        if (1e-12..=most).contains(&value) {
+            return Some(value);
+        }
+        let message = format!("expected a number from 1e-12 to {most} {unit}, found {value}");
+        self.error("bad-value", span, message);
+        None
+    }
+
+    fn integer(&mut self, literal: &Literal, least: i64, most: i64) -> Option<usize> {
+        let value = literal
+            .as_i64()
+            .filter(|value| (least..=most).contains(value));
+        if value.is_none() {
+            let message = format!(
+                "expected an integer from {least} to {most}, found {}",
+                literal.described()
+            );
+            self.error("bad-value", literal.span, message);
+        }
+        usize::try_from(value?).ok()
+    }
+
+    fn named_posture(&mut self, name: &Name, has_last: bool) -> Option<Vec<f64>> {
+        let found = self.postures.get(&name.text).cloned();
+        if found.is_none() {
+            let message = format!("there is no posture `{}`", name.text);
+            let error = Diagnostic::error("unknown-posture", name.span, message);
+            let known = self.postures.keys().map(String::as_str);
+            let known = known.chain(has_last.then_some("last"));
+            let known: Vec<&str> = known.collect();
+            self.found.push(if known.is_empty() {
+                error.help("write `posture NAME { JOINT = NUMBER; };` before the solvers")
+            } else {
+                error.suggest(&name.text, known)
+            });
+        }
+        found
+    }
+
+    /// Settings that another kind of solver has, or that stand twice.
+    fn fitting(&mut self, solver: &ast::Solver, words: &[&str]) {
+        let mut known: HashMap<&str, Span> = HashMap::new();
+        for setting in &solver.settings {
+            let word = setting.kind.word();
+            if let Some(first) = known.insert(word, setting.span) {
+                let message = format!("`{word}` is said twice");
+                self.duplicate(setting.span, message, first);
+            } else if !words.contains(&word) {
+                let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+                let message = match words.as_slice() {
+                    [] => format!("`{word}` changes nothing: this solver is no inverse"),
+                    words => format!(
+                        "`{word}` changes nothing: this inverse has {}",
+                        words.join(", ")
+                    ),
+                };
+                self.error("without-effect", setting.span, message);
+            }
+        }
+    }
+
+    /// A solver without an inverse has no settings.
+    pub(super) fn without_settings(&mut self, solver: &ast::Solver) {
+        self.fitting(solver, &[]);
+    }
+
+    /// An inverse solver, with nothing else beside.
+    pub(super) fn inverse(
+        &mut self,
+        solver: &ast::Solver,
+        asked: &ast::Inverse,
+    ) -> Option<Inverse> {
+        let others = solver.inverses.iter().skip(1).map(|other| other.span);
+        let others = others.chain(solver.outputs.iter().map(|output| output.span));
+        let others = others.chain(solver.gravity.iter().map(|(span, _)| *span));
+        for other in others {
+            let message = "an inverse solver gives nothing else".to_owned();
+            let error = Diagnostic::error("mixed-solver", other, message);
+            let error = error.label(asked.span, "the inverse");
+            self.found
+                .push(error.help("write a solver of its own for it"));
+        }
+        let is_pose = match asked.what {
+            What::Pose => true,
+            What::Velocity => false,
+            // The grammar has no others.
+            What::Jacobian | What::Acceleration => return None,
+        };
+        self.fitting(
+            solver,
+            if is_pose {
+                &["within", "tolerance", "iterations", "restarts", "seed"]
+            } else {
+                &["within", "damped", "null", "period"]
+            },
+        );
+        let places = (self.body(&asked.tip), self.body(&asked.base));
+        let frame = asked
+            .expressed
+            .as_ref()
+            .map(|name| (name.span, self.body(name)));
+        let (tip, base) = (places.0?, places.1?);
+        let chain = self.chain(base, tip, asked.span)?;
+        let expressed = match frame {
+            Some((span, _)) if is_pose => {
+                let message = "a pose has no `expressed in`: it is in the frame behind `in`";
+                self.error("without-effect", span, message.to_owned());
+                return None;
+            }
+            Some((_, frame)) => Some(self.chain(base, frame?, asked.span)?),
+            None => None,
+        };
+        let mut joints = chain.coordinates();
+        if joints.is_empty() {
+            let message = format!(
+                "no joint moves `{}` in `{}`",
+                asked.tip.text, asked.base.text
+            );
+            self.error("empty-solver", asked.span, message);
+            return None;
+        }
+        if let Some(frame) = &expressed {
+            joints.extend(frame.coordinates());
+            joints.sort_unstable();
+            joints.dedup();
+        }
+        self.steps += chain.len() + expressed.as_ref().map_or(0, rc_robot::Chain::len);
+        let (tip, base) = (&asked.tip.text, &asked.base.text);
+        let axes = asked.expressed.as_ref().map_or(base, |name| &name.text);
+        let question = if is_pose {
+            format!(
+                "Where `{tip}` shall be in `{base}`: the homogeneous matrix for columns, in metres."
+            )
+        } else {
+            format!(
+                "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in rad/s, along \
+                the axes of `{axes}`."
+            )
+        };
+        let how = if is_pose {
+            Asked::Pose(self.search(solver, &joints))
+        } else {
+            Asked::Velocity(self.rates(solver, &joints))
+        };
+        let starts = match &how {
+            Asked::Pose(search) => search.starts.len(),
+            Asked::Velocity(_) => 0,
+        };
+        if 12 + 6 * joints.len() + starts > MOST_NUMBERS || self.steps > MOST_STEPS {
+            let message = format!(
+                "too much for printed code: a solver has at most {MOST_NUMBERS} numbers, and those of a file pass \
+                at most {MOST_STEPS} joints"
+            );
+            let error = Diagnostic::error("too-many-numbers", asked.span, message);
+            self.found
+                .push(error.help("write fewer `restarts`, or several files"));
+            return None;
+        }
+        let coordinates = self.robot.coordinates.len();
+        let motion = motion(&chain, expressed.as_ref(), coordinates, &joints, is_pose);
+        if !motion.is_finite() {
+            self.too_great(solver.name.span);
+            return None;
+        }
+        Some(Inverse {
+            name: solver.name.text.clone(),
+            doc: solver.doc.clone(),
+            // Names of links may have any character. A line of a comment stays one.
+            question: question.replace(char::is_control, " "),
+            coordinates,
+            joints,
+            motion,
+            asked: how,
+        })
+    }
+
+    fn search(&mut self, solver: &ast::Solver, joints: &[usize]) -> Search {
+        let (mut near, mut turned, mut iterations, mut restarts) = (1e-6, 1e-6, 60, RESTARTS);
+        let (mut keeps_limits, mut seed) = (false, None);
+        for setting in &solver.settings {
+            match &setting.kind {
+                SettingKind::Within => keeps_limits = true,
+                SettingKind::Tolerance(way, angle) => {
+                    near = self.positive(way, "m", 1e3).unwrap_or(near);
+                    turned = self.positive(angle, "rad", 1e3).unwrap_or(turned);
+                }
+                SettingKind::Iterations(number) => {
+                    let given = self.integer(number, 1, MOST_ITERATIONS);
+                    iterations = given.unwrap_or(iterations);
+                }
+                SettingKind::Restarts(number) => {
+                    restarts = self.integer(number, 0, MOST_RESTARTS).unwrap_or(restarts);
+                }
+                SettingKind::Seed(name) if name.text == "last" => {}
+                SettingKind::Seed(name) => seed = self.named_posture(name, true),
+                _ => {}
+            }
+        }
+        let ranges = self.ranges();
+        let own: Vec<(f64, f64)> = joints.iter().map(|at| ranges[*at]).collect();
+        // Without an end, searches begin in one turn, or within a metre.
+        let places = joints.iter().zip(&own).map(|(joint, (lower, upper))| {
+            let far = if self.turns(*joint) { PI } else { 1.0 };
+            match (lower.is_finite(), upper.is_finite()) {
+                (true, true) => (*lower, *upper),
+                (true, false) => (*lower, lower + 2.0 * far),
+                (false, true) => (upper - 2.0 * far, *upper),
+                (false, false) => (-far, far),
+            }
+        });
+        let places: Vec<(f64, f64)> = places.collect();
+        let endless = joints.iter().map(|joint| self.is_endless(*joint, &ranges));
+        let endless = endless.collect();
+        let (lower, upper) = if keeps_limits {
+            own.into_iter().unzip()
+        } else {
+            let count = joints.len();
+            (vec![f64::NEG_INFINITY; count], vec![f64::INFINITY; count])
+        };
+        Search {
+            near,
+            turned,
+            lower,
+            upper,
+            endless,
+            starts: inverse::starts(&places, restarts),
+            iterations,
+            seed,
+        }
+    }
+
+    /// Whether the robot is the same after a whole turn of a joint that has no end.
+    fn is_endless(&self, coordinate: usize, ranges: &[(f64, f64)]) -> bool {
+        let joints = self
+            .robot
+            .bodies
+            .iter()
+            .filter_map(|body| body.joint.as_ref());
+        let mut own = joints.filter_map(|joint| {
+            let (moved, ratio) = joint.motion.driven()?;
+            let turns = matches!(joint.motion, Motion::Turns { .. });
+            (moved == coordinate).then_some(turns && ratio.fract() == 0.0)
+        });
+        ranges[coordinate] == (f64::NEG_INFINITY, f64::INFINITY) && own.all(|same| same)
+    }
+
+    fn rates(&mut self, solver: &ast::Solver, joints: &[usize]) -> Rates {
+        let (mut damping, mut period, mut within, mut posture) = (0.01, None, None, None);
+        for setting in &solver.settings {
+            match &setting.kind {
+                SettingKind::Within => within = Some(setting.span),
+                SettingKind::Damped(number) => {
+                    let value = number.as_f64().filter(|value| (1e-6..=1e3).contains(value));
+                    if let Some(value) = value {
+                        damping = value;
+                        continue;
+                    }
+                    let message = format!(
+                        "expected a number from 1e-6 to 1000, found {}",
+                        number.described()
+                    );
+                    self.error("bad-value", number.span, message);
+                }
+                SettingKind::Null(name, gain) => {
+                    let gain = match gain {
+                        Some(gain) => {
+                            let value = gain.as_f64().unwrap_or(f64::NAN);
+                            self.in_range(value, gain.span, "1/s", 1e6)
+                        }
+                        None => Some(1.0),
+                    };
+                    posture = self.named_posture(name, false).zip(gain);
+                }
+                SettingKind::Period(given) => {
+                    let value = self.positive(given, "s", 1e3);
+                    period = Some((setting.span, value.unwrap_or(1.0)));
+                }
+                _ => {}
+            }
+        }
+        match (within, period) {
+            (Some(span), None) => {
+                let message = "how long a velocity lasts within the limits is not said".to_owned();
+                let error = Diagnostic::error("missing-period", span, message);
+                self.found
+                    .push(error.help("write the period of the loop, such as `period 1 ms;`"));
+            }
+            (None, Some((span, _))) => {
+                let message = "`period` changes nothing without `within limits`".to_owned();
+                self.error("without-effect", span, message);
+            }
+            _ => {}
+        }
+        let of_joints = |all: &[f64]| joints.iter().map(|at| all[*at]).collect::<Vec<f64>>();
+        let limits = within.zip(period).map(|(_, (_, period))| {
+            let (lower, upper): (Vec<f64>, Vec<f64>) = self.ranges().into_iter().unzip();
+            let fastest = self.robot.limits().into_iter().map(|limits| {
+                let said = limits.map(|limits| limits.velocity);
+                said.filter(|fastest| *fastest > 0.0)
+                    .unwrap_or(f64::INFINITY)
+            });
+            RateLimits {
+                lower: of_joints(&lower),
+                upper: of_joints(&upper),
+                fastest: of_joints(&fastest.collect::<Vec<_>>()),
+                period,
+            }
+        });
+        Rates {
+            damping,
+            limits,
+            posture: posture.map(|(posture, gain)| (of_joints(&posture), gain)),
+        }
+    }
+}
