@@ -449,6 +449,13 @@ impl Missing {
         handlers + machine.map_or(0, |machine| machine.guards.len() + machine.actions.len())
     }
 
+    /// The number of handlers that are missing.
+    pub fn count(&self) -> usize {
+        // An `impl` without operations is missing as a whole.
+        let pieces = self.pieces.iter();
+        pieces.map(|piece| piece.operations.len().max(1)).sum()
+    }
+
     /// Whether no handler is missing.
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty() && self.no_library.is_none() && self.dependencies.is_empty()

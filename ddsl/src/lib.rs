@@ -17,6 +17,7 @@ mod graph;
 mod host_address;
 mod image;
 mod imports;
+mod leaders;
 mod meaning;
 mod members;
 pub mod model;

@@ -5,32 +5,42 @@
 //! each file that read it; a further message goes first. What a request needs is checked before it
 //! is answered, so no edit has a place of an earlier text.
 
+mod actions;
 mod completion;
 mod context;
+mod documents;
 mod findings;
+mod hints;
+mod hover;
+mod layout;
 mod names;
 mod navigation;
+mod networks;
+mod outline;
 mod place;
 mod queue;
+mod rename;
+mod requests;
+mod signature;
+mod structure;
+mod tokens;
 mod wire;
 
-use crate::format::laid_out;
-use crate::{check, explain};
-use findings::{Findings, Place};
+use crate::check::{self, Model};
+use findings::{Findings, Phase};
 use names::Names;
-use place::Encoding;
+use networks::{Wired, Wiring};
+use place::{Encoding, Text};
 use queue::Queue;
 use rc_codegen::FileLoader;
-use rc_codegen::source_files::is_left_out;
+use rc_ddsl::Deployment;
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
-
-/// How many files of the folders that an editor opens are checked without being asked for.
-const MOST_FILES: usize = 2_000;
+use std::time::SystemTime;
 
 /// How many messages wait; each has a limit.
 const MESSAGES: usize = 4;
@@ -38,33 +48,13 @@ const MESSAGES: usize = 4;
 /// After how many messages a file is checked, although further ones wait.
 const MESSAGES_BETWEEN: usize = 32;
 
-/// The requests that are answered.
-const REQUESTS: [&str; 8] = [
-    "textDocument/completion",
-    "textDocument/formatting",
-    "textDocument/codeAction",
-    "textDocument/hover",
-    "textDocument/definition",
-    "textDocument/implementation",
-    "textDocument/references",
-    "textDocument/documentHighlight",
-];
-
-/// Those that are about all files.
-const OF_ALL_FILES: [&str; 3] = [
-    "textDocument/definition",
-    "textDocument/implementation",
-    "textDocument/references",
-];
-
-/// How the protocol numbers a change of a watched file's text.
-const CHANGED: i64 = 2;
-
 /// Codes of errors, as the protocol numbers them.
 const PARSE_ERROR: i64 = -32700;
 const METHOD_NOT_FOUND: i64 = -32601;
 const NOT_INITIALIZED: i64 = -32002;
 const INVALID_REQUEST: i64 = -32600;
+const INVALID_PARAMETERS: i64 = -32602;
+const REQUEST_FAILED: i64 = -32803;
 
 /// Serves an editor until it says `exit` or closes the input. Returns whether it said
 /// `shutdown` before.
@@ -107,8 +97,18 @@ enum Stage {
 struct Document {
     /// The path of its file when it was opened.
     path: PathBuf,
-    text: String,
+    text: Text,
     version: Value,
+}
+
+/// What is known of a file that was read.
+struct Looked {
+    names: Names,
+    sources: SourceMap,
+    /// The file of each source.
+    keys: HashMap<SourceId, PathBuf>,
+    found: Diagnostics,
+    network: Option<Box<Deployment>>,
 }
 
 #[derive(Default)]
@@ -125,8 +125,13 @@ struct Server {
     names: BTreeMap<PathBuf, Names>,
     /// Those that a file had when it could be read, where it cannot be read now.
     last: BTreeMap<PathBuf, Names>,
-    /// Those of other files, for the time of one request.
-    elsewhere: BTreeMap<PathBuf, Names>,
+    /// Those of files outside of the folders, and when each had changed last.
+    elsewhere: BTreeMap<PathBuf, (Option<SystemTime>, Names)>,
+    /// The pieces of workers, by the `.cdsl`.
+    workers: BTreeMap<PathBuf, navigation::Worker>,
+    /// Networks whose components are being read, and what was found last.
+    wirings: VecDeque<Wiring>,
+    wired: BTreeMap<PathBuf, Wired>,
     /// Files to check.
     waiting: Queue,
     /// Those of them whose own text has changed.
@@ -137,9 +142,9 @@ struct Server {
     settled: bool,
     /// How a link in these folders names a file, where it has another path.
     links: BTreeMap<PathBuf, PathBuf>,
-    /// Folders in which files to check are looked for, and how many files were found.
+    /// Folders in which files to check are looked for, and the files that were found.
     folders: VecDeque<PathBuf>,
-    files: usize,
+    found: BTreeSet<PathBuf>,
 }
 
 impl Server {
@@ -149,8 +154,8 @@ impl Server {
     ) -> io::Result<bool> {
         let mut taken = 0;
         loop {
-            let busy = !self.waiting.is_empty() || !self.folders.is_empty();
-            self.settled |= !busy;
+            self.settled |= self.waiting.is_empty() && self.folders.is_empty();
+            let busy = !self.settled || !self.waiting.is_empty() || !self.wirings.is_empty();
             let message = if !busy {
                 messages.recv().ok()
             } else if taken >= MESSAGES_BETWEEN {
@@ -211,6 +216,7 @@ impl Server {
                 self.waiting.clear();
                 self.dirty.clear();
                 self.folders.clear();
+                self.wirings.clear();
                 Ok(Value::Null)
             }
             (Stage::Initialized, _) => self.request(method, parameters)?,
@@ -241,243 +247,24 @@ impl Server {
         self.folders = roots.values().cloned().collect();
         self.roots = roots.into_iter().collect();
         self.settled = false;
-        // Of a folder that comes, moves or goes, a watcher of files hears nothing.
-        let folders_only = json!({ "filters": [
-            { "scheme": "file", "pattern": { "glob": "**/*", "matches": "folder" } },
-        ] });
-        json!({
-            "capabilities": {
-                "positionEncoding": self.encoding.word(),
-                "textDocumentSync": { "openClose": true, "change": 1, "save": true },
-                "documentFormattingProvider": true,
-                "codeActionProvider": { "codeActionKinds": ["quickfix", "source.fixAll"] },
-                "hoverProvider": true,
-                "completionProvider": { "triggerCharacters": [".", "\"", ":", "@", "/"] },
-                "definitionProvider": true,
-                "implementationProvider": true,
-                "referencesProvider": true,
-                "documentHighlightProvider": true,
-                "workspace": { "fileOperations": {
-                    "didCreate": folders_only,
-                    "didRename": folders_only,
-                    "didDelete": folders_only,
-                } },
-            },
-            "serverInfo": { "name": "rcgen", "version": env!("CARGO_PKG_VERSION") },
-        })
+        requests::capabilities(self.encoding)
     }
 
-    fn notice(&mut self, method: &str, parameters: &Value) -> io::Result<()> {
-        let document = &parameters["textDocument"];
-        let uri = document["uri"].as_str().unwrap_or_default();
-        match method {
-            "initialized" if self.watches => send(json!({
-                "id": "watch",
-                "method": "client/registerCapability",
-                "params": { "registrations": [{
-                    "id": "watch",
-                    "method": "workspace/didChangeWatchedFiles",
-                    "registerOptions": { "watchers": [{
-                        "globPattern": format!("**/*.{{{}}}", check::ENDINGS.join(",")),
-                    }] },
-                }] },
-            })),
-            "textDocument/didOpen" => {
-                if let (Some(path), Some(text)) = (place::path(uri), document["text"].as_str()) {
-                    self.open(uri, &path, text, &document["version"]);
-                }
-                Ok(())
-            }
-            "textDocument/didChange" => {
-                // Each change has the whole text: this server offers nothing else.
-                let changes = parameters["contentChanges"].as_array();
-                let last = changes.and_then(|all| all.last());
-                if let Some(text) = last.and_then(|change| change["text"].as_str()) {
-                    self.edit(uri, text, &document["version"]);
-                }
-                Ok(())
-            }
-            "textDocument/didClose" => self.close(uri),
-            "textDocument/didSave" => {
-                if let Some(path) = self.open.get(uri).map(|open| open.path.clone()) {
-                    self.changed(&path);
-                }
-                Ok(())
-            }
-            "workspace/didChangeWatchedFiles" => {
-                let changes = parameters["changes"].as_array().into_iter().flatten();
-                for change in changes {
-                    if let Some(path) = change["uri"].as_str().and_then(place::path) {
-                        self.changed(&key(&path));
-                        // Not its text alone: it has come or gone.
-                        if change["type"] != CHANGED {
-                            self.check_all();
-                        }
-                    }
-                }
-                Ok(())
-            }
-            "workspace/didCreateFiles"
-            | "workspace/didRenameFiles"
-            | "workspace/didDeleteFiles" => {
-                for file in parameters["files"].as_array().into_iter().flatten() {
-                    let paths = ["uri", "oldUri", "newUri"].map(|name| &file[name]);
-                    let paths = paths.into_iter().filter_map(Value::as_str);
-                    for path in paths.filter_map(place::path) {
-                        self.moved(&path);
-                    }
-                }
-                Ok(())
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// A folder has come or gone: what was read in it, and what is there now, is checked.
-    fn moved(&mut self, folder: &Path) {
-        let gone = key(folder);
-        for path in self.findings.all() {
-            if path.starts_with(&gone) {
-                self.changed(&path);
-            }
-        }
-        if folder.is_dir() {
-            self.folders.push_back(folder.to_path_buf());
-            self.settled = false;
-        }
-        self.check_all();
-    }
-
-    fn open(&mut self, uri: &str, path: &Path, text: &str, version: &Value) {
-        let path = key(path);
-        let is_new = self.findings.readers(&path).is_empty();
-        let document = Document {
-            path: path.clone(),
-            text: String::new(),
-            version: Value::Null,
-        };
-        self.open.insert(uri.to_owned(), document);
-        self.edit(uri, text, version);
-        // Whether it is a file of InnerModel, its text says.
-        if !check::is_wanted(&path) {
-            if navigation::component_of(&path).is_none() {
-                self.open.remove(uri);
-                self.take_from_disk(&path);
-            }
-        } else if is_new {
-            // Others may have missed it.
-            self.settled = false;
-            self.check_all();
-        }
-    }
-
-    fn edit(&mut self, uri: &str, text: &str, version: &Value) {
-        let Some(document) = self.open.get_mut(uri) else {
-            return;
-        };
-        // Texts of checks have none, and an edit of the whole text must not count it.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        text.clone_into(&mut document.text);
-        document.version = version.clone();
-        let path = document.path.clone();
-        rc_files::unsaved::set(&path, text);
-        self.changed(&path);
-    }
-
-    fn close(&mut self, uri: &str) -> io::Result<()> {
-        let Some(document) = self.open.remove(uri) else {
-            return Ok(());
-        };
-        self.take_from_disk(&document.path);
-        self.changed(&document.path);
-        if !document.path.exists() {
-            self.check_all();
-        }
-        // From now on, the findings of the file have its own address.
-        if uri == self.address(&document.path) {
-            return Ok(());
-        }
-        publish_at(uri, &Value::Null, &[])
-    }
-
-    /// The text of a file is that of another address, or the one on disk.
-    fn take_from_disk(&mut self, path: &Path) {
-        let other = self.open.values().find(|open| open.path == path);
-        match other {
-            Some(other) => rc_files::unsaved::set(path, &other.text),
-            None => rc_files::unsaved::remove(path),
-        }
-    }
-
-    fn is_open(&self, path: &Path) -> bool {
-        self.open.values().any(|open| open.path == path)
-    }
-
-    /// A file has another text: it is checked next, and then what read it, open files first.
-    fn changed(&mut self, path: &Path) {
-        self.findings.forget(path);
-        let mut readers = self.findings.readers(path);
-        readers.sort_by_key(|reader| !self.is_open(reader));
-        let is_checked = readers.iter().any(|reader| reader == path);
-        if is_checked || check::is_wanted(path) {
-            readers.retain(|reader| reader != path);
-            readers.insert(0, path.to_path_buf());
-            self.dirty.insert(path.to_path_buf());
-        }
-        for reader in readers.iter().rev() {
-            self.waiting.push_front(reader);
-        }
-    }
-
-    /// All files are checked again, after those that wait.
-    fn check_all(&mut self) {
-        for path in self.findings.all() {
-            self.waiting.push(&path);
-        }
-    }
-
-    /// Checks a file, or else looks into a folder.
+    /// Checks a file, or else looks into a folder, or else reads a component of a network.
     fn work(&mut self) -> io::Result<()> {
         if let Some(path) = self.waiting.pop() {
             return self.check(&path);
         }
         if let Some(folder) = self.folders.pop_front() {
             self.look_into(&folder);
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// Finds the description files of a folder, as `rcgen check` does. What cannot be read is left out.
-    fn look_into(&mut self, folder: &Path) {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut entries: Vec<_> = entries.collect();
-        entries.sort_by_key(std::fs::DirEntry::file_name);
-        for entry in entries {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-            let left_out = name.starts_with('.') || is_folder && is_left_out(&name);
-            if left_out || self.files >= MOST_FILES {
-                continue;
-            }
-            if is_folder {
-                if self.folders.len() < MOST_FILES {
-                    self.folders.push_back(entry.path());
-                }
-            } else if entry.path().is_file() && check::is_wanted(&entry.path()) {
-                self.files += 1;
-                let path = key(&entry.path());
-                if self.address_in_roots(&path) != entry.path() {
-                    self.links.entry(path.clone()).or_insert(entry.path());
-                }
-                self.waiting.push(&path);
-            }
-        }
+        self.wire()
     }
 
     /// Reads a file with all that it names. A file that is gone, or no text, has no findings and no
     /// names.
-    fn look_at(&self, path: &Path) -> (Names, SourceMap, HashMap<SourceId, PathBuf>, Diagnostics) {
+    fn look_at(&self, path: &Path) -> Looked {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = FileLoader::new(&self.include);
@@ -487,21 +274,39 @@ impl Server {
         let keys = sources.ids().map(|id| (id, key(sources.path(id))));
         let keys = keys.collect();
         let names = Names::of(path, &sources, &keys, model.as_ref(), &loader);
-        (names, sources, keys, found)
+        let network = match model {
+            Some(Model::Network(network)) => Some(network),
+            _ => None,
+        };
+        Looked {
+            names,
+            sources,
+            keys,
+            found,
+            network,
+        }
     }
 
     fn check(&mut self, path: &Path) -> io::Result<()> {
         self.dirty.remove(path);
-        let (names, sources, keys, found) = self.look_at(path);
-        let files = keys.iter();
-        let files = files.map(|(id, path)| (*id, (path.clone(), self.address(path))));
-        let files = files.collect();
+        let looked = self.look_at(path);
+        let files = self.addressed(&looked.keys);
+        let check = (path, Phase::File);
+        let (sources, found) = (&looked.sources, &looked.found);
         let mut changed = self
             .findings
-            .checked(path, &sources, &files, &found, self.encoding);
-        if keys.is_empty() {
+            .checked(check, sources, &files, found, self.encoding);
+        let names = looked.names;
+        // What is a part no longer has connections of its own.
+        let before = self.names.get(path).map(|names| names.networks.clone());
+        let parts = before.unwrap_or_default().into_iter();
+        let parts: Vec<PathBuf> = parts
+            .filter(|part| !names.networks.contains(part))
+            .collect();
+        if looked.keys.is_empty() {
             self.names.remove(path);
             self.last.remove(path);
+            self.found.remove(path);
         } else {
             let readable = !names.places.is_empty();
             let before = self.names.insert(path.to_path_buf(), names);
@@ -512,12 +317,27 @@ impl Server {
                 self.last.insert(path.to_path_buf(), before);
             }
         }
+        if path.extension().is_some_and(|ending| ending == "ddsl") {
+            let network = looked.network.filter(|_| !found.has_errors());
+            changed.extend(self.begin_wiring(path, network, looked.sources));
+        }
+        for part in parts {
+            self.waiting.push(&part);
+        }
         // It was forgotten when it changed.
         changed.insert(path.to_path_buf());
         for target in changed {
             self.publish(&target)?;
         }
         Ok(())
+    }
+
+    /// The files of sources, each with its address.
+    fn addressed(&self, keys: &HashMap<SourceId, PathBuf>) -> HashMap<SourceId, (PathBuf, String)> {
+        let files = keys.iter();
+        files
+            .map(|(id, path)| (*id, (path.clone(), self.address(path))))
+            .collect()
     }
 
     fn publish(&self, path: &Path) -> io::Result<()> {
@@ -555,132 +375,6 @@ impl Server {
             Some(given.join(rest))
         });
         below.unwrap_or_else(|| path.to_path_buf())
-    }
-
-    /// Answers a request. What it is about is checked first.
-    fn request(
-        &mut self,
-        method: &str,
-        parameters: &Value,
-    ) -> io::Result<Result<Value, (i64, String)>> {
-        if !REQUESTS.contains(&method) {
-            return Ok(Err((
-                METHOD_NOT_FOUND,
-                format!("`{method}` is not offered"),
-            )));
-        }
-        let uri = parameters["textDocument"]["uri"]
-            .as_str()
-            .unwrap_or_default();
-        let Some(path) = self.open.get(uri).map(|open| open.path.clone()) else {
-            return Ok(Ok(Value::Null));
-        };
-        self.elsewhere.clear();
-        self.dirty.insert(path.clone());
-        for path in std::mem::take(&mut self.dirty) {
-            if self.waiting.remove(&path) {
-                self.check(&path)?;
-            }
-        }
-        // What is suggested needs the names of other files, but not those of the last moment.
-        let suggests = method == "textDocument/completion" && !self.settled;
-        if suggests || OF_ALL_FILES.contains(&method) {
-            while !self.waiting.is_empty() || !self.folders.is_empty() {
-                self.work()?;
-            }
-            self.settled = true;
-        }
-        let position = &parameters["position"];
-        Ok(Ok(match method {
-            "textDocument/formatting" => self.format(uri),
-            "textDocument/codeAction" => {
-                self.actions(uri, &path, &parameters["range"], &parameters["context"])
-            }
-            "textDocument/completion" => self.completion(&path, position),
-            "textDocument/definition" => self.definition(&path, position),
-            "textDocument/implementation" => self.implementation(&path, position),
-            "textDocument/references" => {
-                let declared = parameters["context"]["includeDeclaration"] != false;
-                self.references(&path, position, declared)
-            }
-            "textDocument/documentHighlight" => self.highlights(&path, position),
-            _ => self.hover(&path, position),
-        }))
-    }
-
-    /// The edit that lays out an open file. Nothing if it has errors, as with `rcgen fmt`.
-    fn format(&self, uri: &str) -> Value {
-        let Some(Document { path, text, .. }) = self.open.get(uri) else {
-            return Value::Null;
-        };
-        let mut sources = SourceMap::new();
-        let source = sources.add(path, text.as_str());
-        match laid_out(path, &sources, source) {
-            Some(Ok(formatted)) if formatted == *text => json!([]),
-            Some(Ok(formatted)) => {
-                json!([{ "range": self.encoding.whole(text), "newText": formatted }])
-            }
-            Some(Err(_)) | None => Value::Null,
-        }
-    }
-
-    /// The mends of the findings in a range, and one for all that are certain.
-    fn actions(&self, uri: &str, path: &Path, range: &Value, context: &Value) -> Value {
-        let kinds = context["only"].as_array();
-        let wanted = |kind: &str| {
-            let holds = |only: &str| {
-                let rest = kind.strip_prefix(only);
-                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            kinds.is_none_or(|kinds| kinds.iter().filter_map(Value::as_str).any(holds))
-        };
-        let edit = |edits: Vec<Value>| json!({ "changes": { uri: edits } });
-        let mut actions = Vec::new();
-        let mut certain = Vec::new();
-        for (diagnostic, mend) in self.findings.mends(path) {
-            if mend.certain {
-                certain.push(mend.edit.clone());
-            }
-            if wanted("quickfix") && Place::meet(&diagnostic["range"], range) {
-                actions.push(json!({
-                    "title": mend.title,
-                    "kind": "quickfix",
-                    "diagnostics": [diagnostic],
-                    "isPreferred": mend.certain,
-                    "edit": edit(vec![mend.edit]),
-                }));
-            }
-        }
-        if wanted("source.fixAll") && !certain.is_empty() {
-            actions.push(json!({
-                "title": "Make all certain mends",
-                "kind": "source.fixAll",
-                "edit": edit(findings::together(certain)),
-            }));
-        }
-        json!(actions)
-    }
-
-    /// The page of the finding at a position.
-    fn hover(&self, path: &Path, position: &Value) -> Value {
-        let here = json!({ "start": position, "end": position });
-        let at = self.findings.of(path).into_iter();
-        let at = at.filter(|diagnostic| Place::meet(&diagnostic["range"], &here));
-        let mut pages = Vec::new();
-        let all = explain::pages();
-        for diagnostic in at {
-            let page = all.iter().find(|page| diagnostic["code"] == page.code);
-            if let Some(page) = page {
-                let text = format!("### {}\n\n{}", page.code, page.text);
-                if !pages.contains(&text) {
-                    pages.push(text);
-                }
-            }
-        }
-        if pages.is_empty() {
-            return Value::Null;
-        }
-        json!({ "contents": { "kind": "markdown", "value": pages.join("\n\n") } })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::model::Network;
 use rc_cdsl::model::{Role, Slot};
-use rc_ddsl::{Connection, Endpoint};
+use rc_ddsl::Endpoint;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_syntax::Name;
 use std::collections::{BTreeMap, HashSet};
@@ -45,26 +45,11 @@ impl Network {
 
     /// For each slot, the slot whose address it has.
     fn leaders(&self) -> BTreeMap<Endpoint, Endpoint> {
-        let mut leader: BTreeMap<Endpoint, Endpoint> = BTreeMap::new();
-        for (instance, project) in self.projects.iter().enumerate() {
-            let slots = project.as_ref().map_or(0, |p| p.component.slots.len());
-            let ends = (0..slots).map(|slot| Endpoint { instance, slot });
-            leader.extend(ends.map(|end| (end, end)));
-        }
-        for Connection { consumer, provider } in &self.connections.connections {
-            let (from, to) = (leader[consumer], leader[provider]);
-            // A consumer follows its provider; two groups follow the first provider.
-            let provides = matches!(
-                self.slot(from).map(|s| s.role),
-                Some(Role::Implements | Role::Publishes)
-            );
-            let first = if provides && from < to { from } else { to };
-            leader
-                .values_mut()
-                .filter(|l| **l == from || **l == to)
-                .for_each(|l| *l = first);
-        }
-        leader
+        let projects = self.projects.iter();
+        let components: Vec<_> = projects
+            .map(|project| project.as_ref().map(|project| &project.component))
+            .collect();
+        self.connections.leaders(&components)
     }
 
     /// Refuses subscribers that would receive topics they are not connected to. A slot has one

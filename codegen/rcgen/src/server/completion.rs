@@ -8,6 +8,7 @@ mod networks;
 
 use super::context::Context;
 use super::names::{Kind, Names};
+use super::place::Text;
 use super::{Server, key};
 use keywords::{INSIDE, Keyword, STATEMENTS};
 use rc_codegen::{FileLoader, load, paths};
@@ -66,12 +67,13 @@ impl Server {
     /// The suggestions at a position of an open file.
     pub(super) fn completion(&self, path: &Path, position: &Value) -> Value {
         let document = self.open.values().find(|document| document.path == path);
-        let Some(text) = document.map(|document| document.text.as_str()) else {
+        let Some(document) = document else {
             return Value::Null;
         };
-        let Some(cursor) = self.encoding.byte(text, position) else {
+        let Some(cursor) = document.text.byte(self.encoding, position) else {
             return Value::Null;
         };
+        let text = document.text.as_str();
         let none = Names::default();
         let target = Target {
             path,
@@ -101,15 +103,15 @@ impl Server {
         let mut seen = BTreeSet::new();
         items.retain(|item| !item.label.is_empty() && seen.insert(item.label.clone()));
         items.truncate(MOST);
-        let range = self.encoding.part(text, start, cursor);
+        let range = document.text.range(self.encoding, start, cursor);
         let items = items.into_iter().enumerate();
         let items: Vec<Value> = items
-            .map(|(at, item)| self.shown(text, &range, at, item))
+            .map(|(at, item)| self.shown(&document.text, &range, at, item))
             .collect();
         json!(items)
     }
 
-    fn shown(&self, text: &str, range: &Value, at: usize, item: Item) -> Value {
+    fn shown(&self, text: &Text, range: &Value, at: usize, item: Item) -> Value {
         let mut value = json!({
             "label": item.label,
             "kind": item.kind,
@@ -123,14 +125,14 @@ impl Server {
             value["documentation"] = json!({ "kind": "markdown", "value": item.doc });
         }
         if let Some((at, new)) = item.import {
-            let range = self.encoding.part(text, at, at);
+            let range = text.range(self.encoding, at, at);
             value["additionalTextEdits"] = json!([{ "range": range, "newText": new }]);
         }
         value
     }
 
     /// The names of a file, or those that it had when it could be read.
-    fn readable(&self, path: &Path) -> Option<&Names> {
+    pub(super) fn readable(&self, path: &Path) -> Option<&Names> {
         let names = self.names.get(path);
         let names = names.filter(|names| !names.places.is_empty());
         names.or_else(|| self.last.get(path))
@@ -177,6 +179,11 @@ impl Server {
         items.sort_by(|a, b| a.label.cmp(&b.label));
         items
     }
+}
+
+/// Whether a word is a keyword of a language.
+pub(super) fn is_keyword(language: &str, word: &str) -> bool {
+    keywords::is_known(language, word)
 }
 
 fn in_machine(target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {

@@ -111,6 +111,15 @@ impl<'a> Context<'a> {
         self.statement.last().copied().unwrap_or_default()
     }
 
+    /// The groups of a network around the cursor, the outermost first.
+    pub(super) fn groups(&self) -> Vec<&'a str> {
+        let blocks = self.blocks.iter().skip(1);
+        let groups = blocks.filter(|block| block.word() == "group");
+        groups
+            .filter_map(|block| block.head.get(1).copied())
+            .collect()
+    }
+
     /// The first words of the blocks around the cursor, in lower case, the outermost first.
     pub(super) fn around(&self) -> Vec<String> {
         self.blocks.iter().skip(1).map(Block::word).collect()
@@ -173,7 +182,7 @@ mod tests {
             ("bind a.|", " > bind a . +"),
             // A string ends with its line.
             ("import \"La\nlanguage |", " > import \"La language +"),
-            (r#"a { b "c\\" d |"#, "a > b d +"),
+            (r#"a { b "c\\" d |"#, r#"a > b "c\\" d +"#),
         ] {
             assert_eq!(shown(text), expected, "{text}");
         }

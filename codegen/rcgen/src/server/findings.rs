@@ -36,10 +36,19 @@ struct Checked {
     found: Vec<(PathBuf, String)>,
 }
 
+/// What a check is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Phase {
+    /// A file, as `rcgen check` judges it.
+    File,
+    /// The connections of a network, which need all of its components.
+    Network,
+}
+
 /// The findings of all checks. Two files that read one report it once.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
-    checks: BTreeMap<PathBuf, Checked>,
+    checks: BTreeMap<(PathBuf, Phase), Checked>,
     /// By file and text: how many checks have a finding.
     shown: BTreeMap<PathBuf, BTreeMap<String, (usize, Finding)>>,
 }
@@ -48,7 +57,7 @@ impl Findings {
     /// Takes the findings of a check of `path`; `files` has the file of each source, with its address. Returns the files whose findings changed.
     pub(super) fn checked(
         &mut self,
-        path: &Path,
+        (path, phase): (&Path, Phase),
         sources: &SourceMap,
         files: &HashMap<SourceId, (PathBuf, String)>,
         found: &Diagnostics,
@@ -89,10 +98,24 @@ impl Findings {
         }
         let before = if files.is_empty() {
             // It could not be read: nothing is known of it any more.
-            self.checks.remove(path)
+            self.checks.remove(&(path.to_path_buf(), phase))
         } else {
-            self.checks.insert(path.to_path_buf(), now)
+            self.checks.insert((path.to_path_buf(), phase), now)
         };
+        self.drop(before, &mut changed);
+        changed
+    }
+
+    /// The connections of a network have no findings any more. Returns the files whose findings changed.
+    pub(super) fn unchecked(&mut self, network: &Path) -> BTreeSet<PathBuf> {
+        let mut changed = BTreeSet::new();
+        let before = self.checks.remove(&(network.to_path_buf(), Phase::Network));
+        self.drop(before, &mut changed);
+        changed
+    }
+
+    /// Takes away what an earlier check found.
+    fn drop(&mut self, before: Option<Checked>, changed: &mut BTreeSet<PathBuf>) {
         for (target, text) in before.into_iter().flat_map(|checked| checked.found) {
             let Some(all) = self.shown.get_mut(&target) else {
                 continue;
@@ -106,7 +129,6 @@ impl Findings {
                 changed.insert(target);
             }
         }
-        changed
     }
 
     /// A file has another text: what was found in the one before has no places any more.
@@ -121,12 +143,16 @@ impl Findings {
     pub(super) fn readers(&self, path: &Path) -> Vec<PathBuf> {
         let readers = self.checks.iter();
         let readers = readers.filter(|(_, checked)| checked.reads.contains(path));
-        readers.map(|(reader, _)| reader.clone()).collect()
+        let mut readers: Vec<PathBuf> = readers.map(|((reader, _), _)| reader.clone()).collect();
+        readers.dedup();
+        readers
     }
 
     /// All checked files.
     pub(super) fn all(&self) -> Vec<PathBuf> {
-        self.checks.keys().cloned().collect()
+        let files = self.checks.keys();
+        let files = files.filter(|(_, phase)| *phase == Phase::File);
+        files.map(|(path, _)| path.clone()).collect()
     }
 
     /// The findings about a file in its order.

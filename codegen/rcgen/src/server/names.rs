@@ -3,6 +3,7 @@
 mod networks;
 mod parameters;
 
+use super::place::Text;
 use crate::check::Model;
 use rc_cdsl::model::{Role, Slot};
 use rc_codegen::Project;
@@ -10,8 +11,13 @@ use rc_diagnostics::{Name, SourceId, SourceMap, Span};
 use rc_idsl::model::{Library, Member, ModuleId, Reference, TypeDeclKind, TypeId};
 use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Trivia};
+use rc_vocabulary::qos::{PolicyName, Qos};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+
+/// How many bytes the names of a file take. A path of parameters names each step with all earlier
+/// ones, so a text of 1 MB could name more than a machine has.
+const MOST_BYTES: usize = 32 << 20;
 
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -37,6 +43,8 @@ pub(super) enum Kind {
     Process,
     Group,
     Instance,
+    /// A slot that a group exports, `GROUP.SLOT`, in the network of the file.
+    OfGroup,
     /// A member of a slot array of an instance.
     ArrayMember,
 }
@@ -63,7 +71,7 @@ pub(super) struct Place {
 }
 
 /// A slot of a component.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SlotName {
     pub(super) name: String,
     pub(super) role: Role,
@@ -72,11 +80,47 @@ pub(super) struct SlotName {
     pub(super) is_array: bool,
 }
 
+/// A slot of a component or of a group, by the path of the latter.
+#[derive(Debug)]
+pub(super) struct SlotOf {
+    pub(super) place: String,
+    pub(super) slot: String,
+}
+
+impl SlotOf {
+    /// Whether it is the slot `COMPONENT.SLOT`: of a group, that of a component inside.
+    pub(super) fn is(&self, path: &str) -> bool {
+        let inside = path.strip_prefix(&self.place);
+        let inside = inside.and_then(|rest| rest.strip_suffix(&self.slot));
+        inside.is_some_and(|between| between.starts_with('.') && between.ends_with('.'))
+    }
+}
+
+/// A `bind` of a network.
+#[derive(Debug)]
+pub(super) struct BindName {
+    pub(super) consumer: SlotOf,
+    pub(super) provider: SlotOf,
+    /// Where it ends.
+    pub(super) end: usize,
+}
+
+/// What a group of a network consists of.
+#[derive(Debug, Default)]
+pub(super) struct GroupName {
+    /// The files of the components directly in it.
+    pub(super) components: Vec<PathBuf>,
+    /// The paths of the groups directly in it.
+    pub(super) groups: Vec<String>,
+    /// The slots that it exports.
+    pub(super) exports: Vec<String>,
+}
+
 /// The names of one file.
 #[derive(Debug, Default)]
 pub(super) struct Names {
     /// The text in which they have their places.
-    pub(super) text: String,
+    pub(super) text: Text,
     /// The places, in the order of the text.
     pub(super) places: Vec<Place>,
     /// Each declared symbol with the index of its place.
@@ -89,8 +133,16 @@ pub(super) struct Names {
     pub(super) component: Option<PathBuf>,
     /// The components of a network by their paths, each with its file.
     pub(super) instances: Vec<(String, PathBuf)>,
-    /// The slots that the groups of a network export, by the path of the group.
-    pub(super) exports: HashMap<String, Vec<String>>,
+    /// The groups of a network, by their paths.
+    pub(super) groups: HashMap<String, GroupName>,
+    /// The `bind`s of this file.
+    pub(super) binds: Vec<BindName>,
+    /// The networks that a network imports.
+    pub(super) networks: Vec<PathBuf>,
+    /// The sizes of types, for people.
+    pub(super) sizes: HashMap<String, String>,
+    /// What the text does not say, each behind a byte: sizes, numbers of enumerators, quality of service.
+    pub(super) hints: Vec<(usize, String)>,
 }
 
 impl Names {
@@ -113,10 +165,11 @@ impl Names {
             path,
             files,
             names: Self {
-                text: sources.text(own).to_owned(),
+                text: Text::new(sources.text(own)),
                 ..Self::default()
             },
             seen: HashSet::new(),
+            left: MOST_BYTES,
         };
         match model {
             Some(Model::Component(project)) => collector.component(project, sources),
@@ -162,7 +215,7 @@ impl Names {
     /// What the file declares of a kind: name, the declaration as it is written without its block, and
     /// its documentation.
     pub(super) fn declarations(&self, kind: Kind) -> Vec<(String, String, String)> {
-        let trivia = Trivia::new(&self.text);
+        let trivia = Trivia::new(self.text.as_str());
         let places = self.places.iter().filter(|place| place.declares);
         let symbols = places.filter_map(|place| {
             let symbol = place.symbols.iter().find(|symbol| symbol.kind == kind)?;
@@ -176,9 +229,15 @@ impl Names {
             .collect()
     }
 
+    /// A symbol's declaration as it is written, without its block, and its documentation.
+    pub(super) fn declared(&self, kind: Kind, name: &str) -> Option<(String, String)> {
+        let place = self.declaration(kind, name)?;
+        Some(self.written(&Trivia::new(self.text.as_str()), place, kind))
+    }
+
     /// A declaration as it is written, without its block, and its documentation.
     fn written(&self, trivia: &Trivia<'_>, place: &Place, kind: Kind) -> (String, String) {
-        let text = &self.text;
+        let text = self.text.as_str();
         let separators: &[char] = &[';', '{', '}'];
         let before = text[..place.start].rfind(separators).map_or(0, |at| at + 1);
         let comments = trivia.comments();
@@ -216,6 +275,8 @@ struct Collector<'a> {
     names: Names,
     /// The places that declare something: a model may have a declaration twice.
     seen: HashSet<Span>,
+    /// How many more bytes the names may take.
+    left: usize,
 }
 
 impl Collector<'_> {
@@ -247,12 +308,40 @@ impl Collector<'_> {
         if !is_own || span.start == span.end || symbols.is_empty() {
             return;
         }
+        let size = |symbol: &Symbol| {
+            let path = symbol.file.as_os_str().len();
+            size_of::<Symbol>() + path + symbol.name.len()
+        };
+        let needed = size_of::<Place>() + symbols.iter().map(size).sum::<usize>();
+        let Some(left) = self.left.checked_sub(needed) else {
+            self.left = 0;
+            return;
+        };
+        self.left = left;
         self.names.places.push(Place {
             start: span.start,
             end: span.end,
             symbols,
             declares,
         });
+    }
+
+    /// Whether there is no room for further names, so that none needs to be made.
+    fn is_full(&self) -> bool {
+        self.left == 0
+    }
+
+    /// Says something behind a place of this file that its text does not say.
+    fn hint(&mut self, span: Span, text: String) {
+        let is_own = self.files.get(&span.source).is_some_and(|f| f == self.path);
+        let Some(left) = self.left.checked_sub(text.len()).filter(|_| is_own) else {
+            return;
+        };
+        if text.is_empty() {
+            return;
+        }
+        self.left = left;
+        self.names.hints.push((span.end, text));
     }
 
     fn refers(&mut self, span: Span, symbol: Symbol) {
@@ -324,16 +413,50 @@ impl Collector<'_> {
         let declared = library.ty(id);
         let owner = &declared.name;
         self.declares(Kind::Type, owner, owner.text.as_str());
+        let size = match (&declared.kind, declared.image) {
+            (TypeDeclKind::Exception(_), _) => None,
+            (_, Some(image)) if image.counted => Some(format!(
+                "Plain: at most {} bytes in memory, aligned to {}.",
+                image.size, image.align
+            )),
+            (_, Some(image)) => Some(format!(
+                "Plain: {} bytes in memory, aligned to {}.",
+                image.size, image.align
+            )),
+            (TypeDeclKind::Enum(_), None) => Some("Plain: an int32 on the wire.".to_owned()),
+            (_, None) => Some("Not plain: its values determine its size.".to_owned()),
+        };
+        if let Some(size) = size {
+            self.names.sizes.insert(owner.text.clone(), size);
+        }
+        let hint = match (&declared.kind, declared.image) {
+            (TypeDeclKind::Struct(_) | TypeDeclKind::Alias(_), Some(image)) => {
+                Some(format!("{} bytes", image.size))
+            }
+            (TypeDeclKind::Enum(_), _) => Some("int32".to_owned()),
+            _ => None,
+        };
+        if let Some(hint) = hint {
+            self.hint(owner.span, hint);
+        }
         let member = |of: &mut Self, name: &Name| {
             of.declares(Kind::Member, name, format!("{}.{}", owner.text, name.text));
         };
         match &declared.kind {
-            TypeDeclKind::Enum(all) => all.iter().for_each(|one| member(self, &one.name)),
+            TypeDeclKind::Enum(all) => {
+                for one in all {
+                    member(self, &one.name);
+                    self.hint(one.name.span, format!("= {}", one.value));
+                }
+            }
             TypeDeclKind::Struct(all) | TypeDeclKind::Exception(all) => {
                 for one in all {
                     // An exception has the members of its base, which are declared there.
                     member(self, &one.name);
                     self.enumerator(library, one);
+                    if let Some(wire) = on_the_wire(library, &one.ty) {
+                        self.hint(one.name.span, wire);
+                    }
                 }
             }
             TypeDeclKind::Alias(_) => {}
@@ -403,6 +526,7 @@ impl Collector<'_> {
         self.refers(slot.interface_span, symbol);
         let span = slot.name_span.unwrap_or(slot.interface_span);
         self.declares(Kind::Slot, &Name::new("", span), slot.name.as_str());
+        self.hint(span, quality(slot));
         self.names.slots.push(SlotName {
             name: slot.name.clone(),
             role: slot.role,
@@ -423,4 +547,58 @@ impl Collector<'_> {
             self.refers(*span, symbol);
         }
     }
+}
+
+/// The type of a member on the wire, where the text names another one.
+fn on_the_wire(library: &Library, ty: &rc_idsl::model::Type) -> Option<String> {
+    use rc_idsl::model::Type;
+    let Type::Named(id) = ty else { return None };
+    match (library.resolved(ty), &library.ty(*id).kind) {
+        (Type::Named(inner), _) => match library.ty(*inner).kind {
+            TypeDeclKind::Enum(_) => Some("int32".to_owned()),
+            _ => None,
+        },
+        (resolved, TypeDeclKind::Alias(_)) => Some(shown(library, resolved)),
+        _ => None,
+    }
+}
+
+/// A type as a text has it.
+fn shown(library: &Library, ty: &rc_idsl::model::Type) -> String {
+    use rc_idsl::model::Type;
+    match ty {
+        Type::Primitive(one) => one.word().to_owned(),
+        Type::String(None) => "string".to_owned(),
+        Type::String(Some(most)) => format!("string<{most}>"),
+        Type::Sequence(of, None) => format!("sequence<{}>", shown(library, of)),
+        Type::Sequence(of, Some(most)) => format!("sequence<{}, {most}>", shown(library, of)),
+        Type::Array(of, count) => format!("{}[{count}]", shown(library, of)),
+        Type::Dictionary(key, value) => {
+            format!(
+                "dictionary<{}, {}>",
+                shown(library, key),
+                shown(library, value)
+            )
+        }
+        Type::Named(id) => library.type_path(*id),
+    }
+}
+
+/// The quality of service of a slot that its declaration does not set.
+fn quality(slot: &Slot) -> String {
+    let names: &[PolicyName] = match slot.role {
+        Role::Implements => &[],
+        Role::Requires => &[PolicyName::Timeout],
+        Role::Publishes | Role::SubscribesTo => &[
+            PolicyName::Reliability,
+            PolicyName::Durability,
+            PolicyName::Depth,
+        ],
+    };
+    let defaults = Qos::of(slot.role);
+    let unset = names.iter().filter(|name| slot.qos.get(**name).is_none());
+    let texts: Vec<String> = unset
+        .map(|name| format!("{} {}", name.word(), defaults.get(*name).value()))
+        .collect();
+    texts.join(", ")
 }

@@ -1,38 +1,75 @@
 //! Where things are declared, and where they are named: across languages, and in the worker's Rust.
 
 use super::names::{Kind, Names, Place, Symbol};
+use super::place::Text;
 use super::{Server, key};
 use rc_codegen::stubs::{self, Purpose};
 use rc_codegen::{FileLoader, Project};
-use rc_diagnostics::SourceMap;
+use rc_diagnostics::{SourceId, SourceMap};
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::SystemTime;
 
 /// How many places are told of one thing.
 const MOST: usize = 5_000;
 
+/// How many files outside of the editor's folders are kept, and the pieces of how many workers.
+const MOST_ELSEWHERE: usize = 1_000;
+const MOST_WORKERS: usize = 1_000;
+
 /// A piece of a component's worker.
-struct Handler {
+#[derive(Clone)]
+pub(super) struct Handler {
     symbol: Symbol,
-    file: PathBuf,
-    text: String,
-    start: usize,
-    end: usize,
+    pub(super) file: PathBuf,
+    pub(super) text: Rc<Text>,
+    pub(super) start: usize,
+    pub(super) end: usize,
+}
+
+/// The pieces of a component's worker, as long as nothing changes.
+pub(super) struct Worker {
+    handlers: Rc<Vec<Handler>>,
+    /// What was read, and when it had changed last.
+    read: Vec<(Option<SystemTime>, PathBuf)>,
+}
+
+impl Worker {
+    fn is_of_now(&self) -> bool {
+        self.read.iter().all(|(at, path)| changed_at(path) == *at)
+    }
+
+    /// Whether its pieces depend on a file.
+    pub(super) fn has_read(&self, path: &Path) -> bool {
+        self.read.iter().any(|(_, read)| read == path)
+    }
 }
 
 impl Server {
-    /// Makes the names of a file known, also of one that no folder of the editor has.
+    /// Makes the names of a file known, also of one that no folder of the editor has. Such a file is read
+    /// again when its text on disk is another one.
     pub(super) fn know(&mut self, path: &Path) {
-        if !self.names.contains_key(path) && !self.elsewhere.contains_key(path) {
-            let (names, ..) = self.look_at(path);
-            self.elsewhere.insert(path.to_path_buf(), names);
+        if self.names.contains_key(path) {
+            return;
         }
+        let changed = changed_at(path);
+        let known = self.elsewhere.get(path);
+        if known.is_some_and(|(at, _)| *at == changed) {
+            return;
+        }
+        if self.elsewhere.len() >= MOST_ELSEWHERE {
+            self.elsewhere.clear();
+        }
+        let names = self.look_at(path).names;
+        self.elsewhere.insert(path.to_path_buf(), (changed, names));
     }
 
     /// The names of a file that are known.
     pub(super) fn known(&self, path: &Path) -> Option<&Names> {
-        self.names.get(path).or_else(|| self.elsewhere.get(path))
+        let elsewhere = || self.elsewhere.get(path).map(|(_, names)| names);
+        self.names.get(path).or_else(elsewhere)
     }
 
     /// What a place means: the first of its symbols that exists.
@@ -45,6 +82,13 @@ impl Server {
                 continue;
             }
             self.know(&symbol.file);
+            if symbol.kind == Kind::OfGroup {
+                let slot = self.exported(symbol);
+                if slot.is_some() {
+                    return slot;
+                }
+                continue;
+            }
             let files = match (symbol.kind, self.known(&symbol.file)) {
                 (Kind::OfComponent, Some(names)) => names.parameters.clone(),
                 (Kind::OfComponent, None) => Vec::new(),
@@ -66,12 +110,71 @@ impl Server {
         None
     }
 
+    /// The slot that a group exports: of those with its name directly in the group, the only one that
+    /// provides its interface, else the only one. Which slot an inner group exports is asked likewise.
+    fn exported(&mut self, symbol: &Symbol) -> Option<Symbol> {
+        let (group, slot) = symbol.name.rsplit_once('.')?;
+        let mut all = Vec::new();
+        self.candidates(&symbol.file, group, slot, &mut all);
+        let providers: Vec<&(Symbol, bool)> =
+            all.iter().filter(|(_, provides)| *provides).collect();
+        match (providers.as_slice(), all.as_slice()) {
+            ([(one, _)], _) | ([], [(one, _)]) => Some(one.clone()),
+            _ => None,
+        }
+    }
+
+    /// Adds the slots directly in a group with a name, and whether they provide their interface.
+    fn candidates(&mut self, file: &Path, group: &str, slot: &str, all: &mut Vec<(Symbol, bool)>) {
+        let network = self.known(file);
+        let Some(known) = network.and_then(|names| names.groups.get(group)) else {
+            return;
+        };
+        let (components, groups) = (known.components.clone(), known.groups.clone());
+        for cdsl in components {
+            self.know(&cdsl);
+            let slots = self.known(&cdsl).map_or(&[][..], |names| &names.slots);
+            let Some(named) = slots.iter().find(|one| one.name == slot) else {
+                continue;
+            };
+            let provides = named.role.is_provided();
+            let symbol = Symbol {
+                file: cdsl,
+                kind: Kind::Slot,
+                name: slot.to_owned(),
+            };
+            all.push((symbol, provides));
+        }
+        for inner in groups {
+            let network = self.known(file);
+            let known = network.and_then(|names| names.groups.get(&inner));
+            if known.is_none_or(|group| !group.exports.iter().any(|name| name == slot)) {
+                continue;
+            }
+            let symbol = Symbol {
+                file: file.to_path_buf(),
+                kind: Kind::OfGroup,
+                name: format!("{inner}.{slot}"),
+            };
+            if let Some(meant) = self.exported(&symbol) {
+                let names = self.known(&meant.file);
+                let slots = names.map_or(&[][..], |names| &names.slots);
+                let named = slots.iter().find(|one| one.name == slot);
+                let provides = named.is_some_and(|one| one.role.is_provided());
+                all.push((meant, provides));
+            }
+        }
+        // Two instances of one component have one slot in its text.
+        all.sort();
+        all.dedup();
+    }
+
     /// The places at a position of an open file.
     pub(super) fn places(&self, path: &Path, position: &Value) -> Vec<Place> {
         let Some(names) = self.names.get(path) else {
             return Vec::new();
         };
-        let byte = self.encoding.byte(&names.text, position);
+        let byte = names.text.byte(self.encoding, position);
         let places = byte.map_or_else(Vec::new, |byte| names.at(byte));
         places.into_iter().cloned().collect()
     }
@@ -79,7 +182,7 @@ impl Server {
     /// Where a symbol is declared.
     fn declaration(&mut self, symbol: &Symbol) -> Option<Value> {
         if symbol.kind == Kind::File {
-            return Some(self.location(&symbol.file, "", 0, 0));
+            return Some(self.location(&symbol.file, &Text::default(), 0, 0));
         }
         // The text of its file may have changed.
         if self.waiting.remove(&symbol.file) {
@@ -94,8 +197,8 @@ impl Server {
         Some(self.location(&symbol.file, &names.text, place.start, place.end))
     }
 
-    fn location(&self, path: &Path, text: &str, start: usize, end: usize) -> Value {
-        json!({ "uri": self.address(path), "range": self.encoding.part(text, start, end) })
+    pub(super) fn location(&self, path: &Path, text: &Text, start: usize, end: usize) -> Value {
+        json!({ "uri": self.address(path), "range": text.range(self.encoding, start, end) })
     }
 
     /// Where the thing at a position is declared; of a declaration, the code that implements it.
@@ -141,7 +244,7 @@ impl Server {
     }
 
     /// The symbols at a position.
-    fn symbols(&mut self, path: &Path, position: &Value) -> BTreeSet<Symbol> {
+    pub(super) fn symbols(&mut self, path: &Path, position: &Value) -> BTreeSet<Symbol> {
         let mut symbols = BTreeSet::new();
         for place in self.places(path, position) {
             if place.declares {
@@ -182,7 +285,7 @@ impl Server {
         };
         let ranges = places
             .iter()
-            .map(|place| self.encoding.part(&names.text, place.start, place.end));
+            .map(|place| names.text.range(self.encoding, place.start, place.end));
         let ranges = once(ranges.collect()).into_iter();
         json!(
             ranges
@@ -204,6 +307,12 @@ impl Server {
     fn named_in(&mut self, path: &Path, symbols: &BTreeSet<Symbol>) -> Vec<Place> {
         let near = |symbol: &Symbol| match symbol.kind {
             Kind::OfComponent => symbols.iter().any(|one| one.name == symbol.name),
+            Kind::OfGroup => {
+                let slot = symbol.name.rsplit('.').next().unwrap_or_default();
+                symbols
+                    .iter()
+                    .any(|one| one.kind == Kind::Slot && one.name == slot)
+            }
             _ => symbols.contains(symbol),
         };
         let names = self.names.get(path);
@@ -226,7 +335,7 @@ impl Server {
     }
 
     /// The pieces of workers that implement one of `symbols`: of the components that name it.
-    fn handlers_of(&mut self, symbols: &BTreeSet<Symbol>) -> Vec<Handler> {
+    pub(super) fn handlers_of(&mut self, symbols: &BTreeSet<Symbol>) -> Vec<Handler> {
         let mut components = BTreeSet::new();
         for symbol in symbols {
             let named = match symbol.kind {
@@ -250,9 +359,17 @@ impl Server {
             let users = users.map(|(path, _)| path);
             components.extend(users.filter(|path| path.extension().is_some_and(|e| e == "cdsl")));
         }
-        let all = components.iter().flat_map(|cdsl| self.handlers(cdsl));
-        all.filter(|handler| symbols.contains(&handler.symbol))
-            .collect()
+        let mut all = Vec::new();
+        for cdsl in components {
+            let handlers = self.handlers(&cdsl);
+            all.extend(
+                handlers
+                    .iter()
+                    .filter(|one| symbols.contains(&one.symbol))
+                    .cloned(),
+            );
+        }
+        all
     }
 
     /// What the piece of a worker at a position is for.
@@ -260,27 +377,62 @@ impl Server {
         let Some(cdsl) = component_of(path) else {
             return Vec::new();
         };
-        let all = self.handlers(&cdsl).into_iter();
-        let here = all.filter(|handler| {
-            let byte = self.encoding.byte(&handler.text, position);
+        let encoding = self.encoding;
+        let all = self.handlers(&cdsl);
+        let here = all.iter().filter(|handler| {
+            let byte = handler.text.byte(encoding, position);
             let inside = |byte| handler.start <= byte && byte <= handler.end;
             handler.file == path && byte.is_some_and(inside)
         });
-        here.map(|handler| handler.symbol).collect()
+        here.map(|handler| handler.symbol.clone()).collect()
     }
 
-    /// The pieces of the worker of a component without errors.
-    fn handlers(&self, cdsl: &Path) -> Vec<Handler> {
+    /// The pieces of the worker of a component, as of its files and of those in its `src`.
+    fn handlers(&mut self, cdsl: &Path) -> Rc<Vec<Handler>> {
+        let known = self.workers.get(cdsl);
+        if let Some(known) = known.filter(|worker| worker.is_of_now()) {
+            return Rc::clone(&known.handlers);
+        }
+        if self.workers.len() >= MOST_WORKERS {
+            self.workers.clear();
+        }
+        let (handlers, read) = self.read_handlers(cdsl);
+        let handlers = Rc::new(handlers);
+        let worker = Worker {
+            handlers: Rc::clone(&handlers),
+            read: read
+                .iter()
+                .map(|path| (changed_at(path), key(path)))
+                .collect(),
+        };
+        self.workers.insert(cdsl.to_path_buf(), worker);
+        handlers
+    }
+
+    /// The pieces of the worker of a component without errors, and the files and folders that were read.
+    fn read_handlers(&self, cdsl: &Path) -> (Vec<Handler>, Vec<PathBuf>) {
+        let mut read = vec![cdsl.to_path_buf()];
         let mut sources = SourceMap::new();
         let loader = FileLoader::new(&self.include);
         let Ok((Some(project), found)) = Project::load(cdsl, &mut sources, &loader) else {
-            return Vec::new();
+            return (Vec::new(), read);
         };
+        let src = project.code().join("src");
+        read.push(src);
         if found.has_errors() {
-            return Vec::new();
+            read.extend(sources.ids().map(|id| sources.path(id).to_path_buf()));
+            return (Vec::new(), read);
         }
         let pieces = stubs::handlers(&project, &mut sources).unwrap_or_default();
+        for id in sources.ids() {
+            let path = sources.path(id);
+            read.push(path.to_path_buf());
+            read.extend(path.parent().map(Path::to_path_buf));
+        }
+        read.sort();
+        read.dedup();
         let library = &project.component.library;
+        let mut texts: HashMap<SourceId, Rc<Text>> = HashMap::new();
         let pieces = pieces.into_iter().filter_map(|(purpose, span)| {
             let symbol = match purpose {
                 Purpose::Slot(slot) => Symbol {
@@ -310,13 +462,22 @@ impl Server {
             Some(Handler {
                 symbol,
                 file: key(sources.path(span.source)),
-                text: sources.text(span.source).to_owned(),
+                text: Rc::clone(
+                    texts
+                        .entry(span.source)
+                        .or_insert_with(|| Rc::new(Text::new(sources.text(span.source)))),
+                ),
                 start: span.start,
                 end: span.end,
             })
         });
-        pieces.collect()
+        (pieces.collect(), read)
     }
+}
+
+/// When a file or a folder changed last, as the system says it.
+fn changed_at(path: &Path) -> Option<SystemTime> {
+    path.metadata().and_then(|data| data.modified()).ok()
 }
 
 /// The component whose worker a file of Rust belongs to: the `.cdsl` beside its folder `src`.

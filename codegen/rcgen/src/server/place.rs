@@ -1,6 +1,6 @@
 //! Places of files and texts as the protocol has them: addresses, and lines with characters from 0.
 
-use rc_diagnostics::{SourceMap, Span};
+use rc_diagnostics::{SourceId, SourceMap, Span};
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
@@ -35,8 +35,10 @@ impl Encoding {
         }
     }
 
-    fn count(self, text: &str) -> usize {
+    /// How many characters a client counts in a text.
+    pub(super) fn count(self, text: &str) -> usize {
         match self {
+            Self::Utf16 | Self::Utf32 if text.is_ascii() => text.len(),
             Self::Utf8 => text.len(),
             Self::Utf16 => text.encode_utf16().count(),
             Self::Utf32 => text.chars().count(),
@@ -55,33 +57,77 @@ impl Encoding {
         };
         json!({ "start": position(span.start), "end": position(span.end) })
     }
+}
 
-    /// The byte of a text at a position. Behind the end of a line, the end of the line.
-    pub(super) fn byte(self, text: &str, position: &Value) -> Option<usize> {
-        let line = usize::try_from(position["line"].as_u64()?).ok()?;
-        let character = usize::try_from(position["character"].as_u64()?).ok()?;
+/// A text with its lines.
+#[derive(Debug)]
+pub(super) struct Text {
+    sources: SourceMap,
+    source: SourceId,
+}
+
+impl Default for Text {
+    fn default() -> Self {
+        Self::new("")
+    }
+}
+
+impl Text {
+    pub(super) fn new(text: impl Into<String>) -> Self {
         let mut sources = SourceMap::new();
         let source = sources.add("", text);
-        let (start, end) = sources.line(source, line)?;
+        Self { sources, source }
+    }
+
+    pub(super) fn as_str(&self) -> &str {
+        self.sources.text(self.source)
+    }
+
+    /// The byte at a position. Behind the end of a line, the end of the line.
+    pub(super) fn byte(&self, encoding: Encoding, position: &Value) -> Option<usize> {
+        let line = usize::try_from(position["line"].as_u64()?).ok()?;
+        let character = usize::try_from(position["character"].as_u64()?).ok()?;
+        let (start, end) = self.sources.line(self.source, line)?;
         let mut counted = 0;
-        let before = text[start..end].char_indices().find(|(_, c)| {
+        let before = self.as_str()[start..end].char_indices().find(|(_, c)| {
             let here = counted;
-            counted += self.count(c.encode_utf8(&mut [0; 4]));
+            counted += encoding.count(c.encode_utf8(&mut [0; 4]));
             here >= character || counted > character
         });
         Some(before.map_or(end, |(at, _)| start + at))
     }
 
-    /// The range of a part of a text.
-    pub(super) fn part(self, text: &str, start: usize, end: usize) -> Value {
-        let mut sources = SourceMap::new();
-        let source = sources.add("", text);
-        self.range(&sources, Span::new(source, start, end))
+    /// The bytes of a range. What is out of the text ends with it; a range that ends before it starts
+    /// is taken the other way round.
+    pub(super) fn bytes(&self, encoding: Encoding, range: &Value) -> Option<(usize, usize)> {
+        let place = |position: &Value| {
+            position["line"].as_u64()?;
+            position["character"].as_u64()?;
+            let byte = self.byte(encoding, position);
+            Some(byte.unwrap_or(self.as_str().len()))
+        };
+        let (start, end) = (place(&range["start"])?, place(&range["end"])?);
+        Some((start.min(end), start.max(end)))
     }
 
-    /// The range of a whole text.
-    pub(super) fn whole(self, text: &str) -> Value {
-        self.part(text, 0, text.len())
+    /// The range of a part.
+    pub(super) fn range(&self, encoding: Encoding, start: usize, end: usize) -> Value {
+        encoding.range(&self.sources, Span::new(self.source, start, end))
+    }
+
+    /// The range of all of it.
+    pub(super) fn whole(&self, encoding: Encoding) -> Value {
+        self.range(encoding, 0, self.as_str().len())
+    }
+
+    /// The line of a byte, from 0.
+    pub(super) fn line(&self, at: usize) -> usize {
+        self.sources.position(self.source, at).line - 1
+    }
+
+    /// The bytes of a line, from 0, without its end.
+    pub(super) fn bytes_of_line(&self, line: usize) -> Option<(usize, usize)> {
+        self.sources.line(self.source, line)
     }
 }
 

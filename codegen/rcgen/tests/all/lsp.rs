@@ -1,7 +1,11 @@
 //! `rcgen lsp`: sessions of an editor, over the pipes of a real process.
 
+mod answers;
 mod completion;
+mod hover;
 mod navigation;
+mod networks;
+mod rename;
 mod workspace;
 
 use rc_test_support::debian;
@@ -25,6 +29,8 @@ struct Editor {
     folder: PathBuf,
     /// The findings of each file.
     shown: BTreeMap<String, Value>,
+    /// What the server told its user.
+    told: Vec<String>,
     next: u64,
 }
 
@@ -78,6 +84,7 @@ impl Editor {
             messages,
             folder: folder.to_path_buf(),
             shown: BTreeMap::new(),
+            told: Vec::new(),
             next: 0,
         };
         let root = uri(&editor.folder);
@@ -135,13 +142,18 @@ impl Editor {
             if codes.eq(wanted.iter().map(|(code, line)| (Some(*code), Some(*line)))) {
                 return found;
             }
-            let message = self.messages.recv_timeout(LIMIT).expect("findings");
+            let message = self.messages.recv_timeout(LIMIT);
+            let message = message.unwrap_or_else(|_| panic!("{file} has still {found}"));
             self.note(&message);
         }
     }
 
-    /// Keeps findings.
+    /// Keeps findings, and what is told.
     fn note(&mut self, message: &Value) {
+        if message["method"] == "window/showMessage" {
+            let text = message["params"]["message"].as_str().expect("a text");
+            self.told.push(text.to_owned());
+        }
         if message["method"] == "textDocument/publishDiagnostics" {
             let published = &message["params"];
             let uri = published["uri"].as_str().expect("an address").to_owned();
@@ -509,16 +521,59 @@ fn hostile_input_ends_the_server_without_a_panic() {
         editor.send(&message);
     }
     let range = json!({ "start": { "line": u64::MAX, "character": -1 }, "end": {} });
-    let wrong =
-        json!({ "textDocument": { "uri": "file:///closed.idsl" }, "range": range, "position": 7 });
-    for method in [
-        "textDocument/codeAction",
-        "textDocument/hover",
-        "textDocument/formatting",
-        "textDocument/definition",
-        "textDocument/references",
-    ] {
-        editor.ask(method, &wrong);
+    editor.open("Grip.idsl", GRIP);
+    editor.open("hand.cdsl", HAND);
+    let places = [
+        json!(7),
+        json!({ "line": u64::MAX, "character": u64::MAX }),
+        json!({ "line": 4, "character": u64::MAX }),
+        json!({ "line": -1, "character": 0.5 }),
+        json!({ "line": 9999, "character": 0 }),
+    ];
+    for (file, place) in ["Grip.idsl", "hand.cdsl", "closed.idsl"]
+        .iter()
+        .flat_map(|file| places.iter().map(move |place| (file, place)))
+    {
+        let wrong = json!({
+            "textDocument": { "uri": editor.uri(file) },
+            "range": range,
+            "position": place,
+            "positions": [place],
+            "newName": "x",
+            "ch": ";",
+        });
+        for method in [
+            "codeAction",
+            "codeLens",
+            "completion",
+            "definition",
+            "documentHighlight",
+            "documentSymbol",
+            "foldingRange",
+            "formatting",
+            "hover",
+            "implementation",
+            "inlayHint",
+            "onTypeFormatting",
+            "rangeFormatting",
+            "references",
+            "selectionRange",
+            "semanticTokens/full",
+            "signatureHelp",
+        ] {
+            editor.ask(&format!("textDocument/{method}"), &wrong);
+        }
+        let changes = json!([
+            { "range": { "start": place, "end": place }, "text": "" },
+            { "range": { "start": { "line": 9, "character": 1 }, "end": { "line": 2, "character": 9 } }, "text": "" },
+            { "range": range },
+            { "text": GRIP },
+        ]);
+        let document = json!({ "uri": editor.uri(file), "version": 3 });
+        editor.tell(
+            "textDocument/didChange",
+            &json!({ "textDocument": document, "contentChanges": changes }),
+        );
     }
     assert_eq!(
         editor.answer("initialize", &json!({}))["error"]["code"],

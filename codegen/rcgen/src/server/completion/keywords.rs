@@ -497,6 +497,19 @@ pub(super) fn of(
     row.map_or(&[], |(_, _, keywords)| keywords)
 }
 
+/// Whether a word is a keyword somewhere in a language. Those of languages without suggestions are not
+/// known here.
+pub(super) fn is_known(language: &str, word: &str) -> bool {
+    let all = STATEMENTS.iter().chain(&INSIDE);
+    let mut own = all.filter(|(of, ..)| *of == language);
+    let fits = |known: &str| known.eq_ignore_ascii_case(word);
+    own.any(|(_, _, keywords)| keywords.iter().any(|(known, _)| fits(known)))
+        || ELSEWHERE.iter().any(|known| fits(known))
+}
+
+/// Words of older files, and those that the tables of the server have elsewhere.
+const ELSEWHERE: [&str; 4] = ["request", "transition", "available", "string"];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -521,11 +534,9 @@ mod tests {
                 .flat_map(|(_, _, all)| all.iter())
                 .map(|(word, _)| word.to_ascii_lowercase())
                 .collect();
-            // Words of older files, and those that the tables of the server have elsewhere.
-            let elsewhere = ["request", "transition", "available", "string"];
             let missing: Vec<&String> = words
                 .iter()
-                .filter(|word| !offered.contains(*word) && !elsewhere.contains(&word.as_str()))
+                .filter(|word| !offered.contains(*word) && !ELSEWHERE.contains(&word.as_str()))
                 .collect();
             assert!(missing.is_empty(), "{language}: {missing:?}");
         }

@@ -28,13 +28,7 @@ impl Server {
                 Vec::new()
             };
         };
-        let groups: Vec<&str> = context
-            .blocks
-            .iter()
-            .skip(1)
-            .filter(|block| block.word() == "group")
-            .filter_map(|block| block.head.get(1).copied())
-            .collect();
+        let groups = context.groups();
         let prefix: String = groups.iter().map(|group| format!("{group}.")).collect();
         match (block.as_str(), word.as_str()) {
             ("parameters", "") => self.parameters_of(&component_at(target, context, &prefix)),
@@ -220,12 +214,12 @@ fn bound(server: &Server, target: &Target<'_>, context: &Context<'_>, prefix: &s
             .collect();
         if !within.is_empty() {
             // Of a group, only exported slots.
-            let exported = target.names.exports.get(place);
+            let group = target.names.groups.get(place);
             let slots = within
                 .iter()
                 .flat_map(|(_, cdsl)| server.slots_of(cdsl, false));
             return slots
-                .filter(|item| exported.is_some_and(|all| all.contains(&item.label)))
+                .filter(|item| group.is_some_and(|group| group.exports.contains(&item.label)))
                 .collect();
         }
     }

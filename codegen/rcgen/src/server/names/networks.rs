@@ -1,12 +1,12 @@
 //! The names in a network: its components, groups, hosts and processes, and the slots and parameters of the
 //! components.
 
-use super::{Collector, Kind, Symbol};
+use super::{BindName, Collector, GroupName, Kind, SlotOf, Symbol};
 use rc_ddsl::Deployment;
 use rc_ddsl::model::{Host, Instance, InstanceOrGroup, SlotPath};
 use rc_diagnostics::{Name, Span};
 use rc_vocabulary::member;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 impl Collector<'_> {
     pub(super) fn network(&mut self, network: &Deployment) {
@@ -14,24 +14,34 @@ impl Collector<'_> {
         self.declares(Kind::Network, name, name.text.as_str());
         for (span, source) in &network.imports {
             let file = self.file(*source);
+            self.names.networks.push(file.clone());
             self.refers(*span, Self::whole(file));
         }
         for at in 0..network.hosts.len() {
             let name = host_name(&network.hosts, at);
             self.declares(Kind::Host, &network.hosts[at].name, name);
         }
-        for group in &network.groups {
-            self.declares(Kind::Group, &group.name, group.path.as_str());
-            let inside = &network.instances[group.instances.clone()];
-            for export in &group.exports {
-                let symbols = slots(inside, &export.text);
-                self.add(export.span, symbols, false);
+        let mut groups: Vec<GroupName> = Vec::new();
+        groups.resize_with(network.groups.len(), GroupName::default);
+        for instance in &network.instances {
+            if let Some(at) = instance.group {
+                groups[at].components.extend(cdsl(instance));
             }
-            let exports = group.exports.iter().map(|name| name.text.clone());
-            self.names
-                .exports
-                .insert(group.path.clone(), exports.collect());
         }
+        for (group, known) in network.groups.iter().zip(&mut groups) {
+            self.declares(Kind::Group, &group.name, group.path.as_str());
+            for export in &group.exports {
+                self.of_group(export.span, &group.path, &export.text);
+                known.exports.push(export.text.clone());
+            }
+        }
+        for group in &network.groups {
+            if let Some(parent) = group.parent {
+                groups[parent].groups.push(group.path.clone());
+            }
+        }
+        let paths = network.groups.iter().map(|group| group.path.clone());
+        self.names.groups = paths.zip(groups).collect();
         for process in &network.processes {
             self.declares(Kind::Process, &process.name, process.path.as_str());
         }
@@ -52,6 +62,7 @@ impl Collector<'_> {
             self.slot_path(network, &bind.consumer);
             if let Some(provider) = &bind.provider {
                 self.slot_path(network, provider);
+                self.bind(network, &bind.consumer, provider);
             }
         }
         for external in &network.externals {
@@ -98,8 +109,7 @@ impl Collector<'_> {
             self.refers(parameter.path.span, symbol);
         }
         for array in &instance.arrays {
-            let symbols = slots(std::slice::from_ref(instance), &array.name.text);
-            self.add(array.name.span, symbols, false);
+            self.of_component(array.name.span, &cdsl, &array.name.text);
             for member in &array.members {
                 let path = format!("{}.{}.{}", instance.path, array.name.text, member.text);
                 self.declares(Kind::ArrayMember, member, path);
@@ -107,19 +117,39 @@ impl Collector<'_> {
         }
     }
 
+    fn bind(&mut self, network: &Deployment, consumer: &SlotPath, provider: &SlotPath) {
+        let slot = |path: &SlotPath| {
+            let place = match path.place {
+                InstanceOrGroup::Instance(at) => &network.instances[at].path,
+                InstanceOrGroup::Group(at) => &network.groups[at].path,
+            };
+            SlotOf {
+                place: place.clone(),
+                slot: path.slot.text.clone(),
+            }
+        };
+        let file = self.files.get(&provider.span.source);
+        if file.is_some_and(|file| file == self.path) && !self.is_full() {
+            let (consumer, end) = (slot(consumer), provider.span.end);
+            let provider = slot(provider);
+            self.names.binds.push(BindName {
+                consumer,
+                provider,
+                end,
+            });
+        }
+    }
+
     /// The slot at the end of a path, or the array and its member.
     fn slot_path(&mut self, network: &Deployment, path: &SlotPath) {
-        let inside = &network.instances[network.instances_of(path.place)];
         let Name { text, span } = &path.slot;
         let Some((array, member)) = member::split(text) else {
-            return self.add(*span, slots(inside, text), false);
+            return self.slot_of(network, path, *span, text);
         };
         let end = span.start + array.len();
-        self.add(
-            Span::new(span.source, span.start, end),
-            slots(inside, array),
-            false,
-        );
+        let of_array = Span::new(span.source, span.start, end);
+        self.slot_of(network, path, of_array, array);
+        let inside = &network.instances[network.instances_of(path.place)];
         let start = span.end - member.len();
         let members = inside.iter().map(|instance| {
             let name = format!("{}.{array}.{member}", instance.path);
@@ -128,17 +158,37 @@ impl Collector<'_> {
         let members = members.collect();
         self.add(Span::new(span.source, start, span.end), members, false);
     }
-}
 
-/// A slot of one of `instances`, by its name.
-fn slots(instances: &[Instance], name: &str) -> Vec<Symbol> {
-    let files = instances.iter().filter_map(cdsl);
-    let symbols = files.map(|file| Symbol {
-        file,
-        kind: Kind::Slot,
-        name: name.to_owned(),
-    });
-    symbols.collect()
+    /// A slot of the component, or of the group, that a path names.
+    fn slot_of(&mut self, network: &Deployment, path: &SlotPath, span: Span, name: &str) {
+        match path.place {
+            InstanceOrGroup::Instance(at) => {
+                if let Some(cdsl) = cdsl(&network.instances[at]) {
+                    self.of_component(span, &cdsl, name);
+                }
+            }
+            InstanceOrGroup::Group(at) => self.of_group(span, &network.groups[at].path, name),
+        }
+    }
+
+    fn of_component(&mut self, span: Span, cdsl: &Path, name: &str) {
+        let symbol = Symbol {
+            file: cdsl.to_path_buf(),
+            kind: Kind::Slot,
+            name: name.to_owned(),
+        };
+        self.refers(span, symbol);
+    }
+
+    /// Which component inside has the slot, the slots of all of them say.
+    fn of_group(&mut self, span: Span, group: &str, name: &str) {
+        let symbol = Symbol {
+            file: self.path.to_path_buf(),
+            kind: Kind::OfGroup,
+            name: format!("{group}.{name}"),
+        };
+        self.refers(span, symbol);
+    }
 }
 
 fn cdsl(instance: &Instance) -> Option<PathBuf> {

@@ -32,6 +32,9 @@ impl Collector<'_> {
     /// Declarations of a block; `around` is the path of the block, with a dot.
     fn items(&mut self, items: &[Item], around: &str) {
         for item in items {
+            if self.is_full() {
+                return;
+            }
             if let Some(name) = item.name() {
                 self.declares(Kind::Parameter, name, format!("{around}{}", name.text));
             }
@@ -58,6 +61,9 @@ impl Collector<'_> {
 
     /// A parameter that a rule of the block `around` names: the innermost block that declares it.
     fn refers_from(&mut self, span: rc_diagnostics::Span, around: &str, path: &str) {
+        if self.is_full() {
+            return;
+        }
         let ends = around.match_indices('.').map(|(at, _)| at + 1);
         let blocks = std::iter::once(0).chain(ends);
         let symbols = blocks.map(|end| {
@@ -71,6 +77,9 @@ impl Collector<'_> {
 
     fn path(&mut self, path: &Path, around: &str) {
         for (at, name) in path.names.iter().enumerate() {
+            if self.is_full() {
+                return;
+            }
             self.refers_from(name.span, around, &path.text(at + 1));
         }
     }

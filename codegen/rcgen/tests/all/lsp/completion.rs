@@ -186,7 +186,8 @@ fn an_interface_brings_its_import_along() {
     let grip = grip.unwrap_or_else(|| panic!("{answer}"));
     let edit = &grip["additionalTextEdits"][0];
     assert_eq!(edit["newText"], "import \"Grip.idsl\";\n\n");
-    assert_eq!(edit["range"]["start"], json!({ "line": 1, "character": 0 }));
+    // Before the comment, which is about the component.
+    assert_eq!(edit["range"]["start"], json!({ "line": 0, "character": 0 }));
     let word = &grip["textEdit"]["range"];
     assert_eq!(word["start"], json!({ "line": 5, "character": 17 }));
     assert_eq!(word["end"], json!({ "line": 5, "character": 19 }));

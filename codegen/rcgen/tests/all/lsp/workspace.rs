@@ -43,11 +43,11 @@ const FILES: [(&str, &str); 10] = [
     ),
     (
         "net.ddsl",
-        "import \"inner.ddsl\";\n\nDeployment net\n{\n    Host robot { address \"10.0.0.2\"; };\n    Process eyes { Component other { cdsl \"hand.cdsl\"; }; };\n    Component brain\n    {\n        cdsl \"brain/brain.cdsl\";\n        host robot;\n        after arm, other;\n        process head;\n        slots { hands \"left\"; };\n    };\n    Component third { cdsl \"hand.cdsl\"; parameters { motor.speed 0.2; fingers 2; }; };\n    bind brain.hands.left -> arm.Grip;\n    bind brain.spare -> third.Grip;\n};\n",
+        "import \"inner.ddsl\";\n\nDeployment net\n{\n    Host robot { address \"127.0.0.1\"; };\n    Process eyes { Component other { cdsl \"hand.cdsl\"; }; };\n    Component brain\n    {\n        cdsl \"brain/brain.cdsl\";\n        host robot;\n        after arm, other;\n        process head;\n        slots { hands \"left\"; };\n    };\n    Component third { cdsl \"hand.cdsl\"; parameters { motor.speed 0.2; fingers 2; }; };\n    bind brain.hands.left -> arm.Grip;\n    bind brain.spare -> third.Grip;\n};\n",
     ),
 ];
 
-const WORKER: &str = "use hand_generated::{Context, Grip, StateMachine, Worker};\n\npub struct SpecificWorker;\n\nimpl Grip<Context> for SpecificWorker {\n    fn press(&mut self) {}\n    fn open(&mut self) {}\n}\n\nimpl StateMachine for SpecificWorker {\n    fn during_busy(&mut self) {}\n}\n";
+const WORKER: &str = "use hand_generated::{Context, Grip, StateMachine, Worker};\n\npub struct SpecificWorker;\n\nimpl Grip<Context> for SpecificWorker {\n    fn press(&mut self) {}\n    fn open(&mut self) {}\n}\n\nimpl StateMachine for SpecificWorker {\n    fn during_busy(&mut self) {}\n}\n\nfn far(parameters: &Parameters) -> f32 {\n    parameters.motor.speed\n}\n";
 
 /// A session in the workspace, with all of its files open.
 pub(super) struct Session {
@@ -112,6 +112,13 @@ impl Session {
 
     fn shown(&self, answer: &Value) -> String {
         let mut out = String::new();
+        let hover = answer["contents"]["value"].as_str();
+        let root = super::uri(&self.editor.folder);
+        for line in hover.into_iter().flat_map(str::lines) {
+            let line = line.replace(&root, "ROOT");
+            out.push_str(format!("    {line}").trim_end());
+            out.push('\n');
+        }
         for location in answer.as_array().into_iter().flatten() {
             let root = super::uri(&self.editor.folder);
             let uri = location["uri"].as_str().expect("an address");

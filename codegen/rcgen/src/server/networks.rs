@@ -1,0 +1,244 @@
+//! The connections of networks. `rcdeploy check` reads all components of a network at once; here they are
+//! read one after another, and a message of the editor goes first.
+
+use super::findings::Phase;
+use super::names::{Kind, Symbol};
+use super::{Server, key};
+use rc_cdsl::Component;
+use rc_codegen::{FileLoader, Project, paths};
+use rc_ddsl::{Connection, Deployment, Endpoint};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use std::collections::{BTreeSet, HashMap};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// A network whose components are being read.
+pub(super) struct Wiring {
+    path: PathBuf,
+    sources: SourceMap,
+    deployment: Deployment,
+    /// The components that were read, in the order of the instances.
+    components: Vec<Option<Rc<Component>>>,
+    known: HashMap<PathBuf, Option<Rc<Component>>>,
+    found: Diagnostics,
+}
+
+/// A slot of a network.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct End {
+    /// `COMPONENT.SLOT`
+    pub(super) path: String,
+    /// The slot in its `.cdsl`; the array of a member.
+    pub(super) slot: Symbol,
+    /// `Module::Name`
+    pub(super) interface: String,
+}
+
+/// What joins two slots.
+#[derive(Clone, Debug)]
+pub(super) struct Joined {
+    pub(super) consumer: End,
+    pub(super) provider: End,
+    /// The middleware of the connection.
+    pub(super) middleware: Option<&'static str>,
+    /// Its address, unless a configuration has another one.
+    pub(super) address: String,
+}
+
+/// The connections of a network.
+#[derive(Debug, Default)]
+pub(super) struct Wired {
+    pub(super) network: String,
+    pub(super) connections: Vec<Joined>,
+    /// All slots.
+    pub(super) ends: Vec<End>,
+}
+
+impl Server {
+    /// A network was checked: its connections are computed as soon as nothing else waits. Those of a
+    /// network with errors, or of one that is a part of another one, have no findings. Returns the files
+    /// whose findings changed.
+    pub(super) fn begin_wiring(
+        &mut self,
+        path: &Path,
+        network: Option<Box<Deployment>>,
+        sources: SourceMap,
+    ) -> BTreeSet<PathBuf> {
+        self.wirings.retain(|wiring| wiring.path != path);
+        let mut changed = BTreeSet::new();
+        let parts = self.names.get(path).map(|names| names.networks.clone());
+        for part in parts.unwrap_or_default() {
+            self.wirings.retain(|wiring| wiring.path != part);
+            changed.extend(self.findings.unchecked(&part));
+        }
+        if let Some(deployment) = network.filter(|_| !self.is_part(path)) {
+            self.wirings.push_back(Wiring {
+                path: path.to_path_buf(),
+                sources,
+                deployment: *deployment,
+                components: Vec::new(),
+                known: HashMap::new(),
+                found: Diagnostics::new(),
+            });
+        } else {
+            changed.extend(self.findings.unchecked(path));
+            self.wired.remove(path);
+        }
+        changed
+    }
+
+    /// Whether another network imports this one.
+    fn is_part(&self, path: &Path) -> bool {
+        let mut networks = self.names.iter();
+        networks.any(|(own, names)| own != path && names.networks.iter().any(|part| part == path))
+    }
+
+    /// Reads the next component of a network. Behind the last one, connects them.
+    pub(super) fn wire(&mut self) -> io::Result<()> {
+        let loader = FileLoader::new(&self.include);
+        let Some(wiring) = self.wirings.front_mut() else {
+            return Ok(());
+        };
+        if wiring.read_next(&loader) {
+            return Ok(());
+        }
+        let Some(wiring) = self.wirings.pop_front() else {
+            return Ok(());
+        };
+        let (wired, sources, found) = wiring.connected();
+        let path = wiring.path.as_path();
+        let keys = sources.ids().map(|id| (id, key(sources.path(id))));
+        let keys = keys.collect();
+        let files = self.addressed(&keys);
+        let check = (path, Phase::Network);
+        let changed = self
+            .findings
+            .checked(check, sources, &files, &found, self.encoding);
+        self.wired.insert(path.to_path_buf(), wired);
+        for target in changed {
+            self.publish(&target)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the connections of all networks known, unless they were known a moment ago.
+    pub(super) fn know_networks(&mut self) -> io::Result<()> {
+        let known = |wiring: &Wiring| self.wired.contains_key(&wiring.path);
+        if self.wirings.iter().all(known) {
+            return Ok(());
+        }
+        while !self.wirings.is_empty() {
+            self.wire()?;
+        }
+        Ok(())
+    }
+}
+
+impl Wiring {
+    /// Reads the component of the next instance. Returns whether there was one.
+    fn read_next(&mut self, loader: &FileLoader) -> bool {
+        let at = self.components.len();
+        let Some(instance) = self.deployment.instances.get_mut(at) else {
+            return false;
+        };
+        let Some(named) = &instance.cdsl else {
+            self.components.push(None);
+            return true;
+        };
+        let path = paths::normal(&instance.folder.join(&named.text));
+        let component = if let Some(known) = self.known.get(&path) {
+            known.clone()
+        } else {
+            let component = match Project::load(&path, &mut self.sources, loader) {
+                Ok((project, more)) => {
+                    let project = project.filter(|_| !more.has_errors());
+                    self.found.extend(more);
+                    project.map(|project| Rc::new(project.component))
+                }
+                Err(error) => {
+                    let message = format!("`{}` cannot be read: {error}", named.text);
+                    let error = Diagnostic::error("component-not-found", named.span, message);
+                    let error = error.help("the path is relative to this file");
+                    self.found.push(error);
+                    None
+                }
+            };
+            self.known.insert(path, component.clone());
+            component
+        };
+        let network = &self.deployment.name.text;
+        let component = component.map(|component| {
+            let expanded = rc_ddsl::expand(network, instance, &component, &mut self.found);
+            expanded.map_or(component, Rc::new)
+        });
+        self.components.push(component);
+        true
+    }
+
+    /// The connections, and all that is wrong with them and the components.
+    fn connected(&self) -> (Wired, &SourceMap, Diagnostics) {
+        let components: Vec<Option<&Component>> =
+            self.components.iter().map(Option::as_deref).collect();
+        let (network, more) = rc_ddsl::connect(&self.deployment, &components);
+        let mut found = Diagnostics::new();
+        found.extend(self.found.iter().cloned());
+        found.extend(more);
+        let mut ends: HashMap<Endpoint, End> = HashMap::new();
+        let mut all = Vec::new();
+        for (number, component) in components.iter().enumerate() {
+            let instance = &self.deployment.instances[number];
+            let Some((component, cdsl)) = component.zip(instance.cdsl.as_ref()) else {
+                continue;
+            };
+            let file = key(&instance.folder.join(&cdsl.text));
+            for (slot, described) in component.slots.iter().enumerate() {
+                let array = rc_vocabulary::member::split(&described.name);
+                let name = array.map_or(described.name.as_str(), |(array, _)| array);
+                let end = End {
+                    path: format!("{}.{}", instance.path, described.name),
+                    slot: Symbol {
+                        file: file.clone(),
+                        kind: Kind::Slot,
+                        name: name.to_owned(),
+                    },
+                    interface: component.library.interface_path(described.interface),
+                };
+                let instance = number;
+                ends.insert(Endpoint { instance, slot }, end.clone());
+                all.push(end);
+            }
+        }
+        let leaders = network.leaders(&components);
+        let address = |end: &Endpoint| {
+            let leader = leaders.get(end).unwrap_or(end);
+            let instance = self.deployment.instances.get(leader.instance)?;
+            let slot = components
+                .get(leader.instance)?
+                .as_ref()?
+                .slots
+                .get(leader.slot)?;
+            let component = instance.path.replace('.', "/");
+            Some(format!(
+                "{}/{component}/{}",
+                self.deployment.name.text,
+                slot.path()
+            ))
+        };
+        let joined = |connection: &Connection| {
+            let middleware = network.transports.get(connection);
+            Some(Joined {
+                consumer: ends.get(&connection.consumer)?.clone(),
+                provider: ends.get(&connection.provider)?.clone(),
+                middleware: middleware.map(|middleware| middleware.word()),
+                address: address(&connection.consumer)?,
+            })
+        };
+        let wired = Wired {
+            network: self.deployment.name.text.clone(),
+            connections: network.connections.iter().filter_map(joined).collect(),
+            ends: all,
+        };
+        (wired, &self.sources, found)
+    }
+}

@@ -1,0 +1,421 @@
+//! Another name for a thing, in all files that name it. The code in `src/` is told of, and left alone.
+
+use super::hover::worker_files;
+use super::names::{Kind, Place, Symbol};
+use super::requests::Answer;
+use super::{INVALID_PARAMETERS, REQUEST_FAILED, Server, send};
+use rc_diagnostics::Severity;
+use rc_files::unsaved;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// How many places of code are told of.
+const MOST_TOLD: usize = 20;
+
+/// How the protocol numbers a message that only informs.
+const INFORMATION: u8 = 3;
+
+/// An edit of a file: bytes, and what stands there then.
+type Edit = (usize, usize, String);
+
+impl Server {
+    /// The name at a position that may be changed: its range and its text.
+    pub(super) fn renamable(&mut self, path: &Path, position: &Value) -> Answer {
+        let (place, symbol) = self.target(path, position)?;
+        let Some(names) = self.names.get(path) else {
+            return Ok(Value::Null);
+        };
+        let old = last(&symbol.name).to_owned();
+        let written = names.text.as_str().get(place.start..place.end);
+        let part = written.and_then(|written| part(written, &symbol, &old));
+        let Some((start, end)) = part else {
+            return Ok(Value::Null);
+        };
+        let (start, end) = (place.start + start, place.start + end);
+        let range = names.text.range(self.encoding, start, end);
+        Ok(json!({ "range": range, "placeholder": old }))
+    }
+
+    /// The edits that give the thing at a position another name. No edit makes an error.
+    pub(super) fn rename(
+        &mut self,
+        path: &Path,
+        position: &Value,
+        new: &Value,
+    ) -> io::Result<Answer> {
+        let new = new.as_str().unwrap_or_default();
+        if !is_name(new) {
+            let message = format!(
+                "`{new}` is no name: a letter or `_` comes first, then letters, digits and `_`"
+            );
+            return Ok(Err((INVALID_PARAMETERS, message)));
+        }
+        let symbol = match self.target(path, position) {
+            Ok((_, symbol)) => symbol,
+            Err(error) => return Ok(Err(error)),
+        };
+        let old = last(&symbol.name).to_owned();
+        if old == new {
+            return Ok(Ok(json!({ "changes": {} })));
+        }
+        let mut symbols = BTreeSet::from([symbol.clone()]);
+        if symbol.kind == Kind::Interface {
+            symbols.extend(self.slots_named_after(&symbol));
+        }
+        let edits = self.edits(&symbols, &old, new, symbol.kind);
+        if let Some(message) = self.breaks(&edits) {
+            return Ok(Err((REQUEST_FAILED, message)));
+        }
+        let told = self.code_with(&symbols, &old);
+        if !told.is_empty() {
+            let more = told.len().saturating_sub(MOST_TOLD);
+            let mut lines: Vec<String> = told.into_iter().take(MOST_TOLD).collect();
+            if more > 0 {
+                lines.push(format!("and {more} more"));
+            }
+            let message = format!(
+                "`{old}` is `{new}` now. The code in src/ is yours, and still names it:\n{}",
+                lines.join("\n")
+            );
+            let parameters = json!({ "type": INFORMATION, "message": message });
+            send(json!({ "method": "window/showMessage", "params": parameters }))?;
+        }
+        let mut changes = serde_json::Map::new();
+        for (file, edits) in edits {
+            let Some(names) = self.names.get(&file) else {
+                continue;
+            };
+            let edits = edits.into_iter().map(|(start, end, text)| {
+                json!({ "range": names.text.range(self.encoding, start, end), "newText": text })
+            });
+            changes.insert(self.address(&file), edits.collect());
+        }
+        Ok(Ok(json!({ "changes": changes })))
+    }
+
+    /// The thing at a position whose name may be changed, and the place that names it.
+    fn target(&mut self, path: &Path, position: &Value) -> Result<(Place, Symbol), (i64, String)> {
+        let mut found: Vec<(Place, Symbol)> = Vec::new();
+        for place in self.places(path, position) {
+            if place.declares {
+                let symbols = place.symbols.iter().filter(|one| one.kind != Kind::File);
+                found.extend(symbols.map(|symbol| (place.clone(), symbol.clone())));
+            } else if let Some(symbol) = self.resolved(&place.symbols) {
+                found.push((place, symbol));
+            }
+        }
+        // A slot without a name of its own gets one: its interface is renamed in its file.
+        let slot = found
+            .iter()
+            .position(|(place, symbol)| symbol.kind == Kind::Slot && place.declares);
+        let first = found.into_iter().nth(slot.unwrap_or(0));
+        let nothing = || (REQUEST_FAILED, "there is no name here".to_owned());
+        let (place, symbol) = first.ok_or_else(nothing)?;
+        let why = match symbol.kind {
+            Kind::Module => Some("a module has the name of its file: rename the file"),
+            Kind::File => Some("this is the path of a file"),
+            Kind::Parameter if self.is_block(&symbol) => Some(
+                "a group of parameters is a table of configurations, which this does not rename",
+            ),
+            _ => None,
+        };
+        match why {
+            Some(why) => Err((REQUEST_FAILED, why.to_owned())),
+            None => Ok((place, symbol)),
+        }
+    }
+
+    /// Whether a parameter has others inside.
+    fn is_block(&self, symbol: &Symbol) -> bool {
+        let names = self.known(&symbol.file);
+        let places = names.map_or(&[][..], |names| &names.places);
+        let inside = format!("{}.", symbol.name);
+        let mut symbols = places.iter().flat_map(|place| &place.symbols);
+        symbols.any(|one| one.kind == Kind::Parameter && one.name.starts_with(&inside))
+    }
+
+    /// The slots that have the name of an interface, because they have none of their own.
+    fn slots_named_after(&self, interface: &Symbol) -> Vec<Symbol> {
+        let mut slots = Vec::new();
+        for names in self.names.values() {
+            let places = names.places.iter();
+            for place in places.filter(|place| place.symbols.contains(interface)) {
+                let same = names
+                    .at(place.start)
+                    .into_iter()
+                    .filter(|one| one.declares && one.start == place.start && one.end == place.end);
+                let symbols = same.flat_map(|one| &one.symbols);
+                slots.extend(symbols.filter(|one| one.kind == Kind::Slot).cloned());
+            }
+        }
+        slots
+    }
+
+    /// The edits of all files, in the order of each file.
+    fn edits(
+        &mut self,
+        symbols: &BTreeSet<Symbol>,
+        old: &str,
+        new: &str,
+        kind: Kind,
+    ) -> BTreeMap<PathBuf, Vec<Edit>> {
+        let mut all: BTreeMap<PathBuf, Vec<Edit>> = BTreeMap::new();
+        for (file, places) in self.named(symbols) {
+            let Some(names) = self.names.get(&file) else {
+                continue;
+            };
+            let text = names.text.as_str();
+            for place in places {
+                let Some(written) = text.get(place.start..place.end) else {
+                    continue;
+                };
+                let is_declared_slot = place.declares
+                    && kind == Kind::Slot
+                    && place.symbols.iter().any(|one| one.kind == Kind::Slot);
+                let is_interface = names.at(place.start).into_iter().any(|one| {
+                    (one.start, one.end) == (place.start, place.end)
+                        && one.symbols.iter().any(|one| one.kind == Kind::Interface)
+                });
+                let edit = if is_declared_slot && is_interface {
+                    let at = behind_interface(text, place.end);
+                    Some((at, at, format!(" as {new}")))
+                } else {
+                    let meant = place.symbols.first();
+                    let part = meant.and_then(|symbol| part(written, symbol, old));
+                    part.map(|(start, end)| {
+                        (place.start + start, place.start + end, new.to_owned())
+                    })
+                };
+                all.entry(file.clone()).or_default().extend(edit);
+            }
+        }
+        for edits in all.values_mut() {
+            edits.sort();
+            edits.dedup();
+        }
+        all.retain(|_, edits| !edits.is_empty());
+        all
+    }
+
+    /// Why edits are wrong: the first error that they make in a file or in one that reads it.
+    fn breaks(&mut self, edits: &BTreeMap<PathBuf, Vec<Edit>>) -> Option<String> {
+        let mut files: BTreeSet<PathBuf> = edits.keys().cloned().collect();
+        for file in edits.keys() {
+            files.extend(self.findings.readers(file));
+        }
+        let before: Vec<Vec<String>> = files.iter().map(|file| self.errors(file)).collect();
+        for (file, edits) in edits {
+            let Some(names) = self.names.get(file) else {
+                continue;
+            };
+            let mut text = names.text.as_str().to_owned();
+            for (start, end, new) in edits.iter().rev() {
+                text.replace_range(start..end, new);
+            }
+            unsaved::set(file, &text);
+        }
+        let broken = files.iter().zip(&before).find_map(|(file, before)| {
+            let after = self.errors(file);
+            let new = after.len() > before.len();
+            new.then(|| after.into_iter().find(|error| !before.contains(error)))?
+        });
+        for file in edits.keys() {
+            self.take_from_disk(file);
+        }
+        broken
+    }
+
+    /// The errors of a file, with their places.
+    fn errors(&self, file: &Path) -> Vec<String> {
+        let looked = self.look_at(file);
+        let errors = looked.found.iter();
+        let errors = errors.filter(|found| found.severity == Severity::Error);
+        errors
+            .map(|found| {
+                let (source, at) = (found.span.source, found.span.start);
+                let line = looked.sources.position(source, at).line;
+                let file = looked.sources.path(source).display();
+                format!("{file}:{line}: {}", found.message)
+            })
+            .collect()
+    }
+
+    /// The places of workers that name one of `symbols`: handlers, and words of the old name in the
+    /// components that read its file.
+    fn code_with(&mut self, symbols: &BTreeSet<Symbol>, old: &str) -> Vec<String> {
+        let mut files: BTreeSet<PathBuf> = BTreeSet::new();
+        for symbol in symbols {
+            let readers = self.findings.readers(&symbol.file).into_iter();
+            let readers = readers.chain([symbol.file.clone()]);
+            files.extend(readers.filter(|file| file.extension().is_some_and(|e| e == "cdsl")));
+        }
+        let mut words = vec![old.to_owned()];
+        if symbols.iter().any(|symbol| symbol.kind == Kind::Component) {
+            words.push(format!("{old}_generated"));
+        }
+        let mut told: BTreeSet<(PathBuf, usize, String)> = BTreeSet::new();
+        for handler in self.handlers_of(symbols) {
+            let text = handler.text.as_str();
+            let named = text.get(handler.start..handler.end).unwrap_or_default();
+            let line = handler.text.line(handler.start) + 1;
+            told.insert((handler.file.clone(), line, named.to_owned()));
+        }
+        for cdsl in files {
+            let Some(folder) = cdsl.parent() else {
+                continue;
+            };
+            for file in worker_files(&folder.join("src")) {
+                let Ok(text) = rc_files::read(&file) else {
+                    continue;
+                };
+                let file = super::key(&file);
+                for (number, line) in text.lines().enumerate() {
+                    if words.iter().any(|word| has_word(line, word)) {
+                        told.insert((file.clone(), number + 1, old.to_owned()));
+                    }
+                }
+            }
+        }
+        let mut lines = BTreeSet::new();
+        told.retain(|(file, line, _)| lines.insert((file.clone(), *line)));
+        let shown = told.into_iter().map(|(file, line, name)| {
+            let below = self
+                .roots
+                .iter()
+                .find_map(|(root, _)| file.strip_prefix(root).ok());
+            format!("{}:{line}: {name}", below.unwrap_or(&file).display())
+        });
+        shown.collect()
+    }
+}
+
+/// A name without those around it.
+fn last(name: &str) -> &str {
+    let name = name.rsplit('.').next().unwrap_or(name);
+    name.split('#').next().unwrap_or(name)
+}
+
+/// The part of a written path that is the name of a symbol. `None` if it has another one there, such as a
+/// path of a file.
+fn part(written: &str, symbol: &Symbol, old: &str) -> Option<(usize, usize)> {
+    let inner = written
+        .strip_prefix('"')
+        .and_then(|rest| rest.strip_suffix('"'));
+    let offset = usize::from(inner.is_some());
+    let path = inner.unwrap_or(written);
+    let steps: Vec<(usize, &str)> = path
+        .split('.')
+        .scan(offset, |at, step| {
+            let start = *at;
+            *at += step.len() + 1;
+            Some((start, step.split('[').next().unwrap_or(step)))
+        })
+        .collect();
+    let step = match symbol.kind {
+        // The steps of a path of parameters are those of its name; of a rule inside a block, the last ones.
+        Kind::OfComponent | Kind::Parameter => {
+            let number = symbol.name.matches('.').count();
+            steps
+                .get(number)
+                .filter(|(_, step)| *step == old)
+                .or(steps.last())
+        }
+        // A member of an array stands behind the array.
+        Kind::Slot => steps.first(),
+        _ => steps.last(),
+    };
+    let (start, step) = step?;
+    (*step == old).then_some((*start, start + step.len()))
+}
+
+/// Where the name of a slot stands: behind its interface, `[]` and a middleware.
+fn behind_interface(text: &str, end: usize) -> usize {
+    let mut at = end;
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let rest = &text[at..];
+        let begins = rest.trim_start().starts_with(open);
+        if let Some(end) = rest.find(close).filter(|_| begins) {
+            at += end + close.len_utf8();
+        }
+    }
+    at
+}
+
+fn is_name(text: &str) -> bool {
+    let mut letters = text.chars();
+    let first = letters.next();
+    first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+fn has_word(line: &str, word: &str) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    line.match_indices(word).any(|(at, _)| {
+        let (before, behind) = (&line[..at], &line[at + word.len()..]);
+        !before.ends_with(is_part) && !behind.starts_with(is_part)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_part_of_a_path_with_a_name_is_found() {
+        for (written, kind, name, expected) in [
+            (
+                "motor.speed",
+                Kind::OfComponent,
+                "motor.speed",
+                Some("speed"),
+            ),
+            (
+                "motors[2].max",
+                Kind::OfComponent,
+                "motors.max",
+                Some("max"),
+            ),
+            ("speed", Kind::Parameter, "motor.speed", Some("speed")),
+            (
+                "\"left\"",
+                Kind::ArrayMember,
+                "brain.hands.left",
+                Some("left"),
+            ),
+            ("\"hands.left\"", Kind::Slot, "hands", Some("hands")),
+            ("\"hand.cdsl\"", Kind::Component, "hand", None),
+            ("arm.hand", Kind::Instance, "arm.hand", Some("hand")),
+        ] {
+            let symbol = Symbol {
+                file: PathBuf::new(),
+                kind,
+                name: name.to_owned(),
+            };
+            let found = part(written, &symbol, last(name));
+            assert_eq!(
+                found.map(|(start, end)| &written[start..end]),
+                expected,
+                "{written}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_slot_is_named_behind_its_interface() {
+        for text in [
+            "Grip|;",
+            "Grip[]|, x",
+            "Grip [] (dds)|;",
+            "Grip(dds)| { depth 1; }",
+        ] {
+            let at = text.find('|').expect("a place");
+            assert_eq!(
+                behind_interface(&text.replace('|', ""), "Grip".len()),
+                at,
+                "{text}"
+            );
+        }
+    }
+}
