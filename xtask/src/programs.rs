@@ -19,9 +19,7 @@ pub(crate) struct Program {
     executable: PathBuf,
     /// The folder of its package, in which it runs.
     folder: PathBuf,
-    /// What cargo prints when it runs the program: source and executable.
     title: String,
-    /// The arguments of cargo that select this program alone.
     selection: String,
 }
 
@@ -111,13 +109,14 @@ fn package(folder: &Path) -> Option<String> {
     Some(name.trim_end_matches('"').to_owned())
 }
 
-/// Runs the programs, `at_once` at a time, and gives `each` the output of each program that has ended.
+/// Runs the programs, `at_once` at a time. It gives `each` a program when it begins, then again with
+/// its output when it has ended.
 pub(crate) fn run(
     programs: &[Program],
     at_once: usize,
     arguments: &[&str],
     environment: &[(&str, &str)],
-    mut each: impl FnMut(&Program, Output),
+    mut each: impl FnMut(&Program, Option<Output>),
 ) {
     let start = Instant::now();
     let waiting: Mutex<VecDeque<&Program>> = Mutex::new(programs.iter().collect());
@@ -131,8 +130,12 @@ pub(crate) fn run(
             };
             scope.spawn(move || {
                 while let Some(program) = next() {
+                    let begun = sender.send((program, None));
                     let output = program.run(arguments, environment, start);
-                    if sender.send((program, output)).is_err() {
+                    if begun
+                        .and_then(|()| sender.send((program, Some(output))))
+                        .is_err()
+                    {
                         break;
                     }
                 }
@@ -174,6 +177,12 @@ impl Program {
         }
     }
 
+    /// What cargo prints when it runs the program: source and executable.
+    pub(crate) fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The arguments of cargo that select this program alone.
     pub(crate) fn selection(&self) -> &str {
         &self.selection
     }
@@ -237,6 +246,7 @@ mod tests {
         let mut told = Vec::new();
         let arguments = ["-c", script, "word"];
         run(&programs, 2, &arguments, &[], |program, output| {
+            let Some(output) = output else { return };
             let lines: Vec<String> = output.lines.into_iter().map(|(line, _)| line).collect();
             told.push((program.title.clone(), output.succeeded, lines));
         });

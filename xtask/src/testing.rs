@@ -89,6 +89,11 @@ fn all(
         &[],
         environment,
         |program, output| {
+            // A program that hangs is the one that began and did not end.
+            let Some(output) = output else {
+                println!("+ {}", program.title());
+                return;
+            };
             for (line, at) in &output.lines {
                 println!("{line}");
                 timings.note(line, *at);
