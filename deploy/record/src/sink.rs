@@ -33,7 +33,8 @@ impl Job {
             + match self {
                 Self::Message(_, _, data) => data.len(),
                 Self::Attach(file) => file.data.len(),
-                Self::Channel(_) | Self::Table(..) => 0,
+                Self::Channel(new) => new.schema.as_ref().map_or(0, |schema| schema.text.len()),
+                Self::Table(..) => 0,
             }
     }
 }

@@ -20,12 +20,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
-/// How many records may wait before log lines are held back.
-const ROOM: usize = 1024;
-/// How many records may wait before events are dropped.
-const EVENTS: usize = 64 * 1024;
-/// How many lines are kept while a view covers the streams.
-const COVERED: usize = 1000;
+/// How many bytes may wait before log lines are held back.
+const ROOM: usize = 1 << 20;
+/// How many bytes may wait before events are dropped.
+const EVENTS: usize = 16 << 20;
+/// How many bytes of lines are kept while a view covers the streams.
+const COVERED: usize = 1 << 20;
+/// Memory of a record beside its text, in bytes.
+const OVERHEAD: usize = 64;
 /// How often a process in the background looks whether it may write to its terminal.
 const BACKGROUND_PAUSE: Duration = Duration::from_millis(200);
 /// How long the end of the program waits for the records.
@@ -46,10 +48,21 @@ enum Record {
     Flush(Sender<()>),
 }
 
+impl Record {
+    /// Approximate size in memory, in bytes.
+    fn size(&self) -> usize {
+        match self {
+            Self::Out(text) | Self::Err(text) => OVERHEAD + text.len(),
+            Self::Flush(_) => OVERHEAD,
+        }
+    }
+}
+
 /// Queues events and log lines. It never blocks.
 #[derive(Debug)]
 pub(crate) struct Reporter {
     sender: Sender<Record>,
+    /// The bytes that wait.
     waiting: Arc<AtomicUsize>,
     format: Format,
     output: Output,
@@ -164,7 +177,7 @@ impl Reporter {
     }
 
     fn queue(&self, record: Record) {
-        self.waiting.fetch_add(1, Ordering::Relaxed);
+        self.waiting.fetch_add(record.size(), Ordering::Relaxed);
         // The thread ends after this half of the channel only.
         let _ = self.sender.send(record);
     }
@@ -201,24 +214,66 @@ fn write(
     err: &File,
 ) {
     let mut kept: VecDeque<String> = VecDeque::new();
+    let mut kept_size = 0;
     for record in records {
+        let size = record.size();
         let covered = covered.load(Ordering::Relaxed);
         if !covered {
             for text in kept.drain(..) {
                 print(err, &text);
             }
+            kept_size = 0;
         }
         match record {
             Record::Out(text) | Record::Err(text) if covered => {
                 kept.push_back(text);
-                if kept.len() > COVERED {
-                    kept.pop_front();
+                kept_size += size;
+                while kept_size > COVERED
+                    && let Some(oldest) = kept.pop_front()
+                {
+                    kept_size -= OVERHEAD + oldest.len();
                 }
             }
             Record::Out(text) => print(out, &text),
             Record::Err(text) => print(err, &text),
             Record::Flush(done) => drop(done.send(())),
         }
-        waiting.fetch_sub(1, Ordering::Relaxed);
+        waiting.fetch_sub(size, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Instant;
+
+    /// Only a fault lets it pass.
+    const LIMIT: Duration = Duration::from_mins(1);
+
+    #[test]
+    fn what_nobody_reads_has_a_bound_in_bytes() {
+        let (unread, stream) = rustix::pipe::pipe().expect("a pipe");
+        let [out, err] = [stream.try_clone().expect("its end"), stream].map(File::from);
+        let reporter =
+            Reporter::onto(out, err, Format::Human, Output::Streams, 0).expect("a thread");
+        let line = "x".repeat(EVENTS / 32);
+        assert!(reporter.has_room());
+        reporter.log_line("a", &line[..ROOM / 4]);
+        assert!(reporter.has_room());
+        for _ in 0..40 {
+            reporter.log_line("a", &line);
+        }
+        let waiting = reporter.waiting.load(Ordering::Relaxed);
+        assert!(
+            (EVENTS..EVENTS + 2 * line.len()).contains(&waiting),
+            "{waiting}"
+        );
+        assert!(!reporter.has_room() && reporter.dropped.get() > 0);
+        drop(unread);
+        let begun = Instant::now();
+        while reporter.waiting.load(Ordering::Relaxed) > 0 {
+            assert!(begun.elapsed() < LIMIT, "a closed stream takes everything");
+            std::thread::yield_now();
+        }
     }
 }

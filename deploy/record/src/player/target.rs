@@ -1,7 +1,7 @@
 //! A topic of the network to which recorded messages go.
 
 use rc_observe::{Error, Network, Sender, Topic};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{
     Receiver, RecvTimeoutError, SyncSender, TrySendError, channel, sync_channel,
 };
@@ -11,8 +11,10 @@ use std::time::{Duration, Instant};
 
 /// The pause before a topic that could not be sent to is opened again.
 const AGAIN: Duration = Duration::from_secs(5);
-/// How many messages wait for subscribers on other hosts.
+/// How many messages of a topic wait for subscribers on other hosts.
 const QUEUE: usize = 64;
+/// The most bytes of these messages. A longer message is sent when no other one waits.
+const QUEUE_BYTES: usize = 16 << 20;
 /// How long the player waits until a topic with subscribers on other hosts is open.
 const OPENING: Duration = Duration::from_secs(1);
 /// How long the last messages for other hosts may take.
@@ -51,6 +53,8 @@ trait Outlet {
 
 struct Apart {
     bodies: SyncSender<Vec<u8>>,
+    /// The bytes that wait, or are being sent.
+    waiting: Arc<AtomicUsize>,
     failures: Arc<Failures>,
     ended: Receiver<()>,
     thread: JoinHandle<()>,
@@ -178,6 +182,8 @@ impl Apart {
         open: impl FnOnce() -> (Result<(), Error>, P) + Send + 'static,
     ) -> Result<Self, Error> {
         let (bodies, received) = sync_channel::<Vec<u8>>(QUEUE);
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let left = Arc::clone(&waiting);
         let (opened, is_open) = channel();
         let (alive, ended) = channel::<()>();
         let failures = Arc::new(Failures::default());
@@ -196,6 +202,7 @@ impl Apart {
                 if let Err(error) = outlet.send(&body) {
                     failed.add(&error);
                 }
+                left.fetch_sub(body.len(), Ordering::Relaxed);
             }
             outlet.finish();
         });
@@ -208,6 +215,7 @@ impl Apart {
         }
         Ok(Self {
             bodies,
+            waiting,
             failures,
             ended,
             thread,
@@ -215,12 +223,20 @@ impl Apart {
     }
 
     fn send(&self, body: &[u8]) -> Result<(), String> {
-        self.bodies
-            .try_send(body.to_vec())
-            .map_err(|error| match error {
-                TrySendError::Full(_) => "a subscriber on another host is too slow".to_owned(),
+        let slow = || "a subscriber on another host is too slow".to_owned();
+        // Only this thread adds to it.
+        let waiting = self.waiting.load(Ordering::Relaxed);
+        if waiting > 0 && waiting + body.len() > QUEUE_BYTES {
+            return Err(slow());
+        }
+        self.waiting.fetch_add(body.len(), Ordering::Relaxed);
+        self.bodies.try_send(body.to_vec()).map_err(|error| {
+            self.waiting.fetch_sub(body.len(), Ordering::Relaxed);
+            match error {
+                TrySendError::Full(_) => slow(),
                 TrySendError::Disconnected(_) => "it is not reachable".to_owned(),
-            })
+            }
+        })
     }
 
     fn finish(self) {
@@ -259,6 +275,28 @@ mod tests {
         let refused = (0..2).find_map(|_| apart.send(b"x").err());
         let refused = refused.expect("a full queue");
         assert!(refused.contains("too slow"), "{refused}");
+        drop(release);
+        apart.finish();
+    }
+
+    #[test]
+    fn messages_for_a_subscriber_that_hangs_have_a_bound_in_bytes() {
+        let (release, released) = channel();
+        let apart = Apart::open(move || (Ok(()), Hanging(released))).expect("a thread");
+        // One message may have any size.
+        let large = vec![0; QUEUE_BYTES + 1];
+        assert_eq!(apart.send(&large), Ok(()));
+        let refused = apart.send(b"x").expect_err("a full queue");
+        assert!(refused.contains("too slow"), "{refused}");
+        release.send(()).expect("it hangs");
+        let begun = Instant::now();
+        while apart.waiting.load(Ordering::Relaxed) > 0 {
+            assert!(begun.elapsed() < LINGER * 60, "it was sent");
+            std::thread::yield_now();
+        }
+        let half = &large[..QUEUE_BYTES / 2];
+        assert_eq!([half, half].map(|body| apart.send(body)), [Ok(()), Ok(())]);
+        assert!(apart.send(b"x").is_err());
         drop(release);
         apart.finish();
     }
