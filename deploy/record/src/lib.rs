@@ -6,6 +6,7 @@
 //! - [`live`]: records a running network into a [`sink`]: a file, or a [`ring`] in memory.
 //! - [`player`]: sends what was recorded, and answers calls as they were answered.
 //! - [`bag`]: what a recording holds, as lists and shorter recordings.
+//! - [`meaning`]: its values as another data prototype.
 //! - [`table`]: its messages as tables in CSV.
 //! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
 //! - [`envelope`]: calls without their envelopes, and with them again.
@@ -20,6 +21,7 @@ pub mod envelope;
 mod error;
 mod latched;
 pub mod live;
+pub mod meaning;
 pub mod player;
 pub mod qos;
 pub mod reader;

@@ -2,8 +2,9 @@
 
 use crate::bag::{Decoder, Selection, each, seconds};
 use crate::error::RecordError;
+use crate::meaning::Converter;
 use crate::reader::{Faults, Message};
-use rc_values::Columns;
+use rc_values::{Columns, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 pub struct Tables {
     /// The files, one for each topic.
     pub files: Vec<PathBuf>,
+    /// Messages with values that have no counterpart in the wanted prototype.
+    pub refused: u64,
     /// Topics with a column that their table lacks, because it has too many.
     pub incomplete: Vec<(String, String)>,
     /// Why less was read than was recorded.
@@ -45,10 +48,11 @@ fn only(first: &mut Option<String>, topic: &str) -> Result<(), RecordError> {
 
 /// Writes a table of the messages of each selected topic as CSV: into `folder`, a file for each, or
 /// to `out` if there is one topic. Reads the recording twice: a table has the columns that any of
-/// its messages needs.
+/// its messages needs. `meaning` converts all values.
 pub fn csv(
     path: &Path,
     selection: Selection,
+    meaning: Option<&Converter>,
     folder: Option<&Path>,
     out: &mut dyn Write,
 ) -> Result<Tables, RecordError> {
@@ -64,7 +68,9 @@ pub fn csv(
             // Nothing is printed of a selection of several topics.
             only(&mut first, topic)?;
         }
-        let value = [(String::new(), decoder.value(&message)?)];
+        let Some(value) = row(&mut decoder, meaning, &message)? else {
+            return Ok(true);
+        };
         let new = || Table {
             file: None,
             columns: Columns::new("log_time_s,publish_time_s"),
@@ -91,13 +97,17 @@ pub fn csv(
         table.file = Some((path, file));
     }
     let mut incomplete = Vec::new();
+    let mut refused = 0;
     let faults = each(path, selection, &mut |message| {
         let topic = &message.channel.topic;
         // The file of a recording that runs may have grown.
         let Some(table) = tables.get_mut(topic).filter(|_| is_row(&message)) else {
             return Ok(true);
         };
-        let value = [(String::new(), decoder.value(&message)?)];
+        let Some(value) = row(&mut decoder, meaning, &message)? else {
+            refused += 1;
+            return Ok(true);
+        };
         if let Some(column) = table.columns.missing(&value) {
             incomplete.push((topic.clone(), column));
         }
@@ -118,9 +128,30 @@ pub fn csv(
     }
     Ok(Tables {
         files,
+        refused,
         incomplete,
         faults,
     })
+}
+
+/// The value of a message. `None` if it has no counterpart in the wanted prototype.
+fn row(
+    decoder: &mut Decoder,
+    meaning: Option<&Converter>,
+    message: &Message,
+) -> Result<Option<[(String, Value); 1]>, RecordError> {
+    let value = decoder.value(message)?;
+    let Some(meaning) = meaning else {
+        return Ok(Some([(String::new(), value)]));
+    };
+    let ty = decoder.ty(&message.channel)?;
+    if !meaning.converts(&ty) {
+        return Err(meaning.nothing_in(&ty));
+    }
+    Ok(meaning
+        .value(value)
+        .ok()
+        .map(|value| [(String::new(), value)]))
 }
 
 fn write(out: &mut dyn Write, text: &str) -> Result<(), RecordError> {

@@ -1,6 +1,7 @@
 //! `rcdeploy bag`: looks into recordings.
 
 use super::arguments::format;
+use super::meaning::As;
 use super::output::{Failure, counted, print_line, print_note, show, system};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
@@ -128,6 +129,8 @@ pub(super) enum Bag {
         /// printed.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        #[command(flatten)]
+        meaning: As,
     },
 }
 
@@ -162,14 +165,30 @@ pub(super) fn bag(command: Bag) -> Result<u8, Failure> {
             file,
             selected,
             out,
+            meaning,
             ..
         } => {
+            let meaning = meaning.converter()?;
             let selection = selected.into_selection(&file)?;
             if let Some(folder) = &out {
                 std::fs::create_dir_all(folder).map_err(|e| system(&e))?;
             }
-            let tables = csv(&file, selection, out.as_deref(), &mut print::output())?;
-            let code = note_faults(&tables.faults);
+            let out = out.as_deref();
+            let tables = csv(
+                &file,
+                selection,
+                meaning.as_ref(),
+                out,
+                &mut print::output(),
+            )?;
+            let mut code = note_faults(&tables.faults);
+            if tables.refused > 0 {
+                let refused = counted(tables.refused, "message");
+                print_note(&format_args!(
+                    "{refused} left out: a value has no counterpart in the prototype"
+                ));
+                code = 1;
+            }
             for (topic, column) in tables.incomplete {
                 let (topic, column) = (clean(&topic), clean(&column));
                 print_note(&format_args!(

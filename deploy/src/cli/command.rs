@@ -6,6 +6,7 @@ use super::arguments::{
 use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
 };
+use super::meaning::As;
 use super::{bag, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
@@ -263,6 +264,8 @@ pub(super) enum Command {
         /// Prints lines of CSV. The first line names the columns.
         #[arg(long, conflicts_with = "format")]
         csv: bool,
+        #[command(flatten)]
+        meaning: As,
     },
     /// Measures the rate of a topic or of calls, and the times between messages. Prints a line each
     /// second.

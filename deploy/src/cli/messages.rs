@@ -12,7 +12,8 @@ use rc_observe::{
     Source,
 };
 use rc_record::bag::seconds;
-use rc_record::system_time;
+use rc_record::meaning::Converter;
+use rc_record::{RecordError, system_time};
 use rc_values::{Columns, Style, Value, decode_from};
 use serde_json::json;
 use std::io::Write;
@@ -164,6 +165,7 @@ pub(super) struct Echo {
     pub(super) count: Option<u64>,
     pub(super) rate: Option<f64>,
     pub(super) csv: bool,
+    pub(super) meaning: Option<Converter>,
 }
 
 /// One message, decoded.
@@ -241,7 +243,7 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
             }),
             Source::Calls(operation) => calls.decode(operation, observed),
         };
-        let decoded = match decoded {
+        let mut decoded = match decoded {
             Ok(Some(decoded)) => decoded,
             Ok(None) => return Ok(true),
             Err(error) => {
@@ -249,6 +251,15 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
                 return Ok(true);
             }
         };
+        if let Some(meaning) = &echo.meaning {
+            match converted(meaning, decoded.value)? {
+                Ok(value) => decoded.value = value,
+                Err(error) => {
+                    print_note(&format!("a message cannot be converted: {error}"));
+                    return Ok(true);
+                }
+            }
+        }
         // A request has other members than its reply.
         let is_call = matches!(source, Source::Calls(_));
         if is_call
@@ -276,6 +287,17 @@ pub(super) fn echo(watched: &TopicArguments, echo: &Echo) -> Result<u8, Failure>
         Ok(written.is_ok() && echo.count.is_none_or(|count| shown < count))
     };
     watch(watched, echo.count.is_some(), take, |_| Ok(true))
+}
+
+/// A value as the wanted prototype. The inner error is about this value, the outer one about its
+/// type.
+fn converted(meaning: &Converter, value: Value) -> Result<Result<Value, RecordError>, RecordError> {
+    if let Value::Struct(ty, _) = &value
+        && !meaning.converts(ty)
+    {
+        return Err(meaning.nothing_in(ty));
+    }
+    Ok(meaning.value(value))
 }
 
 /// The values of the chosen fields, or the whole value.

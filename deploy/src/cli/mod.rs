@@ -15,6 +15,7 @@ mod foxglove;
 mod graph;
 mod left_out;
 mod look;
+mod meaning;
 mod measure;
 mod messages;
 mod networks;
@@ -212,6 +213,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             once,
             rate,
             csv,
+            meaning,
         } => messages::echo(
             &watched,
             &messages::Echo {
@@ -219,6 +221,7 @@ fn run(command: Command) -> Result<u8, Failure> {
                 count: count.or(once.then_some(1)),
                 rate,
                 csv,
+                meaning: meaning.converter()?,
             },
         ),
         Command::Hz { watched, lines } => measure::measure(&watched, Measure::Rate, lines),

@@ -4,6 +4,7 @@ use super::arguments::rate;
 use super::bag::{Selected, duration};
 use super::completion::networks;
 use super::look::look;
+use super::meaning::As;
 use super::messages::{ENDS, interrupts, is_interrupted};
 use super::networks::running;
 use super::output::{Failure, print_line, print_note, system};
@@ -57,6 +58,8 @@ pub(super) struct Play {
     /// Converts values of other types by the names of their members.
     #[arg(long)]
     convert: bool,
+    #[command(flatten)]
+    meaning: As,
     /// Answers no calls.
     #[arg(long)]
     no_answers: bool,
@@ -90,6 +93,7 @@ pub(super) fn play(options: Play) -> Result<u8, Failure> {
         max_gap: options.max_gap,
         remap: options.remap,
         convert: options.convert,
+        meaning: options.meaning.converter()?.map(Arc::new),
         answers: !options.no_answers,
         stop,
     };

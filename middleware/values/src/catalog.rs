@@ -4,7 +4,7 @@ use crate::description::{self, Kind, Module};
 use crate::error::DescriptionError;
 use crate::json;
 use crate::parse::{Parsed, parse};
-use crate::types::{Enum, Layout, Limit, Member, Primitive, Range, Struct, Type};
+use crate::types::{Enum, Limit, Member, Primitive, Range, Struct, Type};
 use rc_vocabulary::Pattern;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -232,15 +232,7 @@ impl<'m> Resolver<'m> {
             let ty = self.ty(&place, &member.ty, level)?;
             resolved.push(self::member(&place, member, ty)?);
         }
-        let depth = resolved.iter().map(|member| member.ty.depth()).max();
-        let layouts: Option<Vec<Layout>> = resolved.iter().map(Member::layout).collect();
-        let layout = layouts.filter(|parts| !parts.is_empty());
-        Ok(Struct {
-            name: name.to_owned(),
-            members: resolved,
-            layout: layout.map(Layout::structure).filter(|layout| layout.fits()),
-            depth: depth.unwrap_or(0),
-        })
+        Ok(Struct::new(name.to_owned(), resolved))
     }
 
     fn ty(&mut self, place: &str, text: &str, level: u32) -> Result<Type, DescriptionError> {

@@ -198,6 +198,19 @@ impl PartialEq for Struct {
 }
 
 impl Struct {
+    /// A structure with these members, whose names differ.
+    pub fn new(name: String, members: Vec<Member>) -> Self {
+        let depth = members.iter().map(|member| member.ty.depth()).max();
+        let layouts: Option<Vec<Layout>> = members.iter().map(Member::layout).collect();
+        let layout = layouts.filter(|parts| !parts.is_empty());
+        Self {
+            name,
+            members,
+            layout: layout.map(Layout::structure).filter(|layout| layout.fits()),
+            depth: depth.unwrap_or(0),
+        }
+    }
+
     /// A member and its index.
     pub fn member(&self, name: &str) -> Option<(usize, &Member)> {
         let mut members = self.members.iter().enumerate();

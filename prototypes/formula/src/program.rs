@@ -262,8 +262,26 @@ impl Program {
 
     /// Whether it changes no value but in place and sign.
     pub fn is_exact(&self) -> bool {
-        let mut nodes = self.nodes.iter();
-        nodes.all(|node| matches!(node.operation, Operation::Input(_) | Operation::Negate))
+        // What only a requirement needs changes no result.
+        let mut needed = vec![false; self.nodes.len()];
+        let need = |of: &Operand, needed: &mut Vec<bool>| {
+            if let Operand::Node(at) = of
+                && let Some(known) = needed.get_mut(*at)
+            {
+                *known = true;
+            }
+        };
+        self.outputs.iter().for_each(|of| need(of, &mut needed));
+        for (at, node) in self.nodes.iter().enumerate().rev() {
+            if !needed[at] {
+                continue;
+            }
+            if !matches!(node.operation, Operation::Input(_) | Operation::Negate) {
+                return false;
+            }
+            node.operands.iter().for_each(|of| need(of, &mut needed));
+        }
+        true
     }
 
     /// Whether each output is an input times a constant, so that relative errors stay as they are.

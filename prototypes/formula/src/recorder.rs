@@ -100,6 +100,19 @@ impl Recorder {
     }
 }
 
+/// Terms are equal if they are one number: of one recorder, or of equal bits.
+impl PartialEq for Term<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Constant(one), Self::Constant(other)) => one.to_bits() == other.to_bits(),
+            (Self::Node(one, at), Self::Node(other, place)) => {
+                std::ptr::eq(*one, *other) && at == place
+            }
+            _ => false,
+        }
+    }
+}
+
 impl<'r> Term<'r> {
     fn operand(&self) -> Operand {
         match self {

@@ -6,6 +6,7 @@ use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
 use crate::refusal::Refusal;
+use crate::rotation;
 use crate::shape::{MOST, Shape, Shapes, Value};
 use crate::values::Notes;
 use rc_formula::is_reserved;
@@ -133,6 +134,9 @@ impl<'l> Network<'l> {
         } else if own.is_some() || wanted.is_some() {
             of_covariance.lose("the covariance is not converted", Bound::None);
             cost.unbounded += 1;
+        }
+        if terms != inputs {
+            rotation::require_length(input, &inputs)?;
         }
         let program = recorder.program(&terms);
         let values = recorder.program(terms.get(..output.len()).unwrap_or_default());

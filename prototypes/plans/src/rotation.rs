@@ -1,7 +1,7 @@
 //! Rotations in all their representations.
 
 use crate::refusal::Refusal;
-use crate::shape::Leaf;
+use crate::shape::{Leaf, Shape};
 use crate::values::{Notes, read, write};
 use crate::vector::{change, origin, signed};
 use rc_formula::Term;
@@ -167,6 +167,38 @@ fn named<'r, 'u>(
     numbers
         .map(|(name, term)| ((*name).to_owned(), *term, unit))
         .collect()
+}
+
+/// Refuses quaternions and axes that are not of length 1, also where a plan only moves their
+/// numbers.
+pub(crate) fn require_length(shape: &Shape, input: &[Term<'_>]) -> Result<(), Refusal> {
+    let leaf = match shape {
+        Shape::Leaf(leaf) => leaf,
+        Shape::Parts(parts) => {
+            let mut rest = input;
+            for (_, part) in parts {
+                let (own, behind) = rest.split_at_checked(part.len()).ok_or(Refusal::NoWay)?;
+                require_length(part, own)?;
+                rest = behind;
+            }
+            return Ok(());
+        }
+    };
+    let is_turn = leaf.in_geometry && leaf.semantic == "Orientation";
+    let representation = Representation::of(&leaf.coordinate).filter(|_| is_turn);
+    let get = |role: &str| read(leaf, input, role, "1", &mut Notes::default());
+    let length = match representation {
+        Some(Representation::Quaternion) => {
+            Quaternion::xyzw([get("x")?, get("y")?, get("z")?, get("w")?]).norm()
+        }
+        Some(Representation::AxisAngle) => {
+            let [x, y, z] = [get("x")?, get("y")?, get("z")?];
+            (x * x + y * y + z * z).root()
+        }
+        _ => return Ok(()),
+    };
+    one(length, leaf.tolerance);
+    Ok(())
 }
 
 /// Converts between two leaves of one representation. `None` if that needs the matrix.

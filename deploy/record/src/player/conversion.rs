@@ -1,6 +1,7 @@
 //! How messages of a recording become samples of a topic.
 
 use crate::definition;
+use crate::meaning::Converter;
 use crate::reader::{Channel, Message};
 use crate::{keys, schema};
 use rc_observe::Topic;
@@ -20,7 +21,18 @@ pub(super) enum Conversion {
 
 impl Conversion {
     /// Compares the types. The error says why they do not fit.
-    pub(super) fn of(channel: &Channel, topic: &Topic, convert: bool) -> Result<Self, String> {
+    pub(super) fn of(
+        channel: &Channel,
+        topic: &Topic,
+        convert: bool,
+        meaning: Option<&Converter>,
+    ) -> Result<Self, String> {
+        if let Some(meaning) = meaning {
+            let theirs = definition::of_channel(channel).map_err(|e| e.to_string())?;
+            if meaning.converts(&theirs) {
+                return Ok(Self::ByName(theirs, own_type(topic)?));
+            }
+        }
         let hash = format!("{:016x}", topic.operation.hash);
         if channel.get(keys::HASH) == Some(hash.as_str()) {
             return Ok(Self::None);
@@ -40,11 +52,19 @@ impl Conversion {
     }
 
     /// The body of a sample.
-    pub(super) fn body<'m>(&self, message: &'m Message) -> Result<Cow<'m, [u8]>, String> {
+    pub(super) fn body<'m>(
+        &self,
+        message: &'m Message,
+        meaning: Option<&Converter>,
+    ) -> Result<Cow<'m, [u8]>, String> {
         match self {
             Self::None => definition::body(&message.data).map(Cow::Borrowed),
             Self::ByName(theirs, ours) => {
                 let value = definition::decode(theirs, message).map_err(|e| e.to_string())?;
+                let value = match meaning {
+                    Some(meaning) => meaning.value(value).map_err(|e| e.to_string())?,
+                    None => value,
+                };
                 let json = serde_json::to_value(&value).map_err(|e| e.to_string())?;
                 let json = pruned(json, &Type::Struct(Arc::clone(ours)));
                 let value = from_json(ours, &json).map_err(|e| e.to_string())?;
@@ -163,7 +183,7 @@ mod tests {
             data,
         };
         let conversion = Conversion::ByName(theirs, Arc::clone(&ours));
-        let body = conversion.body(&message).expect("a body");
+        let body = conversion.body(&message, None).expect("a body");
         let back = rc_values::decode(&ours, rc_middleware::Encoding::Cdr, &body);
         let back = serde_json::to_value(back.expect("a value")).expect("JSON");
         assert_eq!(back, json!({"x": 1.5, "missing": 0, "parts": [{"id": 7}]}));

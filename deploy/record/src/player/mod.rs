@@ -8,6 +8,7 @@ use crate::bag::{Selecting, Selection, length_text};
 use crate::error::RecordError;
 use crate::keys;
 use crate::latched::Latched;
+use crate::meaning::Converter;
 use crate::reader::{Channel, Message, Reader, Record};
 use answers::Answers;
 use conversion::Conversion;
@@ -34,6 +35,8 @@ pub struct Playing {
     pub remap: Vec<(String, String)>,
     /// Whether values of other types are converted by the names of their members.
     pub convert: bool,
+    /// Converts values by data prototypes, before that.
+    pub meaning: Option<Arc<Converter>>,
     /// Whether recorded replies answer the calls of the network.
     pub answers: bool,
     /// Becomes true when the user ends it: what reads the file returns early.
@@ -292,7 +295,7 @@ impl Player {
         };
         self.last = Some((time, message.publish_time));
         if let Some(Some(Route { topic, conversion })) = self.routes.get(&message.channel.id) {
-            match conversion.body(&message) {
+            match conversion.body(&message, self.playing.meaning.as_deref()) {
                 Ok(body) => match self.topics[*topic].send(&body) {
                     Ok(()) => self.sent += 1,
                     Err(error) => {
@@ -410,7 +413,12 @@ impl Player {
             ));
             return Ok(None);
         };
-        let conversion = match Conversion::of(channel, &topic, self.playing.convert) {
+        let conversion = match Conversion::of(
+            channel,
+            &topic,
+            self.playing.convert,
+            self.playing.meaning.as_deref(),
+        ) {
             Ok(conversion) => conversion,
             Err(reason) => {
                 self.note(format!("`{name}` is left out: {reason}"));

@@ -291,7 +291,7 @@ fn parts_and_tables_of_a_recording() {
     assert!(!empty.exists());
 
     let mut text = Vec::new();
-    csv(&path, selection, None, &mut text).expect("a table");
+    csv(&path, selection, None, None, &mut text).expect("a table");
     let text = String::from_utf8(text).expect("text");
     let mut lines = text.lines();
     assert_eq!(
@@ -305,7 +305,7 @@ fn parts_and_tables_of_a_recording() {
     assert_eq!(lines.count(), 4);
     // Nothing is printed of several topics.
     let mut text = Vec::new();
-    let refused = csv(&path, Selection::default(), None, &mut text).expect_err("two topics");
+    let refused = csv(&path, Selection::default(), None, None, &mut text).expect_err("two topics");
     assert!(refused.to_string().contains("several topics"), "{refused}");
     assert!(text.is_empty(), "{text:?}");
 

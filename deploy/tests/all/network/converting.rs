@@ -237,6 +237,23 @@ fn a_monitor_with_other_axes_follows_a_simulator() {
             .and_then(Value::as_f64)
             .unwrap_or_else(|| panic!("{name} in {sent}"))
     };
+    // A tool converts by the same plan.
+    let both = pose_prototype("right, ahead, up")
+        + "axes ros :: ahead, left, up\n"
+        + pose_prototype("ahead, left, up")
+            .split_once("dproto")
+            .map_or("", |(_, rest)| rest)
+            .replacen(" place ", "dproto seen ", 1)
+            .replace("axes = own", "axes = ros")
+            .as_str();
+    site.write("both.dproto", &both);
+    let file = site.path("networks/both.dproto").display().to_string();
+    let mut asked = asked.to_vec();
+    asked.extend(["--as", "seen", "--prototypes", &file]);
+    let seen = site.rcdeploy(&asked, false);
+    let seen: Value = serde_json::from_str(&seen.stdout).unwrap_or_else(|_| panic!("{seen:?}"));
+    let seen = ["x", "y", "rz"].map(|name| seen["value"]["pose"][name].as_f64());
+    assert_eq!(seen, [Some(sent("y")), Some(-sent("x")), Some(sent("rz"))]);
     let test = "a_monitor_with_other_axes_follows_a_simulator";
     if let Some(python) = python::interpreter(PACKAGE, test) {
         let address = slot()["address"].as_str().expect("an address").to_owned();

@@ -105,7 +105,7 @@ fn a_plan_tells_type_distance_cost_and_loss() {
             distance  1
             steps     rows (axes, coordinate)
             cost      63: 62 operations, 0 transcendental functions
-            lost      rounding of float64 only
+            lost      nothing: the plan is exact
         "#]],
     );
     check(

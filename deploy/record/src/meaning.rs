@@ -1,0 +1,585 @@
+//! Values of messages as those of another data prototype.
+
+use crate::error::RecordError;
+use rc_plans::{Network, Program};
+use rc_prototypes::model::{Content, Library, Prototype};
+use rc_ros_types::words;
+use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Converts values into those of a prototype.
+///
+/// Wherever a message has a structure with a prototype that means the same, the members with its
+/// numbers become those of the wanted prototype. Other members stay.
+#[derive(Debug)]
+pub struct Converter {
+    /// The wanted prototype.
+    name: String,
+    views: Vec<View>,
+    /// How structures change, by the view and the name of the structure.
+    known: Mutex<BTreeMap<(usize, String), Arc<Change>>>,
+}
+
+/// A prototype that converts into the wanted one.
+#[derive(Debug)]
+struct View {
+    name: String,
+    /// The names of its type, with the names that members have there.
+    types: Vec<(String, Naming)>,
+    program: Program,
+    /// The members with its numbers, and those of the wanted prototype with their types.
+    from: Vec<String>,
+    to: Vec<(String, Primitive, Option<String>)>,
+    /// The member whose elements are values.
+    sequence: Option<String>,
+}
+
+/// Which names the members of a prototype have in a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Naming {
+    /// Those of the prototype.
+    Own,
+    /// Those of the definition for ROS 2, as recordings have them.
+    Ros,
+}
+
+/// How a structure changes.
+#[derive(Debug)]
+struct Change {
+    /// Where the numbers are: the numbers of members and elements.
+    inputs: Vec<Vec<usize>>,
+    ty: Arc<Struct>,
+    slots: Vec<Slot>,
+}
+
+/// A member of a converted structure.
+#[derive(Debug)]
+enum Slot {
+    /// As it is: its number.
+    Keep(usize),
+    /// Numbers of the wanted prototype.
+    New(Tree),
+    /// A structure, some of whose members stay.
+    Inner(usize, Arc<Struct>, Vec<Slot>),
+}
+
+/// Members of the wanted prototype.
+#[derive(Debug)]
+enum Tree {
+    Number(usize, Primitive, Option<String>),
+    Fields(Vec<(String, Tree)>),
+}
+
+/// A name of a member in the messages.
+fn named(path: &str, naming: Naming) -> Vec<String> {
+    let words = path.split('.').map(|word| match naming {
+        Naming::Ros if word.parse::<usize>().is_err() => words::field(word),
+        _ => word.to_owned(),
+    });
+    words.collect()
+}
+
+/// The names that the type of a prototype has in messages.
+fn types(of: &Prototype) -> Vec<(String, Naming)> {
+    if let Some(path) = of.interface_type() {
+        let (module, name) = path.rsplit_once("::").unwrap_or(("", path));
+        let ros = format!("{}::{}", words::package(module), words::ty(name));
+        return vec![(path.to_owned(), Naming::Own), (ros, Naming::Ros)];
+    }
+    match &of.content {
+        Content::Values { language, ty, .. } if language.starts_with("ROS") => {
+            let ty = ty.replace("/msg/", "/").replace('/', "::");
+            vec![(ty, Naming::Own)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+impl Converter {
+    /// Converts into this prototype: values of the prototype `of`, or of each one that means the
+    /// same.
+    ///
+    /// # Errors
+    /// A prototype is unknown, nothing converts, or two prototypes are about one type.
+    pub fn new(library: &Library, name: &str, of: Option<&str>) -> Result<Self, String> {
+        let known = |name: &str| {
+            let names = || library.prototypes.iter().map(|of| of.name.as_str());
+            library.prototype(name).ok_or_else(|| {
+                let near = rc_diagnostics::nearest(name, names());
+                let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+                format!("the files have no prototype `{name}`{near}")
+            })
+        };
+        let wanted = known(name)?;
+        let from: Vec<&Prototype> = match of {
+            Some(of) => vec![known(of)?],
+            None => library.prototypes.iter().collect(),
+        };
+        let network = Network::new(library);
+        let mut views: Vec<View> = Vec::new();
+        let mut reason = None;
+        for own in from.into_iter().filter(|own| own.name != name) {
+            let types = types(own);
+            if types.is_empty() {
+                continue;
+            }
+            let view = match view(library, &network, own, wanted) {
+                Ok(program) => View { types, ..program },
+                Err(refusal) => {
+                    reason =
+                        of.map(|of| format!("`{of}` does not convert into `{name}`: {refusal}"));
+                    continue;
+                }
+            };
+            let same = |other: &&View| other.types == view.types && other.sequence == view.sequence;
+            if let Some(other) = views.iter().find(same) {
+                return Err(format!(
+                    "`{}` and `{}` are about one type; choose one with --of",
+                    other.name, view.name
+                ));
+            }
+            views.push(view);
+        }
+        if views.is_empty() {
+            let none = || format!("no prototype of a type of messages converts into `{name}`");
+            return Err(reason.unwrap_or_else(none));
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            views,
+            known: Mutex::default(),
+        })
+    }
+
+    /// Whether values of a type have something to convert.
+    pub fn converts(&self, ty: &Struct) -> bool {
+        let inner = ty
+            .members
+            .iter()
+            .any(|member| self.converts_type(&member.ty));
+        inner || self.view(ty).is_some()
+    }
+
+    fn converts_type(&self, ty: &Type) -> bool {
+        match ty {
+            Type::Struct(of) => self.converts(of),
+            Type::Sequence { element, .. } | Type::Array { element, .. } => {
+                self.converts_type(element)
+            }
+            Type::Map { value, .. } => self.converts_type(value),
+            Type::Primitive(_) | Type::Text { .. } | Type::Enum(_) => false,
+        }
+    }
+
+    fn view(&self, ty: &Struct) -> Option<(usize, Naming)> {
+        self.views.iter().enumerate().find_map(|(at, view)| {
+            let mut types = view.types.iter();
+            let (_, naming) = types.find(|(name, _)| *name == ty.name)?;
+            Some((at, *naming))
+        })
+    }
+
+    /// Why a type has nothing to convert, where [`Self::converts`] says no.
+    pub fn nothing_in(&self, ty: &Struct) -> RecordError {
+        let sources: Vec<String> = self
+            .views
+            .iter()
+            .map(|view| format!("`{}`", view.name))
+            .collect();
+        RecordError::Value(format!(
+            "`{}` holds no values of {}, which convert into `{}`",
+            ty.name,
+            sources.join(" or "),
+            self.name
+        ))
+    }
+
+    /// A value with all its parts converted.
+    ///
+    /// # Errors
+    /// A number is none of its meaning, such as a quaternion of length 0, or the type lacks a member
+    /// of the prototype.
+    pub fn value(&self, value: Value) -> Result<Value, RecordError> {
+        match value {
+            Value::Struct(ty, values) => self.structure(ty, values),
+            Value::Sequence(items) => {
+                let items = items.into_iter().map(|item| self.value(item));
+                items.collect::<Result<_, _>>().map(Value::Sequence)
+            }
+            Value::Map(pairs) => {
+                let pairs = pairs.into_iter();
+                let pairs = pairs.map(|(key, value)| Ok((key, self.value(value)?)));
+                pairs.collect::<Result<_, RecordError>>().map(Value::Map)
+            }
+            other => Ok(other),
+        }
+    }
+
+    fn structure(&self, ty: Arc<Struct>, mut values: Vec<Value>) -> Result<Value, RecordError> {
+        let Some((at, naming)) = self.view(&ty) else {
+            let values = values.into_iter().map(|value| self.value(value));
+            return Ok(Value::Struct(ty, values.collect::<Result<_, _>>()?));
+        };
+        let view = &self.views[at];
+        let Some(sequence) = &view.sequence else {
+            return self.converted(at, naming, &ty, values);
+        };
+        let path = named(sequence, naming);
+        let place = indices(&Type::Struct(Arc::clone(&ty)), &path).ok_or_else(|| {
+            RecordError::Value(format!("`{}` has no member `{sequence}`", ty.name))
+        })?;
+        if let Some(Value::Sequence(items)) = inner(&mut values, &place) {
+            for item in items {
+                if let Value::Struct(element, numbers) = std::mem::replace(item, Value::Missing) {
+                    *item = self.converted(at, naming, &element, numbers)?;
+                }
+            }
+        }
+        Ok(Value::Struct(ty, values))
+    }
+
+    fn converted(
+        &self,
+        at: usize,
+        naming: Naming,
+        ty: &Arc<Struct>,
+        values: Vec<Value>,
+    ) -> Result<Value, RecordError> {
+        let change = self.change(at, naming, ty)?;
+        let value = Value::Struct(Arc::clone(ty), values);
+        let numbers: Vec<f64> = change
+            .inputs
+            .iter()
+            .map(|path| number(&value, path))
+            .collect();
+        let results = self.views[at].program.run(&numbers).map_err(|rejected| {
+            RecordError::Value(format!("a value of `{}` is refused: {rejected}", ty.name))
+        })?;
+        let Value::Struct(_, values) = value else {
+            return Ok(value);
+        };
+        let slots = self.fill(&change.slots, values, &results)?;
+        Ok(Value::Struct(Arc::clone(&change.ty), slots))
+    }
+
+    fn fill(
+        &self,
+        slots: &[Slot],
+        values: Vec<Value>,
+        results: &[f64],
+    ) -> Result<Vec<Value>, RecordError> {
+        let mut values: Vec<Option<Value>> = values.into_iter().map(Some).collect();
+        let mut out = Vec::with_capacity(slots.len());
+        for slot in slots {
+            let mut take = |at: usize| values.get_mut(at).and_then(Option::take);
+            out.push(match slot {
+                Slot::Keep(at) => self.value(take(*at).unwrap_or(Value::Missing))?,
+                Slot::New(tree) => tree.value(results),
+                Slot::Inner(at, ty, slots) => match take(*at) {
+                    Some(Value::Struct(_, inner)) => {
+                        Value::Struct(Arc::clone(ty), self.fill(slots, inner, results)?)
+                    }
+                    _ => Value::Missing,
+                },
+            });
+        }
+        Ok(out)
+    }
+
+    /// How a structure changes. It is found once for each type.
+    fn change(
+        &self,
+        at: usize,
+        naming: Naming,
+        ty: &Arc<Struct>,
+    ) -> Result<Arc<Change>, RecordError> {
+        let key = (at, ty.name.clone());
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(change) = known.get(&key) {
+            return Ok(Arc::clone(change));
+        }
+        let view = &self.views[at];
+        let paths: Vec<Vec<String>> = view.from.iter().map(|path| named(path, naming)).collect();
+        let whole = Type::Struct(Arc::clone(ty));
+        let mut inputs = Vec::new();
+        for path in &paths {
+            let place = indices(&whole, path).ok_or_else(|| {
+                let path = path.join(".");
+                RecordError::Value(format!("`{}` has no number `{path}`", ty.name))
+            })?;
+            inputs.push(place);
+        }
+        let to = view.to.iter().enumerate();
+        let leaves = to.map(|(at, (path, number, unit))| {
+            let leaf = Tree::Number(at, *number, unit.clone());
+            (named(path, naming), leaf)
+        });
+        let fields = fields(leaves.collect());
+        let (ty, slots) = merged(ty, &[], &paths.into_iter().collect(), fields);
+        let change = Arc::new(Change {
+            inputs,
+            ty: Arc::new(ty),
+            slots,
+        });
+        known.insert(key, Arc::clone(&change));
+        Ok(change)
+    }
+}
+
+/// The plan from a prototype to the wanted one, without the names of its type.
+fn view(
+    library: &Library,
+    network: &Network<'_>,
+    own: &Prototype,
+    wanted: &Prototype,
+) -> Result<View, String> {
+    let plan = network
+        .plan(&own.name, &wanted.name)
+        .map_err(|e| e.to_string())?;
+    if let Some(function) = plan.program.functions().next() {
+        return Err(format!("the function `{function}` would have to convert"));
+    }
+    let places = |of: &Prototype| {
+        let numbers = library.numbers(of);
+        numbers.ok_or_else(|| format!("`{}` does not say which members hold its parts", of.name))
+    };
+    let (from, to) = (places(own)?, places(wanted)?);
+    let spread = plan.program.inputs().saturating_sub(from.len());
+    let covariance = |of: &Prototype| -> Vec<(String, Primitive)> {
+        let of = of.covariance.as_ref();
+        let number = of.and_then(|of| of.number).unwrap_or(Primitive::F64);
+        let members = of.map(|of| (0..spread).map(move |at| format!("{}.{at}", of.member)));
+        members
+            .into_iter()
+            .flatten()
+            .map(|member| (member, number))
+            .collect()
+    };
+    let own_spread = covariance(own).into_iter().map(|(member, _)| member);
+    let their_spread = covariance(wanted)
+        .into_iter()
+        .map(|(member, number)| (member, number, None));
+    let to = to.into_iter().map(|datum| {
+        let number = datum.number.unwrap_or(Primitive::F64);
+        (datum.member, number, datum.unit)
+    });
+    Ok(View {
+        name: own.name.clone(),
+        types: Vec::new(),
+        from: from
+            .into_iter()
+            .map(|datum| datum.member)
+            .chain(own_spread)
+            .collect(),
+        to: to.chain(their_spread).collect(),
+        program: plan.program,
+        sequence: own.sequence.clone(),
+    })
+}
+
+/// The numbers of the members and elements of a path. `None` if the type does not have it.
+fn indices(ty: &Type, path: &[String]) -> Option<Vec<usize>> {
+    let mut here = ty;
+    let mut out = Vec::with_capacity(path.len());
+    for word in path {
+        let (at, next) = match here {
+            Type::Struct(of) => {
+                let (at, member) = of.member(word)?;
+                (at, &member.ty)
+            }
+            Type::Array { element, length } => {
+                let at: u32 = word.parse().ok().filter(|at| at < length)?;
+                (usize::try_from(at).ok()?, element.as_ref())
+            }
+            _ => return None,
+        };
+        out.push(at);
+        here = next;
+    }
+    Some(out)
+}
+
+/// The value of a member of a structure with these values.
+fn inner<'v>(values: &'v mut [Value], path: &[usize]) -> Option<&'v mut Value> {
+    let (at, rest) = path.split_first()?;
+    match (values.get_mut(*at)?, rest) {
+        (value, []) => Some(value),
+        (Value::Struct(_, values), rest) => inner(values, rest),
+        _ => None,
+    }
+}
+
+/// The number at a place. NaN where there is none.
+fn number(value: &Value, path: &[usize]) -> f64 {
+    let found = match (value, path) {
+        (value, []) => return value.number().unwrap_or(f64::NAN),
+        (Value::Struct(_, values) | Value::Sequence(values), [at, ..]) => values.get(*at),
+        (Value::Numbers(numbers), [at]) => {
+            let found = numbers.get(*at).and_then(|value| value.number());
+            return found.unwrap_or(f64::NAN);
+        }
+        _ => None,
+    };
+    found.map_or(f64::NAN, |value| number(value, &path[1..]))
+}
+
+/// Paths of numbers as nested members, in their order.
+fn fields(leaves: Vec<(Vec<String>, Tree)>) -> Vec<(String, Tree)> {
+    let mut out: Vec<(String, Vec<(Vec<String>, Tree)>)> = Vec::new();
+    for (path, leaf) in leaves {
+        let Some((first, rest)) = path.split_first() else {
+            continue;
+        };
+        let inner = (rest.to_vec(), leaf);
+        match out.iter_mut().find(|(name, _)| name == first) {
+            Some((_, all)) => all.push(inner),
+            None => out.push((first.clone(), vec![inner])),
+        }
+    }
+    let tree = |mut inner: Vec<(Vec<String>, Tree)>| match inner.as_slice() {
+        [(rest, _)] if rest.is_empty() => inner.remove(0).1,
+        _ => Tree::Fields(fields(inner)),
+    };
+    out.into_iter()
+        .map(|(name, inner)| (name, tree(inner)))
+        .collect()
+}
+
+/// The members of a converted structure: those without numbers of the first prototype, and those of
+/// the wanted one.
+fn merged(
+    ty: &Struct,
+    prefix: &[String],
+    sources: &BTreeSet<Vec<String>>,
+    mut fields: Vec<(String, Tree)>,
+) -> (Struct, Vec<Slot>) {
+    let (mut members, mut slots) = (Vec::new(), Vec::new());
+    for (at, member) in ty.members.iter().enumerate() {
+        let path = [prefix, std::slice::from_ref(&member.name)].concat();
+        let holds = sources.iter().any(|source| source.starts_with(&path));
+        let new = fields.iter().position(|(name, _)| *name == member.name);
+        let new = new.map(|at| fields.remove(at).1);
+        match (&member.ty, new) {
+            (Type::Struct(inner), new) if holds && !matches!(new, Some(Tree::Number(..))) => {
+                let inner_fields = match new {
+                    Some(Tree::Fields(fields)) => fields,
+                    _ => Vec::new(),
+                };
+                let (inner, inner_slots) = merged(inner, &path, sources, inner_fields);
+                if !inner_slots.is_empty() {
+                    let inner = Arc::new(inner);
+                    slots.push(Slot::Inner(at, Arc::clone(&inner), inner_slots));
+                    members.push(new_member(&member.name, Type::Struct(inner), None));
+                }
+            }
+            (_, Some(tree)) => {
+                members.push(tree.member(&member.name));
+                slots.push(Slot::New(tree));
+            }
+            (_, None) if !holds => {
+                slots.push(Slot::Keep(at));
+                members.push(member.clone());
+            }
+            _ => {}
+        }
+    }
+    for (name, tree) in fields {
+        members.push(tree.member(&name));
+        slots.push(Slot::New(tree));
+    }
+    (Struct::new(ty.name.clone(), members), slots)
+}
+
+fn new_member(name: &str, ty: Type, unit: Option<String>) -> Member {
+    Member {
+        name: name.to_owned(),
+        ty,
+        optional: false,
+        unit,
+        range: None,
+        default: None,
+    }
+}
+
+impl Tree {
+    /// Whether these are the elements of an array.
+    fn is_array(fields: &[(String, Self)]) -> bool {
+        let mut places = (0_usize..).zip(fields);
+        places.all(|(at, (name, _))| name.parse() == Ok(at))
+    }
+
+    fn ty(&self) -> Type {
+        match self {
+            Self::Number(_, number, _) => Type::Primitive(*number),
+            Self::Fields(fields) if Self::is_array(fields) => Type::Array {
+                element: Arc::new(
+                    fields
+                        .first()
+                        .map_or(Type::Primitive(Primitive::F64), |(_, first)| first.ty()),
+                ),
+                length: u32::try_from(fields.len()).unwrap_or(u32::MAX),
+            },
+            Self::Fields(fields) => {
+                let members = fields.iter().map(|(name, tree)| tree.member(name));
+                Type::Struct(Arc::new(Struct::new(String::new(), members.collect())))
+            }
+        }
+    }
+
+    fn member(&self, name: &str) -> Member {
+        let unit = match self {
+            Self::Number(_, _, unit) => unit.clone(),
+            Self::Fields(_) => None,
+        };
+        new_member(name, self.ty(), unit)
+    }
+
+    fn value(&self, results: &[f64]) -> Value {
+        match self {
+            Self::Number(at, number, _) => {
+                let value = results.get(*at).copied().unwrap_or(f64::NAN);
+                of_number(value, *number)
+            }
+            Self::Fields(fields) => {
+                let values: Vec<Value> =
+                    fields.iter().map(|(_, tree)| tree.value(results)).collect();
+                match self.ty() {
+                    Type::Struct(ty) => Value::Struct(ty, values),
+                    Type::Array { element, .. } => elements(&element, values),
+                    _ => Value::Sequence(values),
+                }
+            }
+        }
+    }
+}
+
+/// The elements of an array.
+fn elements(element: &Type, values: Vec<Value>) -> Value {
+    let Type::Primitive(number) = element else {
+        return Value::Sequence(values);
+    };
+    let mut numbers = Numbers::empty(*number);
+    if values.iter().all(|value| numbers.push(value)) {
+        return Value::Numbers(numbers);
+    }
+    Value::Sequence(values)
+}
+
+/// A result, which the formula has rounded to the type.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the formula refuses numbers that do not fit"
+)]
+fn of_number(value: f64, number: Primitive) -> Value {
+    match number {
+        Primitive::F32 => Value::F32(value as f32),
+        Primitive::F64 => Value::F64(value),
+        Primitive::U64 => Value::Uint(value as u64),
+        _ => Value::Int(value as i64),
+    }
+}
+
+#[cfg(test)]
+mod tests;

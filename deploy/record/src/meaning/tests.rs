@@ -1,0 +1,124 @@
+//! Messages of a topic and of a recording, as other prototypes.
+
+use super::*;
+use crate::definition;
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+use rc_values::from_json;
+use serde_json::{Value as Json, json};
+
+const IDSL: &str = r"module RoboCompCloud
+{
+    struct Point { float X; float Y; float Z; int light; };
+    struct Metres { double x; double y; double z; };
+    struct Turn { double q[4]; };
+    sequence<Point> Points;
+    struct Scan { string frame; Points points; };
+};";
+
+const PROTOTYPES: &str = r#"import "Cloud.idsl";
+axes lidar :: right, ahead, up
+axes ros :: ahead, left, up
+algebraic named :: Scalar{x, y, z}
+algebraic four :: Vector{4}
+units millimetres :: qudt, named { x = mm, y = mm, z = mm }
+dproto scan :: geometry { semantic = Position coord = cartesian algebraic = named
+    ddr = :: IDSL{RoboCompCloud::Point} dr = { X = x, Y = y, Z = z } units = millimetres axes = lidar }
+dproto point :: geometry { semantic = Position coord = cartesian algebraic = named
+    ddr = :: IDSL{RoboCompCloud::Metres} dr = { x = x, y = y, z = z } axes = ros }
+dproto ros_point :: geometry { semantic = Position coord = cartesian algebraic = named
+    ddr = :: ROS{geometry_msgs/Point} dr = { position.x = x, position.y = y, position.z = z } axes = ros }
+dproto turn :: geometry { semantic = Orientation coord = quaternion algebraic = four
+    ddr = :: IDSL{RoboCompCloud::Turn} dr = { q.0 = 0, q.1 = 1, q.2 = 2, q.3 = 3 } }
+dproto turned :: geometry { semantic = Orientation coord = quaternion_wxyz algebraic = four
+    ddr = :: c99{double[4]} dr = { wxyz.0 = 0, wxyz.1 = 1, wxyz.2 = 2, wxyz.3 = 3 } }
+"#;
+
+fn library(text: &str) -> Library {
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.dproto", text);
+    let loader = MemoryLoader::new([("Cloud.idsl", IDSL)]);
+    let (library, found) = rc_prototypes::load(&mut sources, &loader, &[source]);
+    assert!(
+        !found.has_errors(),
+        "{}",
+        render(&sources, &found, Format::Short)
+    );
+    library
+}
+
+/// A value of a definition of ROS 2, converted.
+fn shown(definition: (&str, &str), name: &str, value: &Json) -> Result<Json, String> {
+    let ty = definition::parse(definition.0, definition.1).expect("a type");
+    let converter = Converter::new(&library(PROTOTYPES), name, None)?;
+    assert!(converter.converts(&ty));
+    let value = from_json(&ty, value).expect("a value");
+    let value = converter.value(value).map_err(|e| e.to_string())?;
+    Ok(serde_json::to_value(value).expect("JSON"))
+}
+
+/// The message of a recording, whose members have the names of ROS 2.
+const SCAN: (&str, &str) = (
+    "robocomp_cloud_msgs/msg/Scan",
+    "string frame\nPoint[] points\n================\nMSG: robocomp_cloud_msgs/Point\nfloat32 x\nfloat32 y\nfloat32 z\nint32 light\n",
+);
+
+#[test]
+fn elements_of_a_recording_become_another_prototype_and_keep_their_other_members() {
+    let scan = json!({"frame": "laser", "points": [
+        {"x": 1000.0, "y": 2000.0, "z": 500.0, "light": 7},
+        {"x": 0.0, "y": -1.0, "z": 0.0, "light": 8},
+    ]});
+    let found = shown(SCAN, "point", &scan).expect("converted");
+    let wanted = json!({"frame": "laser", "points": [
+        {"x": 2.0, "y": -1.0, "z": 0.5, "light": 7},
+        {"x": -0.001, "y": 0.0, "z": 0.0, "light": 8},
+    ]});
+    // -0 is 0.
+    assert_eq!(
+        found.to_string().replace("-0.0,", "0.0,"),
+        wanted.to_string()
+    );
+}
+
+#[test]
+fn members_of_another_type_take_the_place_of_those_that_are_converted() {
+    let scan =
+        json!({"frame": "laser", "points": [{"x": 1000.0, "y": 2000.0, "z": 500.0, "light": 7}]});
+    let found = shown(SCAN, "ros_point", &scan).expect("converted");
+    let point = json!({"light": 7, "position": {"x": 2.0, "y": -1.0, "z": 0.5}});
+    assert_eq!(found["points"], json!([point]));
+}
+
+#[test]
+fn values_without_meaning_are_refused() {
+    let turn = ("robocomp_cloud_msgs/msg/Turn", "float64[4] q\n");
+    let of = |w: f64| shown(turn, "turned", &json!({"q": [0.0, 0.0, 0.0, w]}));
+    assert_eq!(of(1.0), Ok(json!({"wxyz": [1.0, 0.0, 0.0, 0.0]})));
+    for wrong in [0.0, 1.2] {
+        let refused = of(wrong).expect_err("no rotation");
+        assert!(refused.contains("is refused"), "{refused}");
+    }
+}
+
+#[test]
+fn names_and_ambiguities_are_told() {
+    let converter = |text: &str, name, of| Converter::new(&library(text), name, of).map(|_| ());
+    let two = PROTOTYPES.to_owned()
+        + "dproto other :: geometry { semantic = Position coord = cartesian algebraic = named
+           ddr = :: IDSL{RoboCompCloud::Point} dr = { X = x, Y = y, Z = z } axes = lidar }";
+    let error = |text: &str, name, of| converter(text, name, of).expect_err("an error");
+    assert_eq!(
+        error(&two, "point", None),
+        "`scan` and `other` are about one type; choose one with --of"
+    );
+    assert_eq!(converter(&two, "point", Some("other")), Ok(()));
+    assert_eq!(
+        error(PROTOTYPES, "poimt", None),
+        "the files have no prototype `poimt`; did you mean `point`?"
+    );
+    assert_eq!(
+        error(PROTOTYPES, "point", Some("turn")),
+        "`turn` does not convert into `point`: the meanings differ: Orientation and Position"
+    );
+}
