@@ -14,6 +14,7 @@ mod library;
 mod machine;
 pub mod names;
 mod parameters;
+pub(crate) mod places;
 pub(crate) mod print;
 pub(crate) mod reply_order;
 mod source;

@@ -12,7 +12,7 @@ use crate::rust::machine::TRAIT;
 use crate::rust::print::Printer;
 use crate::rust::worker;
 use crate::templates::TemplateError;
-use crate::{dependencies, rust, view};
+use crate::{dependencies, python, rust, view};
 use fits::Types;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
@@ -185,14 +185,20 @@ pub enum Purpose {
 }
 
 /// The pieces of the worker in `src`, each with the location of its name, in the order of the text.
-/// Files that are not Rust have none.
+/// In Rust, these are its `impl`s and functions; in Python, its functions, which are also those of
+/// their slot. Files in other languages have none.
 ///
 /// # Errors
 /// The system does not give a file.
 pub fn handlers(project: &Project, sources: &mut SourceMap) -> io::Result<Vec<(Purpose, Span)>> {
     let src = project.code().join("src");
-    if project.language() != Some(Language::Rust) || !src.is_dir() {
+    if !src.is_dir() {
         return Ok(Vec::new());
+    }
+    match project.language() {
+        Some(Language::Rust) => {}
+        Some(Language::Python) => return python::places::of(project, &src, sources),
+        _ => return Ok(Vec::new()),
     }
     let (view, _) = view::component::of(project, Middleware::DEFAULT);
     let component = rust::component::of(&view);

@@ -4,6 +4,7 @@ use super::Server;
 use super::names::Kind;
 use rc_codegen::{FileLoader, Project, stubs};
 use rc_diagnostics::SourceMap;
+use rc_vocabulary::Language;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::io;
@@ -171,7 +172,9 @@ impl Server {
         let Ok((Some(project), found)) = Project::load(cdsl, &mut sources, &loader) else {
             return 0;
         };
-        if found.has_errors() || !project.code().join("src").is_dir() {
+        // Those of Python need its interpreter.
+        let is_rust = project.language() == Some(Language::Rust);
+        if found.has_errors() || !is_rust || !project.code().join("src").is_dir() {
             return 0;
         }
         let folder = project.code().to_path_buf();

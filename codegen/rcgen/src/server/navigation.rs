@@ -482,7 +482,10 @@ fn changed_at(path: &Path) -> Option<SystemTime> {
 
 /// The component whose worker a file of Rust belongs to: the `.cdsl` beside its folder `src`.
 pub(super) fn component_of(path: &Path) -> Option<PathBuf> {
-    if path.extension()? != "rs" {
+    if !["rs", "py"]
+        .iter()
+        .any(|ending| path.extension().is_some_and(|e| e == *ending))
+    {
         return None;
     }
     let mut folders = path.ancestors().skip(1);

@@ -2,6 +2,7 @@
 
 mod answers;
 mod completion;
+mod edits;
 mod hover;
 mod navigation;
 mod networks;

@@ -3,6 +3,7 @@
 mod chaos;
 mod deny;
 mod deploy;
+mod editor;
 mod experiment;
 mod manifests;
 mod python;

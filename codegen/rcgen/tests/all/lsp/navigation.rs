@@ -73,3 +73,24 @@ fn references_are_found_in_all_languages() {
     session.editor.end();
     expect_file!["navigation/references.txt"].assert_eq(&session.log);
 }
+
+#[test]
+fn a_worker_in_python_has_its_functions_in_both_directions() {
+    let mut session = Session::new();
+    let folder = session.editor.folder.join("claw");
+    std::fs::create_dir_all(folder.join("src")).expect("a folder");
+    let cdsl = "import \"Grip.idsl\";\n\nComponent claw\n{\n    Communications\n    {\n        implements Grip;\n    };\n    language python;\n    statemachine \"../hand.smdsl\";\n};\n";
+    std::fs::write(folder.join("claw.cdsl"), cdsl).expect("a file");
+    let worker = "class SpecificWorker(Worker):\n    def grip_press(self, ctx: Context, force: Force) -> list[Force]:\n        return []\n\n    def grip_open(self, ctx: Context) -> None:\n        pass\n\n    def during_busy(self, ctx: Context) -> None:\n        pass\n";
+    let file = "claw/src/specific_worker.py";
+    std::fs::write(session.editor.folder.join(file), worker).expect("a file");
+    session.editor.open("claw/claw.cdsl", cdsl);
+    session.editor.open(file, worker);
+    session.asks("implementation", "claw/claw.cdsl", "implements Gr");
+    session.asks("implementation", "interfaces/Grip.idsl", "Forces pre");
+    session.asks("implementation", "hand.smdsl", "states bu");
+    session.asks("definition", file, "def grip_op");
+    session.asks("definition", file, "def during_b");
+    session.editor.end();
+    expect_file!["navigation/python.txt"].assert_eq(&session.log);
+}

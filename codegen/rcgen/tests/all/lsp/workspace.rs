@@ -138,7 +138,7 @@ impl Session {
 }
 
 /// The files of the workspace.
-fn files() -> Vec<String> {
+pub(super) fn files() -> Vec<String> {
     let at = |(file, _): &(&str, &str)| match Path::new(file).extension() {
         Some(ending) if ending == "idsl" => format!("interfaces/{file}"),
         _ => (*file).to_owned(),
