@@ -306,6 +306,94 @@ fn the_window_of_a_component_is_live() {
     assert!(component.end().success());
 }
 
+/// The window of a running network shows what its simulator draws now, from where the user looks,
+/// and why there is no picture. A program beside `rcview` plays `rcdeploy`.
+#[test]
+fn the_window_of_a_network_is_live() {
+    let Some(screen) = screen("the_window_of_a_network_is_live") else {
+        return;
+    };
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
+    let [viewer, rcdeploy, asked] =
+        ["rcview", "rcdeploy", "asked"].map(|name| folder.path().join(name));
+    std::fs::hard_link(env!("CARGO_BIN_EXE_rcview"), &viewer).expect("the program");
+    let this = std::env::current_exe().expect("this program");
+    let script = format!(
+        "#!/bin/sh\nprintf '%s %s\\n' \"$3\" \"$4\" >> '{asked}'\n\
+         {ANSWER}='{answer}' '{this}' --exact windows::simulator --ignored > /dev/null || exit 3\n\
+         cat '{answer}'\n",
+        asked = asked.display(),
+        answer = folder.path().join("answer").display(),
+        this = this.display(),
+    );
+    std::fs::write(&rcdeploy, script).expect("a script");
+    let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(&rcdeploy, executable).expect("a script");
+    let mut process = Process::start(
+        Command::new(&viewer)
+            .args(["--live", "house", "--size", "80x60"])
+            .env("DISPLAY", &screen.name),
+    );
+    let user = User::new(&screen);
+    let window = until("the window", || user.window("house – rcview"));
+    let pixels = || user.pixels(window);
+    // The colour of a pixel is the number of the picture: others come without any input.
+    let number = |image: &[u8]| image[4 * (30 * 80 + 40) + 2];
+    let third = until("a third picture", || {
+        pixels().filter(|image| number(image) >= 3)
+    });
+    let views = || std::fs::read_to_string(&asked).expect("what was asked");
+    assert!(views().contains("Simulation.print {}"), "{}", views());
+    assert!(!views().contains("\"eye\""), "{}", views());
+    user.event(window, BUTTON_PRESS_EVENT, 4, 40, 30);
+    until("a picture from nearer", || {
+        views().contains("\"eye\"").then_some(())
+    });
+    assert!(views().contains("\"height\":60") && views().contains("\"width\":80"));
+    // The last picture stays, below the reason. The network may come back.
+    std::fs::remove_file(&rcdeploy).expect("to remove it");
+    let bright = |image: &[u8]| {
+        image[..4 * 80 * 14]
+            .iter()
+            .filter(|byte| **byte > 200)
+            .count()
+    };
+    until("the reason", || {
+        pixels().filter(|image| bright(image) > bright(&third) + 20)
+    });
+    user.press(window, 'q');
+    assert!(process.end().success());
+}
+
+/// Names the file into which [`simulator`] writes.
+const ANSWER: &str = "RC_VIEWER_ANSWER";
+
+/// The simulator of the test above: an answer that a tree and a picture are in.
+#[test]
+#[ignore = "a process of another test"]
+fn simulator() {
+    let path = std::env::var(ANSWER).expect("a file");
+    let before = std::fs::read_to_string(&path).unwrap_or_default();
+    let before: serde_json::Value = serde_json::from_str(&before).unwrap_or_default();
+    let number = before["number"].as_u64().unwrap_or(0) + 1;
+    let asked = Path::new(&path).with_file_name("asked");
+    let asked = std::fs::read_to_string(asked).expect("what was asked");
+    let answer = if asked.trim_end().ends_with("Simulation.print {}") {
+        serde_json::json!(TREE)
+    } else {
+        let image = Image {
+            width: 80,
+            height: 60,
+            colours: vec![[number as u8, 0, 0]; 80 * 60],
+            depths: Vec::new(),
+            nodes: Vec::new(),
+        };
+        serde_json::json!(image.png().expect("a picture"))
+    };
+    let answer = serde_json::json!({ "number": number, "result": { "return": answer } });
+    std::fs::write(&path, answer.to_string()).expect("to write");
+}
+
 /// The same keys and drags as in an editor without a window make the same file.
 #[test]
 fn a_file_is_edited_in_a_window() {
