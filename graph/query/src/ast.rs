@@ -110,6 +110,7 @@ pub(crate) enum Aggregate {
 pub(crate) enum Function {
     Id,
     Type,
+    Domain,
     Size,
     Absolute,
     Coalesce,
@@ -138,6 +139,26 @@ pub(crate) enum Expr {
 }
 
 impl Expr {
+    /// The variables in it.
+    pub(crate) fn variables(&self, all: &mut Vec<usize>) {
+        match self {
+            Self::Variable(slot) => all.push(*slot),
+            Self::Literal(_) | Self::Parameter(_) | Self::Aggregate(_, _, None) => {}
+            Self::Property(a, _)
+            | Self::Not(a)
+            | Self::Negate(a)
+            | Self::IsNull(a, _)
+            | Self::Aggregate(_, _, Some(a)) => a.variables(all),
+            Self::Index(a, b) | Self::Binary(_, a, b) => {
+                a.variables(all);
+                b.variables(all);
+            }
+            Self::List(items) | Self::Call(_, items) => {
+                items.iter().for_each(|item| item.variables(all));
+            }
+        }
+    }
+
     pub(crate) fn has_aggregate(&self) -> bool {
         match self {
             Self::Aggregate(..) => true,

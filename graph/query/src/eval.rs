@@ -98,6 +98,15 @@ impl Scope<'_> {
         }
     }
 
+    /// The domain that declares a type. What none declares belongs to that of the schema.
+    fn domain(&self, kind: &str) -> Cell {
+        let schema = self.graph.schema();
+        match schema.domain(kind) {
+            "" => Cell::Null,
+            domain => domain.into(),
+        }
+    }
+
     pub(crate) fn attribute(&self, element: property_graph::Element, name: &str) -> Cell {
         self.graph.get(element, name).map_or(Cell::Null, Cell::from)
     }
@@ -204,6 +213,14 @@ impl Scope<'_> {
                 let edge = self.graph.edge(*edge).map_err(removed)?;
                 Ok(Cell::Text(edge.type_name().into()))
             }
+            (Function::Domain, Cell::Node(node)) => {
+                let node = self.graph.node(*node).map_err(removed)?;
+                Ok(self.domain(node.type_name()))
+            }
+            (Function::Domain, Cell::Edge(edge)) => {
+                let edge = self.graph.edge(*edge).map_err(removed)?;
+                Ok(self.domain(edge.type_name()))
+            }
             (Function::StartNode, Cell::Edge(edge)) => {
                 let from = self.graph.edge(*edge).map_err(removed)?.from();
                 Ok(crate::matching::cell(self.graph, from))
@@ -222,7 +239,9 @@ impl Scope<'_> {
             (Function::ToText, Cell::Bool(_) | Cell::Int(_) | Cell::Float(_)) => {
                 Ok(Cell::Text(value.shown(self.graph).into()))
             }
-            (Function::Id | Function::Type, other) => Err(wrong("a node or an edge", other)),
+            (Function::Id | Function::Type | Function::Domain, other) => {
+                Err(wrong("a node or an edge", other))
+            }
             (Function::StartNode | Function::EndNode, other) => Err(wrong("an edge", other)),
             (Function::Size, other) => Err(wrong("a list or a text", other)),
             (_, other) => Err(wrong("a number", other)),

@@ -37,6 +37,7 @@ mod lexer;
 mod matching;
 mod named;
 mod parse;
+mod plan;
 mod run;
 mod traversal;
 

@@ -1,65 +1,24 @@
 //! Patterns: rows for all ways in which nodes and edges fit.
 
-use crate::ast::{Chain, Direction, EdgePattern, Match, NodePattern};
+use crate::ast::{Direction, EdgePattern, Expr, Match, NodePattern};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
+use crate::plan::{self, Plan, Step, relations};
 use crate::run::{Budget, Error};
-use property_graph::schema::Relation;
 use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot, Symbol};
-
-/// One step of finding a pattern.
-enum Step<'p> {
-    /// The first node of a chain.
-    Start(&'p NodePattern),
-    /// An edge from a node that is known, to the other node.
-    Walk {
-        edge: &'p EdgePattern,
-        from: usize,
-        to: &'p NodePattern,
-        /// Whether the pattern is walked against the order in which it is written.
-        turned: bool,
-    },
-}
 
 /// Walks through patterns.
 pub(crate) struct Matcher<'a, 'p> {
     scope: &'a Scope<'a>,
     steps: Vec<Step<'p>>,
+    /// The parts of the condition that are tested once a step is done.
+    tests: Vec<Vec<&'p Expr>>,
+    /// How many tests on the way have failed to be computed: then the whole condition decides.
+    doubts: usize,
     pattern: &'p Match,
     pub(crate) budget: &'a mut Budget,
     used: Vec<EdgeId>,
     rows: Vec<Vec<Cell>>,
-}
-
-/// How good a node is to start from: less is better.
-fn cost(graph: &Snapshot, node: &NodePattern, row: &[Cell]) -> usize {
-    if row
-        .get(node.variable)
-        .is_some_and(|cell| *cell != Cell::Null)
-    {
-        return 0;
-    }
-    if node.properties.iter().any(|(name, _)| name.text == "name") {
-        return 1;
-    }
-    match &node.label {
-        Some(label) => {
-            let is_edge = !relations(graph, &label.text).is_empty();
-            let edges = if is_edge { graph.edge_count() } else { 0 };
-            2 + graph.instances(&label.text).count() + edges
-        }
-        None => 2 + graph.node_count(),
-    }
-}
-
-/// The relations whose edges are nodes of a type to others.
-fn relations(graph: &Snapshot, label: &str) -> Vec<Symbol> {
-    let schema = graph.schema();
-    let is_a = |relation: &&Relation| schema.is_a(&relation.name, label);
-    let relations = schema.relations.iter().filter(is_a);
-    relations
-        .filter_map(|relation| graph.symbol(&relation.name))
-        .collect()
 }
 
 /// A node as a value: the edge, if it stands for one.
@@ -76,41 +35,6 @@ fn place(graph: &Snapshot, cell: &Cell) -> Option<NodeId> {
     }
 }
 
-fn plan<'p>(graph: &Snapshot, chains: &'p [Chain], row: &[Cell]) -> Vec<Step<'p>> {
-    let mut steps = Vec::new();
-    // An edge is found where others start or end, or by its type. A lone node without a type comes
-    // last, so that the order in which a pattern is written decides nothing.
-    let is_lone = |chain: &&Chain| {
-        chain.edges.is_empty() && chain.nodes.iter().all(|node| node.label.is_none())
-    };
-    let (lone, others): (Vec<_>, Vec<_>) = chains
-        .iter()
-        .partition(|chain| is_lone(chain) && graph.promoted().next().is_some());
-    for chain in others.into_iter().chain(lone) {
-        let nodes = chain.nodes.iter().enumerate();
-        let start = nodes.min_by_key(|(_, node)| cost(graph, node, row));
-        let Some((start, node)) = start else { continue };
-        steps.push(Step::Start(node));
-        for (at, edge) in chain.edges.iter().enumerate().skip(start) {
-            steps.push(Step::Walk {
-                edge,
-                from: chain.nodes[at].variable,
-                to: &chain.nodes[at + 1],
-                turned: false,
-            });
-        }
-        for (at, edge) in chain.edges.iter().enumerate().take(start).rev() {
-            steps.push(Step::Walk {
-                edge,
-                from: chain.nodes[at + 1].variable,
-                to: &chain.nodes[at],
-                turned: true,
-            });
-        }
-    }
-    steps
-}
-
 /// The rows of a pattern, each with the values of `row`.
 pub(crate) fn rows<'a>(
     scope: &'a Scope<'a>,
@@ -118,9 +42,12 @@ pub(crate) fn rows<'a>(
     row: &[Cell],
     budget: &'a mut Budget,
 ) -> Result<Vec<Vec<Cell>>, Error> {
+    let plan = Plan::new(scope.graph, pattern, row);
     let mut matcher = Matcher {
         scope,
-        steps: plan(scope.graph, &pattern.chains, row),
+        tests: plan.tests,
+        steps: plan.steps,
+        doubts: 0,
         pattern,
         budget,
         used: Vec::new(),
@@ -137,6 +64,7 @@ impl<'p> Matcher<'_, 'p> {
         match self.steps.get(at) {
             None => {
                 if let Some(condition) = &self.pattern.condition
+                    && self.doubts > 0
                     && truth(&self.scope.eval(condition, row)?)? != Some(true)
                 {
                     return Ok(());
@@ -223,10 +151,11 @@ impl<'p> Matcher<'_, 'p> {
 
     fn nodes(&self, node: &NodePattern, row: &[Cell]) -> Result<Vec<Cell>, Error> {
         let graph = self.scope.graph;
-        let name = node.properties.iter().find(|(name, _)| name.text == "name");
-        if let Some((_, value)) = name
-            && let Cell::Text(name) = self.scope.eval(value, row)?
-        {
+        let name = match plan::named(node, self.pattern.condition.as_ref()) {
+            Some(value) => self.scope.eval(value, row)?,
+            None => Cell::Null,
+        };
+        if let Cell::Text(name) = name {
             return Ok(graph.named(&name).map(Cell::Node).collect());
         }
         if let Some(label) = &node.label {
@@ -271,9 +200,28 @@ impl<'p> Matcher<'_, 'p> {
                 return Ok(());
             }
         }
-        let result = self.step(at + 1, row);
+        let doubts = self.doubts;
+        let result = if self.passes(at, row) {
+            self.step(at + 1, row)
+        } else {
+            Ok(())
+        };
+        self.doubts = doubts;
         row[pattern.variable] = before;
         result
+    }
+
+    /// Whether the parts of the condition may hold whose variables are known now.
+    fn passes(&mut self, at: usize, row: &[Cell]) -> bool {
+        for test in self.tests.get(at).into_iter().flatten() {
+            match self.scope.eval(test, row).and_then(|value| truth(&value)) {
+                Ok(Some(true)) => {}
+                Ok(_) => return false,
+                // Another part may still say no: then this one is of no interest.
+                Err(_) => self.doubts += 1,
+            }
+        }
+        true
     }
 
     fn arrive(

@@ -272,6 +272,8 @@ impl Parser<'_> {
         let functions = [
             ("id", Function::Id, 1),
             ("type", Function::Type, 1),
+            ("mid", Function::Type, 1),
+            ("mmid", Function::Domain, 1),
             ("size", Function::Size, 1),
             ("abs", Function::Absolute, 1),
             ("coalesce", Function::Coalesce, 0),

@@ -479,3 +479,56 @@ fn poses_and_chains_are_those_of_the_graph() {
     assert_eq!(ask(pairs, Budget::new(200, 100)), Err(Error::Walks));
     assert!(ask(pairs, Budget::new(1000, 100)).is_ok());
 }
+
+/// A part of the condition is tested as soon as its variables are known, and a name is looked up.
+#[test]
+fn conditions_bound_the_search() {
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let mut nodes = Vec::new();
+        for at in 0..300_i64 {
+            let node = edit.add_node("thing")?;
+            edit.set(node, "name", format!("n{at}"))?;
+            edit.set(node, "x", at)?;
+            nodes.push(node);
+        }
+        for at in 0..300 {
+            for step in 1..=10 {
+                edit.add_edge("to", nodes[at], nodes[(at + step) % 300])?;
+            }
+        }
+        Ok::<(), property_graph::Error>(())
+    });
+    made.expect("a graph");
+    let now = graph.snapshot();
+    let run = |text: &str, steps: u64| {
+        let mut sources = SourceMap::new();
+        let source = sources.add("query", text);
+        let (query, found) = Query::prepare(&sources, source, now.schema());
+        assert_eq!(render(&sources, &found, Format::Short), "", "{text}");
+        let parameters: HashMap<String, Cell> = [("name".to_owned(), "n7".into())].into();
+        let query = query.expect("a query");
+        query.run(&now, &parameters, Budget::new(steps, 1000))
+    };
+    let pattern = "MATCH (a:thing)-[:to]->(b)-[:to]->(c)";
+    for (condition, steps, rows) in [
+        ("a.name = 'n7'", 700, 100),
+        ("'n7' = a.name", 700, 100),
+        ("a.name = $name AND b.x = 8", 200, 10),
+        ("c.name = $name AND a.x = 5", 700, 1),
+        ("c.name = 'n7' AND b.x = 5 AND a.x = 3", 200, 1),
+        ("a.x = 7 AND b.x < 0", 2000, 0),
+    ] {
+        let text = format!("{pattern} WHERE {condition} RETURN a.x");
+        let found = run(&text, steps).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert_eq!(found.cells.len(), rows, "{text}");
+    }
+    // Either part alone decides nothing.
+    let text = format!("{pattern} WHERE a.name = 'n7' OR b.x = 8 RETURN a.x");
+    assert_eq!(run(&text, 2000), Err(Error::Steps(2000)));
+    // A part that cannot be computed is an error only of a row that the others accept.
+    let wrong = format!("{pattern} WHERE a.name = 'n7' AND abs(a.name) > 1 RETURN a.x");
+    assert!(matches!(run(&wrong, 10_000), Err(Error::Type(_))));
+    let unseen = format!("{pattern} WHERE abs(a.name) > 1 AND b.x = -1 RETURN a.x");
+    assert_eq!(run(&unseen, 100_000).map(|rows| rows.cells.len()), Ok(0));
+}
