@@ -74,7 +74,7 @@ impl Edit {
         }
     }
 
-    fn name(&mut self, name: impl Named) -> Symbol {
+    pub(crate) fn name(&mut self, name: impl Named) -> Symbol {
         if let Some(symbol) = self.next.symbol(name) {
             return symbol;
         }

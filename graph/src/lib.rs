@@ -26,6 +26,7 @@
 
 mod chain;
 mod check;
+mod compose;
 mod difference;
 mod edit;
 mod element;

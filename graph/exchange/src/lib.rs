@@ -13,6 +13,7 @@ pub mod innermodel;
 mod json;
 mod part;
 mod places;
+mod reflection;
 
 pub use check::check;
 pub use document::{Attribute, Document, Edge, Node, lenient};

@@ -47,6 +47,8 @@ pub struct Entity {
     pub doc: Vec<String>,
     /// Attributes.
     pub members: Vec<Member>,
+    /// The types behind `composed_by`.
+    pub parts: Vec<Name>,
 }
 
 /// A type of edges.

@@ -87,12 +87,14 @@ fn entity(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Entity {
         parent: None,
         doc: r.doc(&pair),
         members: Vec::new(),
+        parts: Vec::new(),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => entity.name = r.name(&part),
             Rule::parent => entity.parent = r.texts(part).into_iter().last(),
             Rule::member => entity.members.extend(member(r, part)),
+            Rule::composed_by => entity.parts.extend(names(r, part)),
             Rule::skipped => r.report_skipped(&part, Rule::member),
             _ => {}
         }
@@ -113,7 +115,7 @@ fn relation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Relation {
             Rule::name => relation.name = r.name(&part),
             Rule::member => relation.members.extend(member(r, part)),
             Rule::tree => relation.trees.push(tree(r, part)),
-            Rule::promotes => relation.promotes.extend(promotes(r, part)),
+            Rule::promotes => relation.promotes.extend(names(r, part)),
             Rule::skipped => r.report_skipped(&part, Rule::member),
             _ => {}
         }
@@ -140,16 +142,17 @@ fn tree(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Tree {
     tree
 }
 
-fn promotes(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
-    let mut name = None;
+/// The names of a clause that ends with a semicolon.
+fn names(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
+    let mut names = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::name => name = Some(r.name(&part)),
+            Rule::name => names.push(r.name(&part)),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    name
+    names
 }
 
 fn member(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
@@ -272,6 +275,7 @@ rc_syntax::language!("`Domain NAME { … };`", words: [], {
     flag => "`unit`, `key`, `optional`, `history` or a range",
     tree => "`tree`",
     promotes => "`promotes`",
+    composed_by => "`composed_by`",
     kw_of => "`of`",
     path => "`PORT.ATTRIBUTE`",
     comparison => "a comparison",

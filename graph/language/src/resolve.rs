@@ -3,7 +3,9 @@
 use crate::ast::{self, Item, Type};
 use crate::imports::Imports;
 use crate::members::{self, TYPES};
-use graph_schema::{Comparison, Entity, Kind, Placed, PoseOf, Query, Relation, Rule, Schema, Tree};
+use graph_schema::{
+    COMPOSED_BY, Comparison, Entity, Kind, Placed, PoseOf, Query, Relation, Rule, Schema, Tree,
+};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::HashMap;
@@ -41,6 +43,7 @@ pub fn load(
         resolver.relations(domain);
     }
     for domain in &domains {
+        resolver.parts(domain);
         resolver.rest(domain);
     }
     (Some(resolver.schema), resolver.found)
@@ -111,6 +114,7 @@ impl Resolver {
                 domain: domain.name.text.clone(),
                 parent: None,
                 attributes,
+                parts: Vec::new(),
                 doc: entity.doc.clone(),
             });
         }
@@ -267,6 +271,72 @@ impl Resolver {
             }
             self.schema.relations.push(made);
         }
+    }
+
+    /// What the entities are composed by. The relation `composed_by` leads to the parts.
+    fn parts(&mut self, domain: &ast::Domain) {
+        for item in &domain.items {
+            let Item::Entity(entity) = item else { continue };
+            for part in &entity.parts {
+                self.part(&entity.name, part);
+            }
+        }
+    }
+
+    fn part(&mut self, whole: &Name, part: &Name) {
+        if self.schema.entity(&part.text).is_none() {
+            self.unknown_entity(part);
+            return;
+        }
+        let Some(relation) = self.schema.relation(COMPOSED_BY) else {
+            let message = format!("there is no relation `{COMPOSED_BY}` from a whole to a part");
+            let diagnostic = Diagnostic::error("unknown-relation", part.span, message);
+            let help = "import \"geometry.gdsl\", or declare it with a port for each of them";
+            self.found.push(diagnostic.help(help));
+            return;
+        };
+        let ends = [whole, part];
+        let wrong = relation.ports.iter().zip(ends);
+        let mut wrong = wrong.filter(|(port, end)| !self.schema.is_a(&end.text, &port.entity));
+        if let Some((port, end)) = wrong.next() {
+            let message = format!(
+                "port `{}` of `{COMPOSED_BY}` is for {}, found {}",
+                port.name, port.entity, end.text
+            );
+            self.error("wrong-port", part.span, message);
+            return;
+        }
+        if self.has_part(&part.text, &whole.text) {
+            let message = format!("`{}` is composed by itself", whole.text);
+            self.error("circular-entities", part.span, message);
+            return;
+        }
+        let own = self.schema.entities.iter_mut();
+        for own in own.filter(|own| own.name == whole.text) {
+            if own.parts.contains(&part.text) {
+                let message = format!("`{}` is there twice", part.text);
+                let diagnostic = Diagnostic::error("duplicate-member", part.span, message);
+                self.found.push(diagnostic);
+            } else {
+                own.parts.push(part.text.clone());
+            }
+        }
+    }
+
+    /// Whether `part` is `whole`, or is a part of it over others.
+    fn has_part(&self, whole: &str, part: &str) -> bool {
+        let mut seen = std::collections::HashSet::new();
+        let mut left = vec![whole];
+        while let Some(name) = left.pop() {
+            if name == part {
+                return true;
+            }
+            if seen.insert(name) {
+                let parts = self.schema.entity(name).map(|entity| &entity.parts);
+                left.extend(parts.into_iter().flatten().map(String::as_str));
+            }
+        }
+        false
     }
 
     /// What the edges are to others, with the attributes of this entity before their own ones.

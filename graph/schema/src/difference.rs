@@ -63,9 +63,13 @@ impl Schema {
             let name = &entity.name;
             let parent = entity.parent.as_ref();
             let parent = parent.map_or(String::new(), |parent| format!(" : {parent}"));
+            let parts = match entity.parts.as_slice() {
+                [] => String::new(),
+                parts => format!(" composed_by {}", parts.join(", ")),
+            };
             add(
                 name.clone(),
-                format!("entity {name}{parent} of {}", entity.domain),
+                format!("entity {name}{parent}{parts} of {}", entity.domain),
             );
             for attribute in &entity.attributes {
                 add(format!("{name}.{}", attribute.name), attribute.text());

@@ -11,6 +11,9 @@ use std::time::Duration;
 /// How many ancestors an entity may have. Each question about inheritance walks over them.
 pub const DEEPEST: usize = 64;
 
+/// The relation from a composite to its parts.
+pub const COMPOSED_BY: &str = "composed_by";
+
 /// The types of a graph.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schema {
@@ -39,6 +42,8 @@ pub struct Entity {
     pub parent: Option<String>,
     /// Attributes, inherited ones first.
     pub attributes: Vec<Attribute>,
+    /// The types that a node of this one is composed by, each over the same edges.
+    pub parts: Vec<String>,
     /// Lines of documentation.
     pub doc: Vec<String>,
 }
@@ -266,6 +271,13 @@ impl Schema {
         };
         // An inheritance that goes round, which the language refuses, ends here, too.
         std::iter::successors(Some(name), parent).take(DEEPEST + 2)
+    }
+
+    /// The domain that declares a type. What none declares belongs to that of the schema itself.
+    pub fn domain(&self, name: &str) -> &str {
+        let entity = self.entity(name).map(|entity| entity.domain.as_str());
+        let domain = entity.or_else(|| Some(self.relation(name)?.domain.as_str()));
+        domain.unwrap_or(&self.name)
     }
 
     /// Whether a type is `wanted`, or inherits from it.

@@ -261,6 +261,14 @@ fn graphs_and_schemas_are_drawn_and_viewed() {
     assert_eq!(code, 0, "{err}");
     let schema: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(schema, view["schema"]);
+    let reflected = "MATCH (m:Measurement)<-[:measured_by]-(p)-[:instance_of]->(t)-[:instance_of]->(d:Domain) \
+         RETURN t.name, d.name, mid(p), mmid(m)";
+    let (code, out, err) = run(&["query", "lab.graph", reflected, "--reflect"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        out.ends_with("\nRT      geometry  RT      measurement\n"),
+        "{out}"
+    );
     write(
         "rover.smdsl",
         "rover { initial_state a; end_state b; transitions { a => b; }; };\n",

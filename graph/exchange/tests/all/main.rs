@@ -1,6 +1,8 @@
 //! Tests of files of graphs.
 
+mod composites;
 mod faults;
 mod files;
 mod parts;
 mod real;
+mod reflection;

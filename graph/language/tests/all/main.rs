@@ -277,3 +277,41 @@ relation u { a A; b A; since int; promotes E; };
         "#]],
     );
 }
+
+#[test]
+fn composites_name_their_parts() {
+    let whole = r#"
+entity R { };
+entity A : R { };
+entity B : R { composed_by A; };
+"#;
+    let relation = "relation composed_by { whole R; part R; };\n";
+    let (schema, found) = loaded(&format!("Domain a {{ {whole}{relation} }};"));
+    assert_eq!(found, "");
+    let schema = schema.expect("a schema");
+    assert_eq!(schema.entity("B").expect("a composite").parts, ["A"]);
+    check(
+        whole,
+        &expect![[r#"
+        a.gdsl:6:28: error[unknown-relation]: there is no relation `composed_by` from a whole to a part (import "geometry.gdsl", or declare it with a port for each of them)
+    "#]],
+    );
+    check(
+        &format!(
+            "{relation}{}",
+            r#"
+entity R { };
+entity Other { };
+entity A : R { composed_by B, Aa; };
+entity B : R { composed_by A, Other; };
+entity C : R { composed_by A, A; };
+"#
+        ),
+        &expect![[r#"
+            a.gdsl:7:31: error[unknown-entity]: unknown entity `Aa` (did you mean `A`?)
+            a.gdsl:8:28: error[circular-entities]: `B` is composed by itself
+            a.gdsl:8:31: error[wrong-port]: port `part` of `composed_by` is for R, found Other
+            a.gdsl:9:31: error[duplicate-member]: `A` is there twice
+        "#]],
+    );
+}

@@ -197,6 +197,10 @@ pub(crate) enum Command {
         /// Values of its parameters, as in `room=kitchen`. Those of a text that read as numbers are numbers.
         #[arg(value_name = "NAME=VALUE")]
         parameters: Vec<String>,
+        /// Adds types and domains as nodes: `(n)-[:instance_of]->(t:Type)-[:instance_of]->(d:Domain)`,
+        /// also from edges, and `(t)-[:is_a]->(u:Type)`.
+        #[arg(long)]
+        reflect: bool,
         /// The most steps that the query takes.
         #[arg(long, default_value_t = 10_000_000)]
         steps: u64,

@@ -49,15 +49,40 @@ fn asked(file: &Path, loaded: &Loaded) -> Result<Arc<Snapshot>, Failure> {
     Ok(graph.snapshot())
 }
 
-pub(crate) fn query(
-    file: &Path,
-    text: Option<&str>,
-    parameters: &[String],
-    budget: Budget,
-    common: &Common,
-) -> Result<(), Failure> {
+/// A query of a graph.
+pub(crate) struct Asked<'a> {
+    pub(crate) file: &'a Path,
+    /// A name, a text, or nothing to list all names.
+    pub(crate) text: Option<&'a str>,
+    pub(crate) parameters: &'a [String],
+    /// Whether types and domains are nodes.
+    pub(crate) is_reflected: bool,
+    pub(crate) budget: Budget,
+    pub(crate) common: &'a Common,
+}
+
+pub(crate) fn query(request: &Asked<'_>) -> Result<(), Failure> {
+    let Asked {
+        file,
+        text,
+        parameters,
+        is_reflected,
+        budget,
+        common,
+    } = *request;
     let mut sources = SourceMap::new();
-    let loaded = loaded(file, &mut sources, common)?;
+    let mut loaded = loaded(file, &mut sources, common)?;
+    if is_reflected {
+        if loaded.is_dsr {
+            // Edges have no ids there.
+            loaded.document = with_ids(file, &loaded)?;
+        }
+        let reflected = loaded.document.reflected(&loaded.schema).ok_or_else(|| {
+            let message = "the schema has a `Type`, `Domain`, `instance_of` or `is_a` of its own";
+            Failure::Usage(message.to_owned())
+        })?;
+        (loaded.document, loaded.schema) = reflected;
+    }
     let Some(text) = text else {
         for query in &loaded.schema.queries {
             let all = query.parameters.iter();
