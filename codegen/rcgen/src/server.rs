@@ -271,9 +271,10 @@ impl Server {
         let include = &self.include;
         let model = check::file(path, false, &mut sources, &loader, include, &mut found);
         let model = model.ok().flatten();
-        let keys = sources.ids().map(|id| (id, key(sources.path(id))));
-        let keys = keys.collect();
-        let names = Names::of(path, &sources, &keys, model.as_ref(), &loader);
+        let mut known = Keys::default();
+        let ids = sources.ids();
+        let keys = ids.map(|id| (id, known.of(sources.path(id)))).collect();
+        let names = Names::of(path, &sources, &keys, known, model.as_ref(), &loader);
         let network = match model {
             Some(Model::Network(network)) => Some(network),
             _ => None,
@@ -375,6 +376,21 @@ impl Server {
             Some(given.join(rest))
         });
         below.unwrap_or_else(|| path.to_path_buf())
+    }
+}
+
+/// The keys of paths, as of one check: the system is asked once for each.
+#[derive(Debug, Default)]
+struct Keys(HashMap<PathBuf, PathBuf>);
+
+impl Keys {
+    fn of(&mut self, path: &Path) -> PathBuf {
+        if let Some(known) = self.0.get(path) {
+            return known.clone();
+        }
+        let key = key(path);
+        self.0.insert(path.to_path_buf(), key.clone());
+        key
     }
 }
 

@@ -3,6 +3,7 @@
 mod networks;
 mod parameters;
 
+use super::Keys;
 use super::place::Text;
 use crate::check::Model;
 use rc_cdsl::model::{Role, Slot};
@@ -147,11 +148,12 @@ pub(super) struct Names {
 
 impl Names {
     /// The names of `path`, whose check read `sources` with `loader` and gave `model`. `files` has the
-    /// key of each source.
+    /// key of each source, and `keys` those of paths.
     pub(super) fn of(
         path: &Path,
         sources: &SourceMap,
         files: &HashMap<SourceId, PathBuf>,
+        keys: Keys,
         model: Option<&Model>,
         loader: &dyn Loader,
     ) -> Self {
@@ -170,6 +172,7 @@ impl Names {
             },
             seen: HashSet::new(),
             left: MOST_BYTES,
+            keys,
         };
         match model {
             Some(Model::Component(project)) => collector.component(project, sources),
@@ -178,7 +181,8 @@ impl Names {
             Some(Model::Machine(machine)) => collector.machine(machine),
             Some(Model::Network(network)) => collector.network(network),
             Some(Model::Configuration(source, cdsl)) => {
-                collector.configuration(sources, *source, &super::key(cdsl));
+                let cdsl = collector.keys.of(cdsl);
+                collector.configuration(sources, *source, &cdsl);
             }
             None => {}
         }
@@ -277,6 +281,7 @@ struct Collector<'a> {
     seen: HashSet<Span>,
     /// How many more bytes the names may take.
     left: usize,
+    keys: Keys,
 }
 
 impl Collector<'_> {
@@ -358,7 +363,7 @@ impl Collector<'_> {
 
     /// A file that is named relative to the one with the name.
     fn beside(&mut self, folder: &Path, file: &Name) {
-        let path = super::key(&folder.join(&file.text));
+        let path = self.keys.of(&folder.join(&file.text));
         self.refers(file.span, Self::whole(path));
     }
 
@@ -500,7 +505,7 @@ impl Collector<'_> {
         if let Some(machine) = machine {
             self.beside(&folder, &machine.file);
         }
-        let machine = machine.map(|machine| super::key(&folder.join(&machine.file.text)));
+        let machine = machine.map(|machine| self.keys.of(&folder.join(&machine.file.text)));
         for slot in &component.slots {
             self.slot(&component.library, slot);
             for state in &slot.available {

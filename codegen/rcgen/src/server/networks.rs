@@ -3,11 +3,11 @@
 
 use super::findings::Phase;
 use super::names::{Kind, Symbol};
-use super::{Server, key};
+use super::{Keys, Server};
 use rc_cdsl::Component;
 use rc_codegen::{FileLoader, Project, paths};
 use rc_ddsl::{Connection, Deployment, Endpoint};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use std::collections::{BTreeSet, HashMap};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,6 +21,10 @@ pub(super) struct Wiring {
     /// The components that were read, in the order of the instances.
     components: Vec<Option<Rc<Component>>>,
     known: HashMap<PathBuf, Option<Rc<Component>>>,
+    /// The file of each instance, and of each source.
+    files: Vec<Option<PathBuf>>,
+    sources_files: HashMap<SourceId, PathBuf>,
+    keys: Keys,
     found: Diagnostics,
 }
 
@@ -79,6 +83,9 @@ impl Server {
                 deployment: *deployment,
                 components: Vec::new(),
                 known: HashMap::new(),
+                files: Vec::new(),
+                sources_files: HashMap::new(),
+                keys: Keys::default(),
                 found: Diagnostics::new(),
             });
         } else {
@@ -108,9 +115,7 @@ impl Server {
         };
         let (wired, sources, found) = wiring.connected();
         let path = wiring.path.as_path();
-        let keys = sources.ids().map(|id| (id, key(sources.path(id))));
-        let keys = keys.collect();
-        let files = self.addressed(&keys);
+        let files = self.addressed(&wiring.sources_files);
         let check = (path, Phase::Network);
         let changed = self
             .findings
@@ -138,15 +143,22 @@ impl Server {
 impl Wiring {
     /// Reads the component of the next instance. Returns whether there was one.
     fn read_next(&mut self, loader: &FileLoader) -> bool {
+        let new = self.sources.ids().skip(self.sources_files.len());
+        for id in new {
+            let key = self.keys.of(self.sources.path(id));
+            self.sources_files.insert(id, key);
+        }
         let at = self.components.len();
         let Some(instance) = self.deployment.instances.get_mut(at) else {
             return false;
         };
         let Some(named) = &instance.cdsl else {
             self.components.push(None);
+            self.files.push(None);
             return true;
         };
-        let path = paths::normal(&instance.folder.join(&named.text));
+        let file = instance.folder.join(&named.text);
+        let path = paths::normal(&file);
         let component = if let Some(known) = self.known.get(&path) {
             known.clone()
         } else {
@@ -173,6 +185,7 @@ impl Wiring {
             expanded.map_or(component, Rc::new)
         });
         self.components.push(component);
+        self.files.push(Some(self.keys.of(&file)));
         true
     }
 
@@ -188,10 +201,10 @@ impl Wiring {
         let mut all = Vec::new();
         for (number, component) in components.iter().enumerate() {
             let instance = &self.deployment.instances[number];
-            let Some((component, cdsl)) = component.zip(instance.cdsl.as_ref()) else {
+            let Some(component) = component else { continue };
+            let Some(file) = self.files.get(number).cloned().flatten() else {
                 continue;
             };
-            let file = key(&instance.folder.join(&cdsl.text));
             for (slot, described) in component.slots.iter().enumerate() {
                 let array = rc_vocabulary::member::split(&described.name);
                 let name = array.map_or(described.name.as_str(), |(array, _)| array);

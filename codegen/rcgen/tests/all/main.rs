@@ -2,6 +2,7 @@
 
 mod compile;
 mod config;
+mod editors;
 mod edits;
 mod export;
 mod fmt;

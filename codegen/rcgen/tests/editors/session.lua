@@ -1,5 +1,5 @@
 -- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it;
--- then it goes from a component to its interface, lists where that is named, and completes a word.
+-- then it goes from a component to its interface, lists where that is named, completes a word, and renames.
 local function fail(why)
   io.stderr:write(why .. "\n")
   vim.cmd("cquit")
@@ -57,6 +57,16 @@ local function run()
   local items = vim.lsp.util.text_document_completion_list_to_complete_items(found.result, "Gr")
   if #items ~= 1 or items[1].word ~= "Grip" then
     fail("completed: " .. vim.inspect(items))
+  end
+
+  vim.cmd("edit! Grip.idsl")
+  vim.fn.search("press")
+  local place = vim.lsp.util.make_position_params()
+  place.newName = "squeeze"
+  local renamed = cdsl.request_sync("textDocument/rename", place, 60000, 0)
+  vim.lsp.util.apply_workspace_edit(renamed.result, cdsl.offset_encoding)
+  if vim.fn.search("void squeeze") == 0 then
+    fail("renamed: " .. vim.inspect(renamed))
   end
 end
 

@@ -25,7 +25,7 @@ impl Collector<'_> {
         groups.resize_with(network.groups.len(), GroupName::default);
         for instance in &network.instances {
             if let Some(at) = instance.group {
-                groups[at].components.extend(cdsl(instance));
+                groups[at].components.extend(self.cdsl(instance));
             }
         }
         for (group, known) in network.groups.iter().zip(&mut groups) {
@@ -94,7 +94,7 @@ impl Collector<'_> {
                 self.refers(name.span, symbol);
             }
         }
-        let Some(cdsl) = cdsl(instance) else {
+        let Some(cdsl) = self.cdsl(instance) else {
             return;
         };
         self.names
@@ -163,12 +163,18 @@ impl Collector<'_> {
     fn slot_of(&mut self, network: &Deployment, path: &SlotPath, span: Span, name: &str) {
         match path.place {
             InstanceOrGroup::Instance(at) => {
-                if let Some(cdsl) = cdsl(&network.instances[at]) {
+                if let Some(cdsl) = self.cdsl(&network.instances[at]) {
                     self.of_component(span, &cdsl, name);
                 }
             }
             InstanceOrGroup::Group(at) => self.of_group(span, &network.groups[at].path, name),
         }
+    }
+
+    /// The file of a component.
+    fn cdsl(&mut self, instance: &Instance) -> Option<PathBuf> {
+        let cdsl = instance.cdsl.as_ref()?;
+        Some(self.keys.of(&instance.folder.join(&cdsl.text)))
     }
 
     fn of_component(&mut self, span: Span, cdsl: &Path, name: &str) {
@@ -189,11 +195,6 @@ impl Collector<'_> {
         };
         self.refers(span, symbol);
     }
-}
-
-fn cdsl(instance: &Instance) -> Option<PathBuf> {
-    let cdsl = instance.cdsl.as_ref()?;
-    Some(super::super::key(&instance.folder.join(&cdsl.text)))
 }
 
 /// The name of a host, with a number where other groups of its file have hosts of this name.

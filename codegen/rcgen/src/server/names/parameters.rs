@@ -17,7 +17,7 @@ impl Collector<'_> {
         for import in &file.imports {
             let found = loader.find(sources.path(source), &import.text, "pdsl");
             if let Ok(found) = found {
-                let file = super::super::key(&found.path);
+                let file = self.keys.of(&found.path);
                 self.refers(import.span, Self::whole(file));
             }
         }
