@@ -118,6 +118,8 @@ struct Server {
     encoding: Encoding,
     /// Whether the editor watches files, if it is asked to.
     watches: bool,
+    /// Whether the editor compares the version of a text with that of its edits.
+    versions: bool,
     /// Open texts, by the address that the editor has for them.
     open: BTreeMap<String, Document>,
     findings: Findings,
@@ -236,6 +238,7 @@ impl Server {
         self.encoding = Encoding::of(&client["general"]["positionEncodings"]);
         let watching = &client["workspace"]["didChangeWatchedFiles"];
         self.watches = watching["dynamicRegistration"] == true;
+        self.versions = client["workspace"]["workspaceEdit"]["documentChanges"] == true;
         let folders = parameters["workspaceFolders"].as_array();
         let folders = folders.into_iter().flatten().map(|folder| &folder["uri"]);
         let root = [&parameters["rootUri"]];
@@ -298,7 +301,7 @@ impl Server {
             .findings
             .checked(check, sources, &files, found, self.encoding);
         let names = looked.names;
-        // What is a part no longer has connections of its own.
+        // A network that no other one imports any more has connections of its own.
         let before = self.names.get(path).map(|names| names.networks.clone());
         let parts = before.unwrap_or_default().into_iter();
         let parts: Vec<PathBuf> = parts

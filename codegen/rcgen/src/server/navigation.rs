@@ -89,6 +89,13 @@ impl Server {
                 }
                 continue;
             }
+            if symbol.kind == Kind::OfSlot {
+                let operation = self.operation_of(symbol);
+                if operation.is_some() {
+                    return operation;
+                }
+                continue;
+            }
             let files = match (symbol.kind, self.known(&symbol.file)) {
                 (Kind::OfComponent, Some(names)) => names.parameters.clone(),
                 (Kind::OfComponent, None) => Vec::new(),
@@ -108,6 +115,21 @@ impl Server {
             }
         }
         None
+    }
+
+    /// The operation of a slot, in the file of its interface.
+    fn operation_of(&self, symbol: &Symbol) -> Option<Symbol> {
+        let (slot, operation) = symbol.name.split_once('.')?;
+        let names = self.known(&symbol.file)?;
+        let slot = names.slots.iter().find(|one| one.name == slot)?;
+        let interface = slot.interface.rsplit("::").next()?;
+        let mut symbols = names.places.iter().flat_map(|place| &place.symbols);
+        let found = symbols.find(|one| one.kind == Kind::Interface && one.name == interface)?;
+        Some(Symbol {
+            file: found.file.clone(),
+            kind: Kind::Operation,
+            name: format!("{interface}.{operation}"),
+        })
     }
 
     /// The slot that a group exports: of those with its name directly in the group, the only one that
@@ -307,6 +329,12 @@ impl Server {
     fn named_in(&mut self, path: &Path, symbols: &BTreeSet<Symbol>) -> Vec<Place> {
         let near = |symbol: &Symbol| match symbol.kind {
             Kind::OfComponent => symbols.iter().any(|one| one.name == symbol.name),
+            Kind::OfSlot => {
+                let operation = symbol.name.rsplit('.').next();
+                symbols.iter().any(|one| {
+                    one.kind == Kind::Operation && one.name.rsplit('.').next() == operation
+                })
+            }
             Kind::OfGroup => {
                 let slot = symbol.name.rsplit('.').next().unwrap_or_default();
                 symbols

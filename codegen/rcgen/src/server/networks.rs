@@ -75,19 +75,11 @@ impl Server {
         for part in parts.unwrap_or_default() {
             self.wirings.retain(|wiring| wiring.path != part);
             changed.extend(self.findings.unchecked(&part));
+            self.wired.remove(&part);
         }
         if let Some(deployment) = network.filter(|_| !self.is_part(path)) {
-            self.wirings.push_back(Wiring {
-                path: path.to_path_buf(),
-                sources,
-                deployment: *deployment,
-                components: Vec::new(),
-                known: HashMap::new(),
-                files: Vec::new(),
-                sources_files: HashMap::new(),
-                keys: Keys::default(),
-                found: Diagnostics::new(),
-            });
+            self.wirings
+                .push_back(Wiring::new(path, sources, *deployment));
         } else {
             changed.extend(self.findings.unchecked(path));
             self.wired.remove(path);
@@ -141,8 +133,23 @@ impl Server {
 }
 
 impl Wiring {
+    /// A network of which no component is read yet.
+    pub(super) fn new(path: &Path, sources: SourceMap, deployment: Deployment) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            sources,
+            deployment,
+            components: Vec::new(),
+            known: HashMap::new(),
+            files: Vec::new(),
+            sources_files: HashMap::new(),
+            keys: Keys::default(),
+            found: Diagnostics::new(),
+        }
+    }
+
     /// Reads the component of the next instance. Returns whether there was one.
-    fn read_next(&mut self, loader: &FileLoader) -> bool {
+    pub(super) fn read_next(&mut self, loader: &FileLoader) -> bool {
         let new = self.sources.ids().skip(self.sources_files.len());
         for id in new {
             let key = self.keys.of(self.sources.path(id));
@@ -190,7 +197,7 @@ impl Wiring {
     }
 
     /// The connections, and all that is wrong with them and the components.
-    fn connected(&self) -> (Wired, &SourceMap, Diagnostics) {
+    pub(super) fn connected(&self) -> (Wired, &SourceMap, Diagnostics) {
         let components: Vec<Option<&Component>> =
             self.components.iter().map(Option::as_deref).collect();
         let (network, more) = rc_ddsl::connect(&self.deployment, &components);

@@ -12,6 +12,9 @@ const MOST: usize = 500;
 const MOST_FOLDS: usize = 5_000;
 const MOST_POSITIONS: usize = 100;
 
+/// How deep symbols and ranges lie in each other: both become values that are written by recursion.
+const MOST_DEPTH: usize = 64;
+
 /// A symbol of a file.
 struct Node {
     name: String,
@@ -150,6 +153,7 @@ impl Server {
                     nested.push((start, end));
                 }
             }
+            nested.truncate(MOST_DEPTH);
             let outwards = nested.into_iter().rev();
             outwards.fold(Value::Null, |parent, (start, end)| {
                 let range = document.text.range(self.encoding, start, end);
@@ -239,6 +243,9 @@ fn tree(mut nodes: Vec<Node>) -> Vec<Node> {
         while open.last().is_some_and(|last| !inside(last)) {
             close(&mut open, &mut roots);
         }
+        if open.len() >= MOST_DEPTH {
+            close(&mut open, &mut roots);
+        }
         open.push(node);
     }
     while !open.is_empty() {
@@ -255,7 +262,7 @@ fn number(kind: Kind) -> u8 {
         Kind::Module | Kind::Group => 2,
         Kind::Network => 3,
         Kind::Component | Kind::Machine | Kind::File => 5,
-        Kind::Operation => 6,
+        Kind::Operation | Kind::OfSlot => 6,
         Kind::Slot | Kind::OfGroup => 7,
         Kind::Member => 8,
         Kind::Interface => 11,

@@ -1,17 +1,19 @@
-//! Another name for a thing, in all files that name it. The code in `src/` is told of, and left alone.
+//! Another name for a thing, in all files that name it. The code in `src/` is listed, and left alone.
 
 use super::hover::worker_files;
 use super::names::{Kind, Place, Symbol};
+use super::networks::Wiring;
 use super::requests::Answer;
 use super::{INVALID_PARAMETERS, REQUEST_FAILED, Server, send};
-use rc_diagnostics::Severity;
+use rc_codegen::FileLoader;
+use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_files::unsaved;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How many places of code are told of.
+/// How many places of code are listed.
 const MOST_TOLD: usize = 20;
 
 /// How the protocol numbers a message that only informs.
@@ -64,7 +66,26 @@ impl Server {
         if symbol.kind == Kind::Interface {
             symbols.extend(self.slots_named_after(&symbol));
         }
-        let edits = self.edits(&symbols, &old, new, symbol.kind);
+        if let Some(file) = self.unreadable_with(&old) {
+            let message = format!(
+                "{} has `{old}` and a mistake that hides what it means: mend it first",
+                self.path_shown(&file)
+            );
+            return Ok(Err((REQUEST_FAILED, message)));
+        }
+        let mut edits = self.edits(&symbols, &old, new, symbol.kind);
+        // Not every editor says when a closed file changes.
+        let stale: Vec<PathBuf> = edits
+            .keys()
+            .filter(|file| self.is_stale(file))
+            .cloned()
+            .collect();
+        if !stale.is_empty() {
+            for file in stale {
+                self.check(&file)?;
+            }
+            edits = self.edits(&symbols, &old, new, symbol.kind);
+        }
         if let Some(message) = self.breaks(&edits) {
             return Ok(Err((REQUEST_FAILED, message)));
         }
@@ -76,13 +97,19 @@ impl Server {
                 lines.push(format!("and {more} more"));
             }
             let message = format!(
-                "`{old}` is `{new}` now. The code in src/ is yours, and still names it:\n{}",
+                "The code in src/ is yours, and still names `{old}`:\n{}",
                 lines.join("\n")
             );
             let parameters = json!({ "type": INFORMATION, "message": message });
             send(json!({ "method": "window/showMessage", "params": parameters }))?;
         }
+        Ok(Ok(self.written(edits)))
+    }
+
+    /// Edits as the protocol has them: of versions of open texts, if the editor compares them.
+    fn written(&self, edits: BTreeMap<PathBuf, Vec<Edit>>) -> Value {
         let mut changes = serde_json::Map::new();
+        let mut versioned = Vec::new();
         for (file, edits) in edits {
             let Some(names) = self.names.get(&file) else {
                 continue;
@@ -90,9 +117,45 @@ impl Server {
             let edits = edits.into_iter().map(|(start, end, text)| {
                 json!({ "range": names.text.range(self.encoding, start, end), "newText": text })
             });
-            changes.insert(self.address(&file), edits.collect());
+            let edits: Value = edits.collect();
+            let uri = self.address(&file);
+            let version = self
+                .document(&file)
+                .map_or(Value::Null, |open| open.version.clone());
+            versioned.push(
+                json!({ "textDocument": { "uri": uri, "version": version }, "edits": edits }),
+            );
+            changes.insert(uri, edits);
         }
-        Ok(Ok(json!({ "changes": changes })))
+        if self.versions {
+            json!({ "documentChanges": versioned })
+        } else {
+            json!({ "changes": changes })
+        }
+    }
+
+    /// A file that has a word and, because of a mistake, no names.
+    fn unreadable_with(&self, word: &str) -> Option<PathBuf> {
+        let mut files = self.names.iter();
+        let found = files.find(|(_, names)| {
+            names.places.is_empty() && names.text.as_str().lines().any(|line| has_word(line, word))
+        });
+        found.map(|(file, _)| file.clone())
+    }
+
+    /// Whether a closed file has another text than the one that was checked.
+    fn is_stale(&self, file: &Path) -> bool {
+        let is_open = self.document(file).is_some();
+        let names = self.names.get(file).filter(|_| !is_open);
+        names
+            .is_some_and(|names| rc_files::read(file).is_ok_and(|text| text != names.text.as_str()))
+    }
+
+    /// A file below a folder of the editor.
+    fn path_shown(&self, file: &Path) -> String {
+        let mut roots = self.roots.iter();
+        let below = roots.find_map(|(root, _)| file.strip_prefix(root).ok());
+        below.unwrap_or(file).display().to_string()
     }
 
     /// The thing at a position whose name may be changed, and the place that names it.
@@ -205,7 +268,8 @@ impl Server {
         for file in edits.keys() {
             files.extend(self.findings.readers(file));
         }
-        let before: Vec<Vec<String>> = files.iter().map(|file| self.errors(file)).collect();
+        let before: Vec<BTreeMap<(String, &'static str), String>> =
+            files.iter().map(|file| self.errors(file)).collect();
         for (file, edits) in edits {
             let Some(names) = self.names.get(file) else {
                 continue;
@@ -217,9 +281,10 @@ impl Server {
             unsaved::set(file, &text);
         }
         let broken = files.iter().zip(&before).find_map(|(file, before)| {
-            let after = self.errors(file);
-            let new = after.len() > before.len();
-            new.then(|| after.into_iter().find(|error| !before.contains(error)))?
+            // Its message may name what is renamed, so an error is known by its place and its code.
+            let mut after = self.errors(file).into_iter();
+            let new = after.find(|(error, _)| !before.contains_key(error));
+            new.map(|((place, _), message)| format!("{place}: {message}"))
         });
         for file in edits.keys() {
             self.take_from_disk(file);
@@ -227,19 +292,28 @@ impl Server {
         broken
     }
 
-    /// The errors of a file, with their places.
-    fn errors(&self, file: &Path) -> Vec<String> {
+    /// The errors of a file, by their places and codes; those of a network with its connections.
+    fn errors(&self, file: &Path) -> BTreeMap<(String, &'static str), String> {
         let looked = self.look_at(file);
-        let errors = looked.found.iter();
-        let errors = errors.filter(|found| found.severity == Severity::Error);
-        errors
-            .map(|found| {
-                let (source, at) = (found.span.source, found.span.start);
-                let line = looked.sources.position(source, at).line;
-                let file = looked.sources.path(source).display();
-                format!("{file}:{line}: {}", found.message)
-            })
-            .collect()
+        let has_errors = looked.found.has_errors();
+        let mut all = BTreeMap::new();
+        let mut take = |sources: &SourceMap, found: &Diagnostics| {
+            let errors = found.iter().filter(|one| one.severity == Severity::Error);
+            for error in errors {
+                let (source, at) = (error.span.source, error.span.start);
+                let line = sources.position(source, at).line;
+                let place = format!("{}:{line}", sources.path(source).display());
+                all.insert((place, error.code), error.message.clone());
+            }
+        };
+        take(&looked.sources, &looked.found);
+        if let Some(network) = looked.network.filter(|_| !has_errors) {
+            let mut wiring = Wiring::new(file, looked.sources, *network);
+            while wiring.read_next(&FileLoader::new(&self.include)) {}
+            let (_, sources, found) = wiring.connected();
+            take(sources, &found);
+        }
+        all
     }
 
     /// The places of workers that name one of `symbols`: handlers, and words of the old name in the
@@ -280,13 +354,9 @@ impl Server {
         }
         let mut lines = BTreeSet::new();
         told.retain(|(file, line, _)| lines.insert((file.clone(), *line)));
-        let shown = told.into_iter().map(|(file, line, name)| {
-            let below = self
-                .roots
-                .iter()
-                .find_map(|(root, _)| file.strip_prefix(root).ok());
-            format!("{}:{line}: {name}", below.unwrap_or(&file).display())
-        });
+        let shown = told.into_iter();
+        let shown =
+            shown.map(|(file, line, name)| format!("{}:{line}: {name}", self.path_shown(&file)));
         shown.collect()
     }
 }

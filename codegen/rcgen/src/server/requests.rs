@@ -161,7 +161,7 @@ impl Server {
             "foldingRange" => self.folds(path),
             "selectionRange" => self.selections(path, &parameters["positions"]),
             "semanticTokens/full" => self.words(path),
-            "signatureHelp" => self.signature(path, position)?,
+            "signatureHelp" => self.signature(path, position),
             "inlayHint" => self.hints(path, &parameters["range"])?,
             "codeLens" => self.lenses(path),
             "rangeFormatting" => self.format_range(path, &parameters["range"]),

@@ -4,7 +4,6 @@ use super::Server;
 use super::context::Context;
 use rc_cdsl::model::Role;
 use serde_json::{Value, json};
-use std::io;
 use std::path::Path;
 
 /// How many slots are listed.
@@ -16,17 +15,16 @@ const PROVIDER: &str = "PROVIDER.SLOT";
 
 impl Server {
     /// The form of `bind` around a position of an open network, with the slots that may stand there.
-    pub(super) fn signature(&mut self, path: &Path, position: &Value) -> io::Result<Value> {
-        self.know_networks()?;
+    pub(super) fn signature(&mut self, path: &Path, position: &Value) -> Value {
         let Some(document) = self.document(path) else {
-            return Ok(Value::Null);
+            return Value::Null;
         };
         let byte = document.text.byte(self.encoding, position);
         let text = document.text.as_str();
         let context = byte.and_then(|byte| Context::at(text, byte));
         let is_network = path.extension().is_some_and(|ending| ending == "ddsl");
         let Some(context) = context.filter(|context| is_network && context.word() == "bind") else {
-            return Ok(Value::Null);
+            return Value::Null;
         };
         let arrow = context.statement.iter().position(|token| *token == "->");
         let consumer = context
@@ -75,7 +73,7 @@ impl Server {
             json!([start, start + of.len()])
         };
         let parameters = [CONSUMER, PROVIDER].map(|of| json!({ "label": part(of) }));
-        Ok(json!({
+        json!({
             "signatures": [{
                 "label": label,
                 "documentation": { "kind": "markdown", "value": lines.join("\n") },
@@ -84,7 +82,7 @@ impl Server {
             }],
             "activeSignature": 0,
             "activeParameter": active,
-        }))
+        })
     }
 
     /// The role and the interface of a consumer, by its path in a group.

@@ -57,7 +57,7 @@ impl Server {
         }
         words.sort_by_key(|word| (word.start, word.end));
         let mut data = Vec::new();
-        let (mut line_before, mut character_before, mut end) = (0, 0, 0);
+        let (mut line_before, mut start_before, mut end) = (0, 0, 0);
         for word in words.iter().take(MOST) {
             if word.start < end {
                 continue;
@@ -70,18 +70,19 @@ impl Server {
                 };
                 let (start, stop) = (word.start.max(first), word.end.min(last));
                 let count = |from, to| self.encoding.count(text.get(from..to).unwrap_or_default());
-                let (character, length) = (count(first, start), count(start, stop));
                 if start >= stop {
                     continue;
                 }
-                let distance = if line == line_before {
-                    character - character_before
+                // Counted from the word before: a line may be long.
+                let from = if line == line_before {
+                    start_before.max(first)
                 } else {
-                    character
+                    first
                 };
+                let (distance, length) = (count(from, start), count(start, stop));
                 let modifiers = usize::from(word.declares);
                 data.extend([line - line_before, distance, length, word.kind, modifiers]);
-                (line_before, character_before) = (line, character);
+                (line_before, start_before) = (line, start);
             }
         }
         json!({ "data": data })
@@ -103,7 +104,7 @@ fn named(names: &Names) -> Vec<Word> {
             Kind::Constant | Kind::Member | Kind::Slot | Kind::OfGroup => "property",
             Kind::Type => "type",
             Kind::Interface => "interface",
-            Kind::Operation => "method",
+            Kind::Operation | Kind::OfSlot => "method",
             Kind::Component | Kind::Machine => "class",
             Kind::Parameter | Kind::OfComponent => "parameter",
             Kind::State => "enumMember",

@@ -3,7 +3,7 @@
 
 use super::{BindName, Collector, GroupName, Kind, SlotOf, Symbol};
 use rc_ddsl::Deployment;
-use rc_ddsl::model::{Host, Instance, InstanceOrGroup, SlotPath};
+use rc_ddsl::model::{ChainPoint, Host, Instance, InstanceOrGroup, SlotPath};
 use rc_diagnostics::{Name, Span};
 use rc_vocabulary::member;
 use std::path::{Path, PathBuf};
@@ -67,6 +67,12 @@ impl Collector<'_> {
         }
         for external in &network.externals {
             self.slot_path(network, &external.slot);
+        }
+        for chain in &network.chains {
+            let ends = [&chain.from, &chain.to].into_iter();
+            for point in ends.chain(&chain.through) {
+                self.chain_point(network, point);
+            }
         }
     }
 
@@ -137,6 +143,28 @@ impl Collector<'_> {
                 provider,
                 end,
             });
+        }
+    }
+
+    /// The slot and the operation of a step of a chain.
+    fn chain_point(&mut self, network: &Deployment, point: &ChainPoint) {
+        let Some((slot, operation)) = &point.operation else {
+            return;
+        };
+        let path = SlotPath {
+            place: InstanceOrGroup::Instance(point.instance),
+            slot: slot.clone(),
+            span: point.span,
+        };
+        self.slot_path(network, &path);
+        if let Some(cdsl) = self.cdsl(&network.instances[point.instance]) {
+            let name = member::split(&slot.text).map_or(slot.text.as_str(), |(array, _)| array);
+            let symbol = Symbol {
+                file: cdsl,
+                kind: Kind::OfSlot,
+                name: format!("{name}.{}", operation.text),
+            };
+            self.refers(operation.span, symbol);
         }
     }
 

@@ -167,3 +167,58 @@ fn a_part_of_a_text_is_laid_out() {
     assert_eq!(typed(&mut session, 0, 32, ";"), Value::Null);
     session.editor.end();
 }
+
+/// Chains, closed files that change unseen, and files with mistakes name things, too.
+#[test]
+fn nothing_that_names_a_thing_is_passed_by() {
+    let mut session = Session::new();
+    let write = |session: &Session, file: &str, text: &str| {
+        std::fs::write(session.editor.folder.join(file), text).expect("a file");
+    };
+    let chain = "    Chain c { from third.Grip.press; to brain.spare.press; within 1s; };\n};\n";
+    let network = session.text("net.ddsl");
+    let network = network.trim_end().strip_suffix("};").expect("an end");
+    let network = format!("{network}{chain}");
+    write(&session, "net.ddsl", &network);
+    session.editor.change("net.ddsl", &network);
+    session.renames("interfaces/Grip.idsl", "Forces pre", "squeeze");
+    let renamed = "Chain c { from third.Grip.squeeze; to brain.spare.press; within 1s; };";
+    assert!(session.log.contains(renamed), "{}", session.log);
+    session.renames("hand.cdsl", "implements Gr", "fingers");
+    let renamed = "Chain c { from third.fingers.press; to brain.spare.press; within 1s; };";
+    assert!(session.log.contains(renamed), "{}", session.log);
+
+    let uri = session.editor.uri("hand.cdsl");
+    let closed = json!({ "textDocument": { "uri": uri } });
+    session.editor.tell("textDocument/didClose", &closed);
+    let _ = session
+        .editor
+        .ask("workspace/symbol", &json!({ "query": "hand" }));
+    let text = format!("// One line more.\n{}", session.text("hand.cdsl"));
+    write(&session, "hand.cdsl", &text);
+    session.log.clear();
+    session.renames("interfaces/Grip.idsl", "interface Gr", "Hold");
+    assert!(session.log.contains("implements Hold"), "{}", session.log);
+
+    let broken =
+        "import \"../interfaces/Grip.idsl\";\nComponent brain { Communications { requires Grip";
+    session.editor.change("brain/brain.cdsl", broken);
+    session.log.clear();
+    session.renames("interfaces/Grip.idsl", "interface Gr", "Hold");
+    let refused = "refused: brain/brain.cdsl has `Grip` and a mistake";
+    assert!(session.log.contains(refused), "{}", session.log);
+
+    // What contains itself very often is no reason to end.
+    session.editor.open("deep.cdsl", &"a{".repeat(50_000));
+    let document = json!({ "uri": session.editor.uri("deep.cdsl") });
+    let symbols = json!({ "textDocument": document });
+    let symbols = session.editor.ask("textDocument/documentSymbol", &symbols);
+    assert!(symbols.is_array(), "{symbols}");
+    let positions =
+        json!({ "textDocument": document, "positions": [{ "line": 0, "character": 99_000 }] });
+    let ranges = session
+        .editor
+        .ask("textDocument/selectionRange", &positions);
+    assert!(ranges[0]["range"].is_object(), "{ranges}");
+    session.editor.end();
+}
