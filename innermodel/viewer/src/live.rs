@@ -4,7 +4,7 @@
 use crate::command_line::{Failure, Live};
 use innermodel::{Folders, InnerModel, Point, Vector};
 use innermodel_render::{Scene, View};
-use innermodel_viewer::{Navigator, Picture, Viewpoint, Wish, watch};
+use innermodel_viewer::{Navigator, Picture, Steered, Viewpoint, Wish, watch};
 use rc_diagnostics::foreign::clean;
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -28,9 +28,9 @@ pub(crate) fn show(live: &Live) -> Result<(), Failure> {
         let height = first.colours.len() / first.width.max(1);
         Some((first.width, height))
     }));
-    let navigator = match &live.camera {
+    let steered = match &live.camera {
         Viewpoint::Camera(_) => None,
-        viewpoint => Some(navigator(live, viewpoint, (size.0.into(), size.1.into()))?),
+        viewpoint => Some(steered(live, viewpoint, (size.0.into(), size.1.into()))?),
     };
     let title = format!("{} – rcview", clean(&live.network.to_string_lossy()));
     let asked = live.clone();
@@ -39,16 +39,13 @@ pub(crate) fn show(live: &Live) -> Result<(), Failure> {
         let bytes = drawn.map_err(|failure| failure.text().to_owned())?;
         Picture::of_png(&bytes)
     };
-    let shown = watch(&title, size, first, navigator, ask);
+    let shown = watch(&title, size, first, steered, ask);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 
-/// The camera that the user moves. What meshes that are not on this computer hide does not matter.
-fn navigator(
-    live: &Live,
-    viewpoint: &Viewpoint,
-    size: (usize, usize),
-) -> Result<Navigator, Failure> {
+/// The camera that the user moves. What meshes that are not on this computer hide does not matter,
+/// but then the simulator chooses the first view.
+fn steered(live: &Live, viewpoint: &Viewpoint, size: (usize, usize)) -> Result<Steered, Failure> {
     let result = call(live, "print", &json!({}), Stdio::inherit())?;
     let text = result["return"].as_str().unwrap_or_default();
     let wrong = |error: String| Failure::Input(clean(error.trim_end()));
@@ -56,13 +53,20 @@ fn navigator(
     let (document, _) = read.map_err(|error| wrong(error.to_string()))?;
     let model = InnerModel::from_document(&document).map_err(|error| wrong(error.to_string()))?;
     let tree = model.snapshot();
-    let extents = Scene::new().extents(&tree);
+    let mut scene = Scene::new();
+    let extents = scene.extents(&tree);
     if *viewpoint == Viewpoint::Whole {
-        return Ok(Navigator::around(&tree, &extents, size));
+        return Ok(Steered {
+            navigator: Navigator::around(&tree, &extents, size),
+            sees_all: scene.problems().is_empty(),
+        });
     }
     let view = viewpoint.view(&tree, &extents, Some(size));
     let view = view.map_err(|error| wrong(error.to_string()))?;
-    Ok(Navigator::at(&view, innermodel_viewer::scene(&extents).1))
+    Ok(Steered {
+        navigator: Navigator::at(&view, innermodel_viewer::scene(&extents).1),
+        sees_all: false,
+    })
 }
 
 /// The bytes of a picture as PNG, from a view or from where the command line says.

@@ -56,8 +56,18 @@ impl Picture {
 pub struct Wish {
     /// Its size in pixels.
     pub size: (usize, usize),
-    /// The camera that the user has moved. At first, the other process chooses.
+    /// The camera of the user. Without one, the other process chooses.
     pub view: Option<View>,
+}
+
+/// A camera that the user moves.
+#[derive(Clone, Debug)]
+pub struct Steered {
+    /// Where it begins.
+    pub navigator: Navigator,
+    /// Whether pictures are asked from there at once, so that the camera rests while bodies move.
+    /// Otherwise, the other process chooses where it is until the user has moved it.
+    pub sees_all: bool,
 }
 
 /// What both threads know.
@@ -70,19 +80,22 @@ struct Shared {
 }
 
 /// Shows the pictures that `ask` returns, one after the other, in a window, until its user closes
-/// it. `first` is the first one. The user moves the camera of `navigator`. A thread of its own
-/// asks, so a slow answer does not hold the window; after the end, its last answer is not waited
-/// for.
+/// it. `first` is the first one. The user moves the camera `steered`. A thread of its own asks, so a
+/// slow answer does not hold the window; after the end, its last answer is not waited for.
 pub fn watch(
     title: &str,
     size: (u16, u16),
     first: Picture,
-    navigator: Option<Navigator>,
+    steered: Option<Steered>,
     ask: impl Fn(&Wish) -> Result<Picture, String> + Send + 'static,
 ) -> Result<(), WindowError> {
+    let pixels = (size.0.into(), size.1.into());
+    let sees_all = steered.as_ref().is_some_and(|steered| steered.sees_all);
+    let navigator = steered.map(|steered| steered.navigator);
+    let begin = navigator.as_ref().filter(|_| sees_all);
     let wish = Wish {
-        size: (size.0.into(), size.1.into()),
-        view: None,
+        size: pixels,
+        view: begin.map(|navigator| navigator.view(pixels.0, pixels.1)),
     };
     let shared = Shared {
         wish,
@@ -98,7 +111,8 @@ pub fn watch(
     let mut view = RemoteView {
         shared,
         steering: navigator.map(Steering::new),
-        is_moved: false,
+        sees_all,
+        is_steered: sees_all,
         shown: 0,
         last: Picture::default(),
         size: None,
@@ -139,7 +153,9 @@ struct RemoteView {
     shared: Arc<(Mutex<Shared>, Condvar)>,
     /// None where the camera is one of the scene.
     steering: Option<Steering>,
-    is_moved: bool,
+    sees_all: bool,
+    /// Whether pictures are asked from where its camera is.
+    is_steered: bool,
     /// The number of the picture that is shown.
     shown: u64,
     last: Picture,
@@ -151,7 +167,7 @@ impl RemoteView {
     fn wish(&mut self, (width, height): (usize, usize)) {
         let size = (width.clamp(1, LARGEST), height.clamp(1, LARGEST));
         self.size = Some(size);
-        let steering = self.steering.as_ref().filter(|_| self.is_moved);
+        let steering = self.steering.as_ref().filter(|_| self.is_steered);
         let view = steering.map(|steering| steering.navigator.view(size.0, size.1));
         locked(&self.shared.0).wish = Wish { size, view };
     }
@@ -199,7 +215,7 @@ impl Content for RemoteView {
                 if let Some(steering) = &mut self.steering {
                     steering.reset();
                 }
-                self.is_moved = false;
+                self.is_steered = self.sees_all;
             }
             _ => {
                 let steering = self.steering.as_mut();
@@ -207,7 +223,7 @@ impl Content for RemoteView {
                 if !matches!(gesture, Some(Gesture::Camera)) {
                     return ViewerAction::Nothing;
                 }
-                self.is_moved = true;
+                self.is_steered = true;
             }
         }
         if let Some(size) = self.size {
