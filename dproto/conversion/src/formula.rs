@@ -1,5 +1,6 @@
 //! Formulas: how several numbers of a value become others.
 
+use crate::lanes::Lanes;
 use crate::number::Number;
 use alloc::vec::Vec;
 use core::fmt::{self, Write};
@@ -102,7 +103,7 @@ impl Operation {
     }
 
     /// The value for these operands. `None` if a number is not in its range.
-    fn apply(self, [one, two, three, four]: [f64; 4]) -> Option<f64> {
+    pub(crate) fn apply(self, [one, two, three, four]: [f64; 4]) -> Option<f64> {
         Some(match self {
             Self::Negate => -one,
             Self::Add => one + two,
@@ -131,6 +132,8 @@ pub(crate) struct Scratch {
     pub(crate) marks: Vec<(usize, Number)>,
     /// The numbers of one group, then the values of its steps.
     values: Vec<f64>,
+    /// Those of many groups.
+    pub(crate) lanes: Lanes,
 }
 
 impl Formula {
@@ -156,7 +159,7 @@ impl Formula {
         scratch: &mut Scratch,
         first: usize,
     ) -> Result<(), Rejected> {
-        let Scratch { marks, values } = scratch;
+        let Scratch { marks, values, .. } = scratch;
         let marks = marks.get(first..).unwrap_or_default();
         let start = marks.first().map_or(0, |(at, _)| *at);
         if marks.len() != self.outputs.len() {

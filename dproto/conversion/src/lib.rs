@@ -24,6 +24,7 @@ extern crate alloc;
 mod fault;
 mod formula;
 mod item;
+mod lanes;
 mod number;
 mod parse;
 mod plan;

@@ -77,6 +77,17 @@ impl Number {
         }
     }
 
+    /// Whether a number of this type is finite after it was written.
+    #[inline]
+    pub(crate) fn holds(self, value: f64) -> bool {
+        #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
+        match self {
+            Self::F32 => (value as f32).is_finite(),
+            Self::F64 => value.is_finite(),
+            integer => integer.write(&mut [0; 8], 0, value),
+        }
+    }
+
     /// Writes a number at a byte: a whole one if the type is one of integers. `false` if it does not
     /// fit.
     pub(crate) fn write(self, bytes: &mut [u8], at: usize, value: f64) -> bool {

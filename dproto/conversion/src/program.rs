@@ -3,6 +3,7 @@
 use crate::fault::Fault;
 use crate::formula::{Formula, Rejected, Scratch};
 use crate::item::Item;
+use crate::lanes::Marks;
 use crate::number::Number;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -13,6 +14,9 @@ use rc_quantity::{Conversion, Factor};
 pub struct Program {
     steps: Vec<Step>,
 }
+
+/// How many elements of a block that is refused run by single steps.
+const BLOCK: usize = 64;
 
 /// A step. `end` is the step behind the body of a loop.
 #[derive(Clone, Debug)]
@@ -64,12 +68,13 @@ enum Step {
         padding: usize,
         stride: usize,
         end: usize,
+        record: Option<Record>,
     },
 }
 
 /// The layout of the elements of a loop without inner loops and texts: each begins where the one
 /// before ends, and its numbers have the same offsets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Record {
     /// Bytes of an element.
     size: usize,
@@ -77,6 +82,8 @@ struct Record {
     align: usize,
     /// That of the first number.
     first: usize,
+    /// The numbers of the only group of an element, if nothing else is converted.
+    marks: Option<Marks>,
 }
 
 impl Program {
@@ -139,11 +146,13 @@ impl Program {
                 }
                 Step::Sequence { end, record } => {
                     let (length, behind) = length(bytes, at)?;
-                    at = self.elements((body..*end, *record), bytes, (behind, length), scratch)?;
+                    let record = record.as_ref();
+                    at = self.elements((body..*end, record), bytes, (behind, length), scratch)?;
                     step = *end;
                 }
                 Step::Array { count, end, record } => {
-                    at = self.elements((body..*end, *record), bytes, (at, *count), scratch)?;
+                    let record = record.as_ref();
+                    at = self.elements((body..*end, record), bytes, (at, *count), scratch)?;
                     step = *end;
                 }
                 Step::Bounded {
@@ -151,13 +160,22 @@ impl Program {
                     padding,
                     stride,
                     end,
+                    record,
                 } => {
                     let (length, behind) = length(bytes, at)?;
                     let items = span(bytes, behind, 1, *padding)?.end;
                     let size = stride.saturating_mul(*bound);
                     at = span(bytes, items, 1, size)?.end;
                     let length = length.min(*bound);
-                    if self.packed(&(body..*end)) == Some(*stride) {
+                    let groups = record.as_ref().and_then(|record| {
+                        let is_aligned = items.is_multiple_of(record.align);
+                        let fits = record.size == *stride && is_aligned;
+                        Some((record, record.marks.as_ref().filter(|_| fits)?))
+                    });
+                    if let Some((record, marks)) = groups {
+                        let body = (body..*end, record, marks);
+                        self.groups(body, bytes, (items, length), scratch)?;
+                    } else if self.packed(&(body..*end)) == Some(*stride) {
                         self.repeat(body..*end, bytes, (items, length), scratch)?;
                     } else {
                         for index in 0..length {
@@ -184,7 +202,7 @@ impl Program {
     /// Runs the body of a loop for all elements at once if they have one layout, else one by one.
     fn elements(
         &self,
-        (body, record): (Range<usize>, Option<Record>),
+        (body, record): (Range<usize>, Option<&Record>),
         bytes: &mut [u8],
         (at, count): (usize, usize),
         scratch: &mut Scratch,
@@ -198,6 +216,9 @@ impl Program {
         let Some((record, start)) = aligned.filter(|_| count > 0) else {
             return self.repeat(body, bytes, (at, count), scratch);
         };
+        if let Some(marks) = &record.marks {
+            return self.groups((body, record, marks), bytes, (start, count), scratch);
+        }
         let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
         let mut offset = 0;
         for step in &self.steps[body] {
@@ -220,6 +241,33 @@ impl Program {
                     Fault::Overflow(all.start + element * record.size + numbers.start + at)
                 })?;
             }
+        }
+        Ok(all.end)
+    }
+
+    /// Runs the formula of a loop of groups for all elements, a block at a time. What a block cannot
+    /// tell, such as which number is refused, single steps do.
+    fn groups(
+        &self,
+        (body, record, marks): (Range<usize>, &Record, &Marks),
+        bytes: &mut [u8],
+        (start, count): (usize, usize),
+        scratch: &mut Scratch,
+    ) -> Result<usize, Fault> {
+        let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
+        let Some(Step::Group { formula, .. }) = self.steps.get(body.start) else {
+            return self.repeat(body, bytes, (start, count), scratch);
+        };
+        let mut done = 0;
+        while done < count {
+            let rest = all.start + done * record.size..all.end;
+            done += scratch
+                .lanes
+                .run(formula, marks, &mut bytes[rest], record.size);
+            let single = BLOCK.min(count - done);
+            let at = all.start + done * record.size;
+            self.repeat(body.clone(), bytes, (at, single), scratch)?;
+            done += single;
         }
         Ok(all.end)
     }
@@ -368,6 +416,7 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
                     padding: *padding as usize,
                     stride: *stride as usize,
                     end: behind,
+                    record: record(&steps[open + 1..]),
                 };
             }
         }
@@ -399,20 +448,40 @@ fn record(body: &[Step]) -> Option<Record> {
         // One step takes all elements anyway.
         return None;
     };
+    let (body, mut marks) = match first {
+        Step::Group { .. } => (&body[1..], Some(Marks::default())),
+        _ => (body, None),
+    };
     let (mut size, mut align) = (0_usize, 1);
     for step in body {
-        let (one, count) = step.numbers();
+        let (one, count) = match (step, &mut marks) {
+            (Step::Marked { count, number }, Some(_)) => (number.size(), *count),
+            // Only the formula converts numbers of a group.
+            (Step::Singles { .. } | Step::Doubles { .. } | Step::Integers { .. }, Some(_)) => {
+                return None;
+            }
+            (step, _) => step.numbers(),
+        };
         if one == 0 {
             return None;
         }
-        size = next_multiple(size, one)?.checked_add(one.checked_mul(count)?)?;
+        let start = next_multiple(size, one)?;
+        size = start.checked_add(one.checked_mul(count)?)?;
         align = align.max(one);
+        if let (Step::Marked { number, .. }, Some(Marks(marks))) = (step, &mut marks) {
+            marks.extend((start..size).step_by(one).map(|at| (at, *number)));
+        }
     }
+    let first = match body.first()? {
+        Step::Marked { number, .. } => number.size(),
+        step => step.numbers().0,
+    };
     // Otherwise elements that follow each other begin at different alignments.
     size.is_multiple_of(align).then_some(Record {
         size,
         align,
-        first: first.numbers().0,
+        first,
+        marks,
     })
 }
 

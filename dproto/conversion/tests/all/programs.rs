@@ -228,3 +228,61 @@ fn records_give_the_same_bits_as_single_steps() {
     }
     assert!(converted > 1000, "{converted}");
 }
+
+/// Elements of one layout are converted a block at a time, with the bits, the faults and the order
+/// of single ones.
+#[test]
+fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
+    let groups = [
+        // In other units and axes.
+        "{3f!i|d@1&1e3;t$0;n@0;d$2&1e3;t$3;d@2&1e3;t$5;=$1&$4&$6}",
+        // Some numbers are refused, or do not fit.
+        "{3f!i|m@0&1e37;q@1&-9e1&9e1;=$0&@2&@1}",
+        "{3f!i!|i@0;q$0&-1e2&2e9;S@1;L@0&@2;=$2&@1&$3&$1}",
+    ];
+    let mut random = fastrand::Rng::with_seed(38);
+    let (mut refused, mut whole) = (0, 0);
+    for group in groups {
+        let (all, one) = (program(&format!("[{group}]")), program(group));
+        for round in 0..60 {
+            let count = [1, 2, 63, 64, 65, 200][round % 6];
+            let mut message = Message::default().u32(count);
+            for _ in 0..count {
+                let rare = random.u32(..900);
+                let special = [f32::NAN, f32::INFINITY, 95.0, -0.0];
+                let special = special.get(rare as usize).copied();
+                for at in 0..3 {
+                    let number = (random.f32() - 0.5) * 60.0;
+                    message = message.f32(special.filter(|_| at == 1).unwrap_or(number));
+                }
+                message = message.u32(random.u32(..));
+            }
+            let (mut found, mut wanted) = (message.0.clone(), message.0);
+            let mut fault = None;
+            for (at, element) in wanted[4..].chunks_exact_mut(16).enumerate() {
+                if let Err(error) = one.run(element, 0) {
+                    let shifted = |place: usize| 4 + 16 * at + place;
+                    fault = Some(match error {
+                        Fault::Truncated(place) => Fault::Truncated(shifted(place)),
+                        Fault::Overflow(place) => Fault::Overflow(shifted(place)),
+                        Fault::Value(place) => Fault::Value(shifted(place)),
+                    });
+                    break;
+                }
+            }
+            let end = all.run(&mut found, 0);
+            match fault {
+                Some(fault) => {
+                    refused += 1;
+                    assert_eq!(end, Err(fault), "{group}");
+                }
+                None => {
+                    whole += 1;
+                    assert_eq!(end, Ok(found.len()), "{group}");
+                }
+            }
+            assert_eq!(found, wanted, "{group}");
+        }
+    }
+    assert!(refused > 10 && whole > 10, "{refused} {whole}");
+}

@@ -1,0 +1,182 @@
+//! Formulas over many elements of one layout: each operation runs over a block of elements before
+//! the next one begins, so that the compiler turns it into vector instructions.
+
+use crate::formula::{Formula, Operand, Operation};
+use crate::number::Number;
+use alloc::vec::Vec;
+use core::array;
+
+/// The elements of a block. Its values stay in the nearest cache.
+const WIDTH: usize = 64;
+
+/// One number of each element of a block.
+type Lane = [f64; WIDTH];
+
+/// The numbers of an element that a formula takes and gives.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Marks(pub(crate) Vec<(usize, Number)>);
+
+/// The values of a block, kept from block to block: inputs, then those of the steps.
+#[derive(Default)]
+pub(crate) struct Lanes(Vec<Lane>);
+
+impl Lanes {
+    /// Converts elements of `size` bytes that fill `bytes`, up to the first block with a number that
+    /// the formula refuses or that its type cannot hold. That block stays as it is. Returns how many
+    /// elements are converted.
+    pub(crate) fn run(
+        &mut self,
+        formula: &Formula,
+        marks: &Marks,
+        bytes: &mut [u8],
+        size: usize,
+    ) -> usize {
+        if size == 0 || marks.0.len() != formula.outputs.len() {
+            return 0;
+        }
+        let inputs = marks.0.len();
+        let count = inputs + formula.steps.len();
+        if self.0.len() < count {
+            self.0.resize(count, [0.0; WIDTH]);
+        }
+        let mut done = 0;
+        for block in bytes.chunks_mut(WIDTH * size) {
+            let length = block.len() / size;
+            let is_whole = self.load(marks, block, size)
+                && self.compute(formula, inputs, length)
+                && self.store(formula, marks, block, size);
+            if !is_whole {
+                break;
+            }
+            done += length;
+        }
+        done
+    }
+
+    /// Reads the inputs of a block. `false` if a number is not finite: single steps know what
+    /// becomes of these.
+    fn load(&mut self, marks: &Marks, block: &[u8], size: usize) -> bool {
+        let mut is_finite = true;
+        for (lane, (at, number)) in self.0.iter_mut().zip(&marks.0) {
+            let elements = block.chunks_exact(size);
+            match number {
+                Number::F32 => {
+                    for (value, element) in lane.iter_mut().zip(elements) {
+                        let bits = element
+                            .get(*at..at + 4)
+                            .and_then(|item| item.try_into().ok());
+                        *value = f64::from(f32::from_le_bytes(bits.unwrap_or([0xff; 4])));
+                        is_finite &= value.is_finite();
+                    }
+                }
+                number => {
+                    for (value, element) in lane.iter_mut().zip(elements) {
+                        *value = number.read(element, *at);
+                        is_finite &= value.is_finite();
+                    }
+                }
+            }
+        }
+        is_finite
+    }
+
+    /// Computes all steps. `false` if a number is not in its range.
+    fn compute(&mut self, formula: &Formula, inputs: usize, length: usize) -> bool {
+        for (at, step) in formula.steps.iter().enumerate() {
+            let Some((known, rest)) = self.0.split_at_mut_checked(inputs + at) else {
+                return false;
+            };
+            let Some(out) = rest.first_mut() else {
+                return false;
+            };
+            // Constants are as wide as the rest, in place of a branch for each element.
+            let constants: [Lane; 4] = array::from_fn(|at| match step.operands.get(at) {
+                Some(Operand::Constant(bits)) => [f64::from_bits(*bits); WIDTH],
+                _ => [0.0; WIDTH],
+            });
+            let [a, b, c, d] = array::from_fn(|at| {
+                let known = match step.operands.get(at) {
+                    Some(Operand::Input(place)) => known.get(*place as usize),
+                    Some(Operand::Step(place)) => known.get(inputs + *place as usize),
+                    Some(Operand::Constant(_)) | None => None,
+                };
+                known.unwrap_or(&constants[at])
+            });
+            match step.operation {
+                Operation::Negate => each(out, a, b, |a, _| -a),
+                Operation::Add => each(out, a, b, |a, b| a + b),
+                Operation::Subtract => each(out, a, b, |a, b| a - b),
+                Operation::Multiply => each(out, a, b, |a, b| a * b),
+                Operation::Divide => each(out, a, b, |a, b| a / b),
+                #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
+                Operation::Single => each(out, a, b, |a, _| f64::from(a as f32)),
+                other => {
+                    for at in 0..length.min(WIDTH) {
+                        match other.apply([a[at], b[at], c[at], d[at]]) {
+                            Some(value) => out[at] = value,
+                            None => return false,
+                        }
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Writes the outputs of a block, if all of them fit.
+    fn store(&self, formula: &Formula, marks: &Marks, block: &mut [u8], size: usize) -> bool {
+        let inputs = marks.0.len();
+        let lane = |output: &Operand| match output {
+            Operand::Input(at) => self.0.get(*at as usize).copied(),
+            Operand::Step(at) => self.0.get(inputs + *at as usize).copied(),
+            Operand::Constant(bits) => Some([f64::from_bits(*bits); WIDTH]),
+        };
+        let length = block.len() / size;
+        let outputs = || {
+            let all = (0_u32..).zip(formula.outputs.iter().zip(&marks.0));
+            // What is its own output keeps its bits.
+            all.filter(|(own, (output, _))| **output != Operand::Input(*own))
+                .map(|(_, pair)| pair)
+        };
+        for (output, (_, number)) in outputs() {
+            let Some(lane) = lane(output) else {
+                return false;
+            };
+            if !lane.iter().take(length).all(|value| number.holds(*value)) {
+                return false;
+            }
+        }
+        for (output, (at, number)) in outputs() {
+            let Some(lane) = lane(output) else {
+                return false;
+            };
+            let elements = block.chunks_exact_mut(size);
+            match number {
+                Number::F32 => {
+                    for (value, element) in lane.iter().zip(elements) {
+                        if let Some(item) = element.get_mut(*at..at + 4) {
+                            #[expect(
+                                clippy::cast_possible_truncation,
+                                reason = "rounded to the nearest"
+                            )]
+                            item.copy_from_slice(&(*value as f32).to_le_bytes());
+                        }
+                    }
+                }
+                number => {
+                    for (value, element) in lane.iter().zip(elements) {
+                        number.write(element, *at, *value);
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+#[inline]
+fn each(out: &mut Lane, a: &Lane, b: &Lane, of: impl Fn(f64, f64) -> f64) {
+    for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+        *out = of(*a, *b);
+    }
+}
