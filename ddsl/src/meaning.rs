@@ -83,13 +83,17 @@ pub(crate) fn has_prefix(paths: &BTreeSet<String>, prefix: &str) -> bool {
     behind.next().is_some_and(|path| path.starts_with(prefix))
 }
 
-/// A prototype of a library, by the place of the library and the name.
-type Key = (*const Library, String);
+/// A prototype of a library, by the number of the library and the name.
+type Key = (usize, String);
 
 /// What structures mean at both ends. The check of a connection and its plans, for the message and
-/// for its image, ask for the same pairs: each is planned once.
+/// for its image, ask for the same pairs, and so do connections between components that import the
+/// same files: each is planned once.
 #[derive(Default)]
 pub(crate) struct Meanings {
+    /// The numbers of libraries by their place in memory, and by what they say.
+    places: RefCell<HashMap<*const Library, usize>>,
+    texts: RefCell<HashMap<String, usize>>,
     known: RefCell<HashMap<(Key, Key), Rc<Result<Meaning, Unmeant>>>>,
 }
 
@@ -100,10 +104,7 @@ impl Meanings {
         (sender, from): (End<'_>, &Prototype),
         (receiver, to): (End<'_>, &Prototype),
     ) -> Rc<Result<Meaning, Unmeant>> {
-        let key = |end: End<'_>, of: &Prototype| {
-            let library: *const Library = end.prototypes;
-            (library, of.name.clone())
-        };
+        let key = |end: End<'_>, of: &Prototype| (self.number(end.prototypes), of.name.clone());
         let key = (key(sender, from), key(receiver, to));
         if let Some(known) = self.known.borrow().get(&key) {
             return Rc::clone(known);
@@ -111,6 +112,21 @@ impl Meanings {
         let found = Rc::new(meaning((sender, from), (receiver, to)));
         self.known.borrow_mut().insert(key, Rc::clone(&found));
         found
+    }
+
+    /// The number of a library. Those that say the same have one.
+    fn number(&self, library: &Library) -> usize {
+        let place: *const Library = library;
+        if let Some(known) = self.places.borrow().get(&place) {
+            return *known;
+        }
+        let mut texts = self.texts.borrow_mut();
+        let next = texts.len();
+        // Without a text, it shares its number with no other one.
+        let text = serde_json::to_string(library).unwrap_or_else(|_| format!("{next} {place:p}"));
+        let number = *texts.entry(text).or_insert(next);
+        self.places.borrow_mut().insert(place, number);
+        number
     }
 }
 

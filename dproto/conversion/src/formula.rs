@@ -166,6 +166,7 @@ impl Formula {
             return Err(Rejected::Value(start));
         }
         values.clear();
+        values.reserve(marks.len() + self.steps.len());
         let numbers = marks.iter().map(|(at, number)| number.read(bytes, *at));
         values.extend(numbers);
         let is_finite = values.iter().all(|value| value.is_finite());

@@ -4,7 +4,6 @@
 use crate::formula::{Formula, Operand, Operation};
 use crate::number::Number;
 use alloc::vec::Vec;
-use core::array;
 
 /// The elements of a block. Its values stay in the nearest cache.
 const WIDTH: usize = 64;
@@ -16,9 +15,15 @@ type Lane = [f64; WIDTH];
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Marks(pub(crate) Vec<(usize, Number)>);
 
-/// The values of a block, kept from block to block: inputs, then those of the steps.
+/// The values of a block, kept from block to block: constants, inputs, then those of the steps.
 #[derive(Default)]
-pub(crate) struct Lanes(Vec<Lane>);
+pub(crate) struct Lanes {
+    values: Vec<Lane>,
+    /// Where the first input is.
+    inputs: usize,
+    /// Where the operands of each step are. One that an operation does not have is the first value.
+    places: Vec<[usize; 4]>,
+}
 
 impl Lanes {
     /// Converts elements of `size` bytes that fill `bytes`, up to the first block with a number that
@@ -34,16 +39,12 @@ impl Lanes {
         if size == 0 || marks.0.len() != formula.outputs.len() {
             return 0;
         }
-        let inputs = marks.0.len();
-        let count = inputs + formula.steps.len();
-        if self.0.len() < count {
-            self.0.resize(count, [0.0; WIDTH]);
-        }
+        self.prepare(formula, marks.0.len());
         let mut done = 0;
         for block in bytes.chunks_mut(WIDTH * size) {
             let length = block.len() / size;
             let is_whole = self.load(marks, block, size)
-                && self.compute(formula, inputs, length)
+                && self.compute(formula, marks.0.len(), length)
                 && self.store(formula, marks, block, size);
             if !is_whole {
                 break;
@@ -53,11 +54,44 @@ impl Lanes {
         done
     }
 
+    /// Lays out the values of a formula. Constants are as wide as the rest, in place of a branch for
+    /// each element.
+    fn prepare(&mut self, formula: &Formula, inputs: usize) {
+        let operands = || formula.steps.iter().flat_map(|step| &step.operands);
+        let constants = operands().filter_map(|operand| match operand {
+            Operand::Constant(bits) => Some(f64::from_bits(*bits)),
+            _ => None,
+        });
+        self.values.clear();
+        self.values.push([0.0; WIDTH]);
+        self.values.extend(constants.map(|value| [value; WIDTH]));
+        self.inputs = self.values.len();
+        let all = self.inputs + inputs + formula.steps.len();
+        self.values.resize(all, [0.0; WIDTH]);
+        self.places.clear();
+        let mut next = 1;
+        for step in &formula.steps {
+            let mut places = [0; 4];
+            for (place, operand) in places.iter_mut().zip(&step.operands) {
+                *place = match operand {
+                    Operand::Input(at) => self.inputs + *at as usize,
+                    Operand::Step(at) => self.inputs + inputs + *at as usize,
+                    Operand::Constant(_) => {
+                        next += 1;
+                        next - 1
+                    }
+                };
+            }
+            self.places.push(places);
+        }
+    }
+
     /// Reads the inputs of a block. `false` if a number is not finite: single steps know what
     /// becomes of these.
     fn load(&mut self, marks: &Marks, block: &[u8], size: usize) -> bool {
         let mut is_finite = true;
-        for (lane, (at, number)) in self.0.iter_mut().zip(&marks.0) {
+        let lanes = self.values.iter_mut().skip(self.inputs);
+        for (lane, (at, number)) in lanes.zip(&marks.0) {
             let elements = block.chunks_exact(size);
             match number {
                 Number::F32 => {
@@ -82,26 +116,16 @@ impl Lanes {
 
     /// Computes all steps. `false` if a number is not in its range.
     fn compute(&mut self, formula: &Formula, inputs: usize, length: usize) -> bool {
-        for (at, step) in formula.steps.iter().enumerate() {
-            let Some((known, rest)) = self.0.split_at_mut_checked(inputs + at) else {
+        let first = self.inputs + inputs;
+        for (at, (step, places)) in formula.steps.iter().zip(&self.places).enumerate() {
+            let Some((known, rest)) = self.values.split_at_mut_checked(first + at) else {
                 return false;
             };
-            let Some(out) = rest.first_mut() else {
+            let places = places.map(|place| known.get(place));
+            let ([Some(a), Some(b), Some(c), Some(d)], Some(out)) = (places, rest.first_mut())
+            else {
                 return false;
             };
-            // Constants are as wide as the rest, in place of a branch for each element.
-            let constants: [Lane; 4] = array::from_fn(|at| match step.operands.get(at) {
-                Some(Operand::Constant(bits)) => [f64::from_bits(*bits); WIDTH],
-                _ => [0.0; WIDTH],
-            });
-            let [a, b, c, d] = array::from_fn(|at| {
-                let known = match step.operands.get(at) {
-                    Some(Operand::Input(place)) => known.get(*place as usize),
-                    Some(Operand::Step(place)) => known.get(inputs + *place as usize),
-                    Some(Operand::Constant(_)) | None => None,
-                };
-                known.unwrap_or(&constants[at])
-            });
             match step.operation {
                 Operation::Negate => each(out, a, b, |a, _| -a),
                 Operation::Add => each(out, a, b, |a, b| a + b),
@@ -125,10 +149,10 @@ impl Lanes {
 
     /// Writes the outputs of a block, if all of them fit.
     fn store(&self, formula: &Formula, marks: &Marks, block: &mut [u8], size: usize) -> bool {
-        let inputs = marks.0.len();
+        let steps = self.inputs + marks.0.len();
         let lane = |output: &Operand| match output {
-            Operand::Input(at) => self.0.get(*at as usize).copied(),
-            Operand::Step(at) => self.0.get(inputs + *at as usize).copied(),
+            Operand::Input(at) => self.values.get(self.inputs + *at as usize).copied(),
+            Operand::Step(at) => self.values.get(steps + *at as usize).copied(),
             Operand::Constant(bits) => Some([f64::from_bits(*bits); WIDTH]),
         };
         let length = block.len() / size;

@@ -17,6 +17,8 @@ pub struct Program {
 
 /// How many elements of a block that is refused run by single steps.
 const BLOCK: usize = 64;
+/// The fewest elements for which a block is made.
+const FEWEST: usize = 16;
 
 /// A step. `end` is the step behind the body of a loop.
 #[derive(Clone, Debug)]
@@ -131,6 +133,7 @@ impl Program {
                 }
                 Step::Group { end, formula } => {
                     let first = scratch.marks.len();
+                    scratch.marks.reserve(formula.outputs.len());
                     at = self.steps(body..*end, bytes, at, scratch)?;
                     let result = formula.run(bytes, scratch, first);
                     scratch.marks.truncate(first);
@@ -255,7 +258,9 @@ impl Program {
         scratch: &mut Scratch,
     ) -> Result<usize, Fault> {
         let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
-        let Some(Step::Group { formula, .. }) = self.steps.get(body.start) else {
+        let Some(Step::Group { formula, .. }) =
+            self.steps.get(body.start).filter(|_| count >= FEWEST)
+        else {
             return self.repeat(body, bytes, (start, count), scratch);
         };
         let mut done = 0;
