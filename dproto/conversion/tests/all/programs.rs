@@ -271,15 +271,12 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
                 }
             }
             let end = all.run(&mut found, 0);
-            match fault {
-                Some(fault) => {
-                    refused += 1;
-                    assert_eq!(end, Err(fault), "{group}");
-                }
-                None => {
-                    whole += 1;
-                    assert_eq!(end, Ok(found.len()), "{group}");
-                }
+            if let Some(fault) = fault {
+                refused += 1;
+                assert_eq!(end, Err(fault), "{group}");
+            } else {
+                whole += 1;
+                assert_eq!(end, Ok(found.len()), "{group}");
             }
             assert_eq!(found, wanted, "{group}");
         }
