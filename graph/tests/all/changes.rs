@@ -212,6 +212,23 @@ fn a_rule_holds_also_when_an_attribute_changes_later() {
     }
 }
 
+/// The steps of a change are bounded; nothing of one that has more is kept.
+#[test]
+fn a_change_with_too_many_steps_is_refused_whole() {
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let before = graph.snapshot();
+    let result = graph.change(Time::ZERO, |edit| {
+        let node = edit.add_node("thing")?;
+        for _ in 0..property_graph::MOST_STEPS {
+            edit.unset(node, "nothing")?;
+        }
+        Ok::<(), Error>(())
+    });
+    assert_eq!(result, Err(Error::TooLarge(property_graph::MOST_STEPS)));
+    assert_eq!(graph.snapshot().version(), before.version());
+    assert_eq!(graph.snapshot().node_count(), 0);
+}
+
 #[test]
 fn a_fork_makes_no_id_twice() {
     let graph = Graph::new(kitchen().into(), 1);

@@ -287,3 +287,24 @@ fn graphs_and_schemas_are_drawn_and_viewed() {
     assert_eq!(code, 1);
     assert!(err.contains("other-format"), "{err}");
 }
+
+/// A file that nobody could read into memory is refused before it is read, whatever is done with it.
+#[test]
+fn a_file_of_a_gibibyte_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = std::fs::File::create(folder.path().join("large.graph")).expect("a file");
+    // It has no blocks on the disk.
+    file.set_len(1 << 30).expect("a large file");
+    for args in [
+        &["check", "large.graph"][..],
+        &["query", "large.graph", "MATCH (n) RETURN n"],
+        &["view", "large.graph"],
+        &["graph", "large.graph"],
+        &["export", "large.graph", "--to", "dsr", "--out", "out"],
+    ] {
+        let (code, out, err) = rcgen(folder.path(), args);
+        assert_eq!((code, out.as_str()), (3, ""), "{args:?}: {err}");
+        assert!(err.contains("large.graph"), "{args:?}: {err}");
+    }
+    assert!(!folder.path().join("out").exists());
+}

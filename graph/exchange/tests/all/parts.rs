@@ -201,3 +201,68 @@ fn graphs_of_different_schemas_are_not_joined() {
     free.join(&whole, (&anything, &schema)).expect("a graph");
     assert_eq!(free, whole);
 }
+
+/// A schema that a running graph has outgrown: what differs and what does not fit is listed, and nothing
+/// is left out in silence.
+#[test]
+fn a_migration_lists_what_differs() {
+    let schema = |text: &str| {
+        let mut sources = SourceMap::new();
+        let source = sources.add("a.gdsl", text);
+        let (schema, found) = load(&mut sources, &MemoryLoader::new(DOMAINS), source);
+        assert_eq!(render(&sources, &found, Format::Short), "");
+        std::sync::Arc::new(schema.expect("a schema"))
+    };
+    let old = schema(
+        "Domain a { entity Cup { mass float unit \"g\"; }; entity Mug { }; relation on { a Cup; b Mug; }; };",
+    );
+    let new = schema("Domain a { entity Cup { mass float unit \"kg\" 0:10; }; entity Mug { }; };");
+    let graph = Graph::new(std::sync::Arc::clone(&old), 1);
+    let cup = graph.change(Time::ZERO, |edit| {
+        let cup = edit.add_node("Cup")?;
+        edit.set(cup, "mass", 250.0)?;
+        Ok::<_, Error>(cup)
+    });
+    let cup = cup.expect("a cup");
+    let migration = graph_exchange::migrate(&graph.snapshot(), &new, 1);
+    let differences: Vec<String> = migration
+        .differences
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(
+        differences,
+        [
+            "Cup.mass: `float unit \"g\"` in the first schema, `float unit \"kg\" 0:10` in the second",
+            "on: `relation on(a Cup, b Mug) of a` in the first schema only",
+        ]
+    );
+    assert!(migration.graph.is_none());
+    assert_eq!(migration.findings.len(), 1, "{:?}", migration.findings);
+    // The same number in another unit is another value.
+    let expected = "graph:3:57: error[unit-mismatch]";
+    assert!(
+        migration.findings[0].starts_with(expected),
+        "{:?}",
+        migration.findings
+    );
+    let wider = schema(
+        "Domain a { entity Cup { mass float unit \"g\" 0:1000; }; entity Mug { }; entity Pan { }; };",
+    );
+    let migration = graph_exchange::migrate(&graph.snapshot(), &wider, 1);
+    assert_eq!(migration.findings, Vec::<String>::new());
+    assert_eq!(migration.differences.len(), 3);
+    let moved = migration.graph.expect("a graph");
+    assert_eq!(moved.snapshot().schema(), &wider);
+    let [before, after] = [&graph, &moved].map(|graph| Document::of(&graph.snapshot()));
+    assert_eq!(before, after);
+    let light = graph.change(Time::ZERO, |edit| edit.set(cup, "mass", -1.0));
+    light.expect("a change");
+    let migration = graph_exchange::migrate(&graph.snapshot(), &wider, 1);
+    assert!(migration.graph.is_none());
+    assert!(
+        migration.findings[0].contains("wrong-value"),
+        "{:?}",
+        migration.findings
+    );
+}
