@@ -17,10 +17,22 @@ pub struct File {
 pub struct Kinematics {
     /// Its name.
     pub name: Name,
+    /// `math std` and `math libm`
+    pub math: Vec<(Span, Math)>,
     /// Its postures.
     pub postures: Vec<Posture>,
     /// Its solvers.
     pub solvers: Vec<Solver>,
+}
+
+/// Where printed Rust has sine, cosine and roots from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Math {
+    /// The standard library.
+    #[default]
+    Std,
+    /// The crate `libm`, for programs without the standard library.
+    Libm,
 }
 
 /// `posture NAME { JOINT = NUMBER; … }`
@@ -52,10 +64,23 @@ pub struct Solver {
     pub outputs: Vec<Output>,
     /// `gravity X, Y, Z`
     pub gravity: Vec<(Span, Vec<Literal>)>,
+    /// `payload NAME at FRAME`
+    pub payloads: Vec<Payload>,
     /// What it answers the other way round: which joints move a frame so.
     pub inverses: Vec<Inverse>,
     /// How it does.
     pub settings: Vec<Setting>,
+}
+
+/// `payload NAME at FRAME`: a mass that the caller says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Payload {
+    /// The whole of it.
+    pub span: Span,
+    /// Its name.
+    pub name: Name,
+    /// The link that carries it.
+    pub link: Name,
 }
 
 /// `inverse pose TIP in BASE` or `inverse velocity TIP in BASE`
@@ -146,6 +171,8 @@ pub enum OutputKind {
     Efforts,
     /// `mass_matrix`
     MassMatrix,
+    /// `accelerations`
+    Accelerations,
 }
 
 /// A part of the motion of a frame in another one.

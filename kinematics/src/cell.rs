@@ -1,11 +1,12 @@
 //! A robot with its solvers.
 
-use crate::ast::What;
+use crate::ast::{Math, What};
 use crate::inverse::Inverse;
 use rc_formula::{Operation, Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};
-use rc_robot::{Chain, Robot, State, dynamics};
+use rc_robot::dynamics::{self, Load};
+use rc_robot::{Chain, Robot, State};
 use rc_vocabulary::Primitive;
 
 /// A robot with its solvers.
@@ -13,6 +14,8 @@ use rc_vocabulary::Primitive;
 pub struct Cell {
     /// Its name.
     pub name: String,
+    /// Where printed Rust has sine, cosine and roots from.
+    pub math: Math,
     /// The robot.
     pub robot: Robot,
     /// In the order of the text.
@@ -21,7 +24,7 @@ pub struct Cell {
     pub inverses: Vec<Inverse>,
 }
 
-/// A function of positions, velocities and accelerations.
+/// A function of positions, velocities, accelerations, efforts and payloads.
 #[derive(Clone, Debug)]
 pub struct Solver {
     /// Its name.
@@ -34,9 +37,26 @@ pub struct Solver {
     pub takes_velocities: bool,
     /// Whether it takes accelerations.
     pub takes_accelerations: bool,
-    /// Its operations. The input has the positions of all coordinates, their velocities and their
-    /// accelerations, the output the numbers of [`outputs`](Self::outputs) by rows.
+    /// Whether it takes efforts.
+    pub takes_efforts: bool,
+    /// What it takes of each payload: [`PAYLOAD`] numbers.
+    pub payloads: Vec<Payload>,
+    /// Its operations. The input has the positions of all coordinates, their velocities, accelerations
+    /// and efforts, then the numbers of payloads; the output those of [`outputs`](Self::outputs) by rows.
     pub program: Program,
+}
+
+/// How many numbers a payload has: the mass, the centre of mass, and the moments xx, xy, xz, yy, yz and zz
+/// about it.
+pub const PAYLOAD: usize = 10;
+
+/// A mass that the caller says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Payload {
+    /// Its name in printed code.
+    pub name: String,
+    /// What its numbers are.
+    pub doc: String,
 }
 
 /// Something that a solver gives.
@@ -102,13 +122,24 @@ impl Solver {
         Work::of(&self.program)
     }
 
-    /// Computes it without printed code, for the state of all coordinates.
+    /// Computes it without printed code, for the state of all coordinates, their efforts, and the
+    /// numbers of all payloads.
     ///
     /// # Errors
-    /// The state has another number of coordinates.
-    pub fn run(&self, state: &State) -> Result<Vec<f64>, Rejected> {
-        let parts = [&state.positions, &state.velocities, &state.accelerations];
-        self.program.run(&parts.map(Vec::as_slice).concat())
+    /// There are more or fewer numbers.
+    pub fn run(
+        &self,
+        state: &State,
+        efforts: &[f64],
+        payloads: &[f64],
+    ) -> Result<Vec<f64>, Rejected> {
+        let State {
+            positions,
+            velocities,
+            accelerations,
+        } = state;
+        let parts = [positions, velocities, accelerations, efforts, payloads];
+        self.program.run(&parts.concat())
     }
 }
 
@@ -123,6 +154,7 @@ pub(crate) enum Computed<'r> {
     },
     Efforts([f64; 3]),
     MassMatrix,
+    Accelerations([f64; 3]),
 }
 
 impl Computed<'_> {
@@ -136,7 +168,13 @@ impl Computed<'_> {
             },
             Self::Efforts(_) => (true, true),
             Self::MassMatrix => (false, false),
+            Self::Accelerations(_) => (true, false),
         }
+    }
+
+    /// Whether it is of masses, and changes with payloads.
+    pub(crate) fn has_masses(&self) -> bool {
+        !matches!(self, Self::Motion { .. })
     }
 
     /// How many joints its algorithm passes.
@@ -146,7 +184,7 @@ impl Computed<'_> {
                 chain, expressed, ..
             } => chain.len() + expressed.as_ref().map_or(0, Chain::len),
             Self::Efforts(_) => robot.bodies.len(),
-            Self::MassMatrix => {
+            Self::MassMatrix | Self::Accelerations(_) => {
                 // The algorithm goes from each moving body to the root.
                 let mut depths: Vec<usize> = Vec::with_capacity(robot.bodies.len());
                 let mut steps = robot.bodies.len();
@@ -164,10 +202,19 @@ impl Computed<'_> {
     }
 
     /// Its numbers, by rows.
-    fn numbers<T: Real>(&self, robot: &Robot, state: &State<T>) -> Vec<T> {
+    fn numbers<T: Real>(
+        &self,
+        robot: &Robot,
+        state: &State<T>,
+        efforts: &[T],
+        loads: &[Load<T>],
+    ) -> Vec<T> {
         match self {
-            Self::Efforts(gravity) => dynamics::efforts(robot, state, *gravity),
-            Self::MassMatrix => dynamics::mass_matrix(robot, state).concat(),
+            Self::Efforts(gravity) => dynamics::efforts(robot, state, *gravity, loads),
+            Self::MassMatrix => dynamics::mass_matrix(robot, state, loads).concat(),
+            Self::Accelerations(gravity) => {
+                dynamics::accelerations(robot, state, efforts, *gravity, loads)
+            }
             Self::Motion {
                 what,
                 chain,
@@ -211,21 +258,34 @@ impl Computed<'_> {
     }
 }
 
-/// The operations of all these outputs.
-pub(crate) fn recorded(robot: &Robot, outputs: &[Computed<'_>]) -> Program {
+/// The operations of all these outputs, for payloads at these bodies.
+pub(crate) fn recorded(robot: &Robot, outputs: &[Computed<'_>], payloads: &[usize]) -> Program {
     let count = robot.coordinates.len();
-    let recorder = Recorder::new(3 * count);
-    let input = |from: usize| -> Vec<Term<'_>> {
-        let places = from * count..(from + 1) * count;
-        places
-            .map(|at| recorder.input(at, Primitive::F64))
-            .collect()
-    };
+    let recorder = Recorder::new(4 * count + PAYLOAD * payloads.len());
+    let one = |at: usize| recorder.input(at, Primitive::F64);
+    let input =
+        |from: usize| -> Vec<Term<'_>> { (from * count..(from + 1) * count).map(one).collect() };
     let state = State {
         positions: input(0),
         velocities: input(1),
         accelerations: input(2),
     };
-    let numbers = outputs.iter().map(|output| output.numbers(robot, &state));
+    let efforts = input(3);
+    let loads = payloads.iter().enumerate().map(|(place, body)| {
+        let of = |at: usize| one(4 * count + PAYLOAD * place + at);
+        Load {
+            body: *body,
+            mass: of(0),
+            centre: [of(1), of(2), of(3)],
+            tensor: [
+                [of(4), of(5), of(6)],
+                [of(5), of(7), of(8)],
+                [of(6), of(8), of(9)],
+            ],
+        }
+    });
+    let loads: Vec<Load<Term<'_>>> = loads.collect();
+    let numbers = outputs.iter();
+    let numbers = numbers.map(|output| output.numbers(robot, &state, &efforts, &loads));
     recorder.program(&numbers.collect::<Vec<_>>().concat())
 }

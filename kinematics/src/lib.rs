@@ -12,7 +12,7 @@ mod parse;
 mod print;
 mod resolve;
 
-pub use cell::{Cell, Output, Shape, Solver, Work};
+pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver, Work};
 pub use inverse::{Asked, Inverse, RateLimits, Rates, Search};
 pub use parse::parse;
 pub use print::{c, python, rust};

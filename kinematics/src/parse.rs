@@ -1,8 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    File, Inverse, Kinematics, Output, OutputKind, Posture, Quantity, Setting, SettingKind, Solver,
-    What,
+    File, Inverse, Kinematics, Math, Output, OutputKind, Payload, Posture, Quantity, Setting,
+    SettingKind, Solver, What,
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -18,14 +18,16 @@ use rc_syntax::{Literal, Name, ParseContext};
 pub struct Grammar;
 
 /// What may stand in a solver.
-const OUTPUTS: [&str; 16] = [
+const OUTPUTS: [&str; 18] = [
     "pose",
     "jacobian",
     "velocity",
     "acceleration",
     "efforts",
     "mass_matrix",
+    "accelerations",
     "gravity",
+    "payload",
     "inverse",
     "within",
     "tolerance",
@@ -58,6 +60,7 @@ pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
 fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
     let mut kinematics = Kinematics {
         name: Name::new("", r.span(&pair)),
+        math: Vec::new(),
         postures: Vec::new(),
         solvers: Vec::new(),
     };
@@ -65,8 +68,26 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
         match part.as_rule() {
             Rule::name => kinematics.name = r.name(&part),
             Rule::solver => kinematics.solvers.push(solver(r, part)),
+            Rule::math => {
+                let span = trimmed(r, &part);
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::kw_std => kinematics.math.push((span, Math::Std)),
+                        Rule::kw_libm => kinematics.math.push((span, Math::Libm)),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+            }
             Rule::posture => kinematics.postures.push(posture(r, part)),
-            Rule::skipped => skipped(r, &part, &["solver", "posture"], Rule::solver),
+            Rule::skipped => {
+                let rule = match r.first_word(&part).text.to_lowercase().as_str() {
+                    "posture" => Rule::posture,
+                    "math" => Rule::math,
+                    _ => Rule::solver,
+                };
+                skipped(r, &part, &["solver", "posture", "math"], rule);
+            }
             _ => {}
         }
     }
@@ -100,6 +121,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
         doc: r.doc(&pair),
         outputs: Vec::new(),
         gravity: Vec::new(),
+        payloads: Vec::new(),
         inverses: Vec::new(),
         settings: Vec::new(),
     };
@@ -130,6 +152,21 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                 }
                 solver.gravity.push((span, numbers));
             }
+            Rule::payload => {
+                let (mut name, mut link) = (None, None);
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::name => name = Some(r.name(&inside)),
+                        Rule::frame => link = frame(r, inside),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+                let both = name.zip(link);
+                solver
+                    .payloads
+                    .extend(both.map(|(name, link)| Payload { span, name, link }));
+            }
             Rule::inverse => solver.inverses.extend(inverse(r, part, span)),
             Rule::setting => {
                 let kind = setting(r, part);
@@ -149,7 +186,8 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     "null" => Rule::null,
                     "period" => Rule::period,
                     "gravity" => Rule::gravity,
-                    "efforts" | "mass_matrix" => Rule::dynamics,
+                    "efforts" | "mass_matrix" | "accelerations" => Rule::dynamics,
+                    "payload" => Rule::payload,
                     _ => Rule::motion,
                 };
                 skipped(r, &part, &OUTPUTS, rule);
@@ -313,6 +351,7 @@ fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind
         match part.as_rule() {
             Rule::kw_efforts => kind = Some(OutputKind::Efforts),
             Rule::kw_mass_matrix => kind = Some(OutputKind::MassMatrix),
+            Rule::kw_accelerations => kind = Some(OutputKind::Accelerations),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
@@ -325,12 +364,17 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = fa
     import => "`import`",
     solver => "`solver`",
     motion => "`pose`, `jacobian`, `velocity` or `acceleration`",
-    dynamics => "`efforts` or `mass_matrix`",
+    dynamics => "`efforts`, `mass_matrix` or `accelerations`",
+    payload => "`payload`",
+    kw_at => "`at`",
     gravity => "`gravity`",
     expressed => "`expressed in FRAME`",
     frame => "the name of a link",
     kw_in => "`in`",
     posture => "`posture`",
+    math => "`math`",
+    kw_std => "`std`",
+    kw_libm => "`libm`",
     coordinate => "`JOINT = NUMBER;`",
     equals => "`=`",
     inverse => "`inverse pose` or `inverse velocity`",

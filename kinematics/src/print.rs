@@ -2,28 +2,40 @@
 
 mod inverse;
 
-use crate::cell::{Cell, Output, Shape, Solver};
+use crate::ast::Math;
+use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};
+use crate::resolve::ARRAYS;
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
 
 /// The name of an array and the place in it, for a place of the input.
-fn input(cell: &Cell, at: usize) -> String {
-    let count = cell.robot.coordinates.len().max(1);
-    let array = ["positions", "velocities", "accelerations"][at / count];
-    format!("{array}[{}]", at % count)
+fn input(cell: &Cell, solver: &Solver, at: usize) -> String {
+    let count = cell.robot.coordinates.len();
+    match at.checked_sub(4 * count) {
+        None => format!("{}[{}]", ARRAYS[at / count], at % count),
+        Some(at) => format!("{}[{}]", solver.payloads[at / PAYLOAD].name, at % PAYLOAD),
+    }
 }
 
-/// The arrays that a solver takes.
-fn arrays(solver: &Solver) -> impl Iterator<Item = &'static str> {
+/// The arrays that a solver takes, and how many numbers they have.
+fn arrays<'a>(cell: &Cell, solver: &'a Solver) -> Vec<(&'a str, usize)> {
+    let count = cell.robot.coordinates.len();
     let taken = [
-        ("positions", true),
-        ("velocities", solver.takes_velocities),
-        ("accelerations", solver.takes_accelerations),
+        true,
+        solver.takes_velocities,
+        solver.takes_accelerations,
+        solver.takes_efforts,
     ];
-    taken
+    let taken = ARRAYS
         .into_iter()
-        .filter(|(_, is_taken)| *is_taken)
-        .map(|(name, _)| name)
+        .zip(taken)
+        .filter(|(_, is_taken)| *is_taken);
+    let payloads = solver.payloads.iter();
+    let payloads = payloads.map(|payload| (payload.name.as_str(), PAYLOAD));
+    taken
+        .map(|(name, _)| (name, count))
+        .chain(payloads)
+        .collect()
 }
 
 /// The numbers of an output, by rows: `[[v1, v2], [v3, v4]]` between `open` and `close`.
@@ -55,6 +67,7 @@ fn about(solver: &Solver) -> Vec<String> {
         "{} sums, {} products, {} sines, cosines and roots, in each call.",
         work.sums, work.products, work.functions
     ));
+    lines.extend(solver.payloads.iter().map(|payload| payload.doc.clone()));
     lines
 }
 
@@ -102,7 +115,8 @@ pub(crate) fn type_name(name: &str) -> String {
     words.collect::<String>() + "Result"
 }
 
-/// All solvers as Rust, with `f64`. The text is a module.
+/// All solvers as Rust, with `f64`. The text is a module. With [`Math::Libm`] it needs the crate `libm` in
+/// place of the standard library.
 pub fn rust(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
     let numbers = |all: Vec<f64>| {
@@ -149,14 +163,15 @@ pub fn rust(cell: &Cell) -> String {
         for line in about(solver) {
             let _ = writeln!(out, "/// {line}");
         }
-        let taken = arrays(solver).map(|array| format!("{array}: &[f64; {count}]"));
+        let taken = arrays(cell, solver).into_iter();
+        let taken = taken.map(|(array, count)| format!("{array}: &[f64; {count}]"));
         let _ = writeln!(
             out,
             "pub fn {}({}) -> {of} {{",
             solver.name,
             taken.collect::<Vec<_>>().join(", ")
         );
-        out += &rust_text::statements(&solver.program, |at| input(cell, at));
+        out += &rust_text::statements(&solver.program, |at| input(cell, solver, at));
         let _ = writeln!(out, "    {of} {{");
         for (output, numbers) in outputs(solver) {
             let _ = writeln!(
@@ -174,7 +189,15 @@ pub fn rust(cell: &Cell) -> String {
     if !cell.inverses.is_empty() {
         out += &inverse::rust_loops();
     }
-    out
+    match cell.math {
+        Math::Std => out,
+        Math::Libm => {
+            let functions = ["sin", "cos", "sqrt", "atan2", "floor", "round", "hypot"];
+            functions.iter().fold(out, |text, name| {
+                text.replace(&format!("f64::{name}("), &format!("libm::{name}("))
+            })
+        }
+    }
 }
 
 /// All solvers as C99. Each name begins with that of the cell.
@@ -225,18 +248,18 @@ pub fn c(cell: &Cell) -> String {
         for line in about(solver) {
             let _ = writeln!(out, " * {}", line.replace("*/", "* /"));
         }
-        let size = count.max(1);
-        let taken = arrays(solver).map(|array| format!("const double {array}[{size}], "));
+        let taken = arrays(cell, solver).into_iter();
+        let taken = taken.map(|(array, size)| format!("const double {array}[{}], ", size.max(1)));
         let taken: Vec<String> = taken.collect();
         let _ = writeln!(
             out,
             " */\nstatic inline void {name}({}{name}_result *result)\n{{",
             taken.concat()
         );
-        for array in arrays(solver) {
+        for (array, _) in arrays(cell, solver) {
             let _ = writeln!(out, "    (void){array};");
         }
-        out += &c_text::statements(&solver.program, |at| input(cell, at));
+        out += &c_text::statements(&solver.program, |at| input(cell, solver, at));
         for (output, numbers) in outputs(solver) {
             let name = &output.name;
             for (at, number) in numbers.iter().enumerate() {
@@ -278,7 +301,6 @@ pub fn python(cell: &Cell) -> String {
         numbers(lower),
         numbers(upper),
     );
-    let count = cell.robot.coordinates.len();
     for solver in &cell.solvers {
         let of = type_name(&solver.name);
         let _ = writeln!(
@@ -293,7 +315,8 @@ pub fn python(cell: &Cell) -> String {
             };
             let _ = writeln!(body, "    # {}\n    {}: {kind}", output.doc, output.name);
         }
-        let taken = arrays(solver).map(|array| format!("{array}: Sequence[float]"));
+        let taken = arrays(cell, solver).into_iter();
+        let taken = taken.map(|(array, _)| format!("{array}: Sequence[float]"));
         let _ = writeln!(
             body,
             "\n\ndef {}({}) -> {of}:",
@@ -305,14 +328,15 @@ pub fn python(cell: &Cell) -> String {
             .replace('\\', " ")
             .replace("\"\"\"", "'''");
         let _ = writeln!(body, "    \"\"\"{lines}\"\"\"");
-        for array in arrays(solver) {
+        for (array, count) in arrays(cell, solver) {
             let _ = writeln!(
                 body,
-                "    if len({array}) != {count}:\n        raise ValueError(\"{count} {array} are expected\")"
+                "    if len({array}) != {count}:\n        raise ValueError(\"{count} numbers of {array} are expected\")"
             );
         }
-        body +=
-            &python_text::statements(&solver.program, |at| format!("float({})", input(cell, at)));
+        body += &python_text::statements(&solver.program, |at| {
+            format!("float({})", input(cell, solver, at))
+        });
         let fields = outputs(solver).into_iter();
         let fields = fields.map(|(output, numbers)| rows(output, &numbers, "[", "]"));
         let _ = writeln!(

@@ -2,8 +2,8 @@
 
 mod inverse;
 
-use crate::ast::{self, OutputKind, What};
-use crate::cell::{Cell, Computed, Output, Shape, Solver, recorded};
+use crate::ast::{self, Math, OutputKind, What};
+use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, recorded};
 use crate::parse::parse;
 use crate::print::type_name;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -33,6 +33,9 @@ const TAKEN: [&str; 9] = [
     "Sequence",
     "list",
 ];
+
+/// The arguments of printed functions that have the numbers of joints.
+pub(crate) const ARRAYS: [&str; 4] = ["positions", "velocities", "accelerations", "efforts"];
 
 /// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
@@ -67,6 +70,9 @@ pub fn load(
     // Printed code has a function and a type for each solver.
     let mut known: HashMap<String, Span> = HashMap::new();
     let (mut solvers, mut inverses) = (Vec::new(), Vec::new());
+    if let [(first, _), (second, _), ..] = kinematics.math.as_slice() {
+        resolver.duplicate(*second, "`math` is said twice".to_owned(), *first);
+    }
     resolver.postures(&kinematics.postures);
     for solver in &kinematics.solvers {
         let name = &solver.name;
@@ -90,6 +96,7 @@ pub fn load(
     let name = kinematics.name.text.clone();
     let cell = Cell {
         name,
+        math: kinematics.math.first().map_or(Math::Std, |(_, math)| *math),
         robot,
         solvers,
         inverses,
@@ -234,11 +241,15 @@ impl<'r> Resolver<'r> {
             );
             self.error("bad-value", literal.span, message);
         }
-        let needs = |output: &ast::Output| output.kind == OutputKind::Efforts;
+        let needs = |output: &ast::Output| {
+            matches!(output.kind, OutputKind::Efforts | OutputKind::Accelerations)
+        };
         if let Some((span, _)) = solver.gravity.first()
             && !solver.outputs.iter().any(needs)
         {
-            let message = "`gravity` changes nothing: this solver gives no `efforts`".to_owned();
+            let message =
+                "`gravity` changes nothing: this solver gives no `efforts` and no `accelerations`"
+                    .to_owned();
             self.found
                 .push(Diagnostic::warning("without-effect", *span, message));
         }
@@ -284,7 +295,8 @@ impl<'r> Resolver<'r> {
         let needs = |of: fn((bool, bool)) -> bool| {
             computed.iter().any(|what: &Computed<'_>| of(what.needs()))
         };
-        let program = recorded(self.robot, &computed);
+        let (payloads, bodies) = self.payloads(solver, &computed);
+        let program = recorded(self.robot, &computed, &bodies);
         if !program.is_finite() {
             self.too_great(solver.name.span);
             return None;
@@ -294,9 +306,54 @@ impl<'r> Resolver<'r> {
             doc: solver.doc.clone(),
             takes_velocities: needs(|(velocities, _)| velocities),
             takes_accelerations: needs(|(_, accelerations)| accelerations),
+            takes_efforts: computed
+                .iter()
+                .any(|what| matches!(what, Computed::Accelerations(_))),
+            payloads,
             program,
             outputs,
         })
+    }
+
+    /// The payloads of a solver, and the bodies that carry them.
+    fn payloads(
+        &mut self,
+        solver: &ast::Solver,
+        computed: &[Computed<'_>],
+    ) -> (Vec<Payload>, Vec<usize>) {
+        let (mut payloads, mut bodies) = (Vec::new(), Vec::new());
+        let mut known: HashMap<&str, Span> = HashMap::new();
+        for payload in &solver.payloads {
+            let name = &payload.name;
+            self.reserved(name, "a payload");
+            if ARRAYS.contains(&name.text.as_str()) {
+                let message = format!("`{}` is the name of another argument", name.text);
+                self.error("reserved-in-code", name.span, message);
+                continue;
+            }
+            if let Some(first) = known.insert(&name.text, name.span) {
+                let message = format!("the payload `{}` is declared twice", name.text);
+                self.duplicate(name.span, message, first);
+                continue;
+            }
+            let Some(body) = self.body(&payload.link) else {
+                continue;
+            };
+            if !computed.is_empty() && !computed.iter().any(Computed::has_masses) {
+                let message = "`payload` changes nothing: this solver computes no masses";
+                self.error("without-effect", payload.span, message.to_owned());
+            }
+            let doc = format!(
+                "`{}`: what `{}` carries: the mass in kg, the centre of mass in its frame in m (3 numbers), and the                 moments xx, xy, xz, yy, yz and zz about that centre along the axes of the frame in kg m².",
+                name.text, payload.link.text
+            );
+            payloads.push(Payload {
+                name: name.text.clone(),
+                doc: doc.replace(char::is_control, " "),
+            });
+            bodies.push(body);
+        }
+        (payloads, bodies)
     }
 
     fn output(
@@ -313,7 +370,7 @@ impl<'r> Resolver<'r> {
         };
         let is_of_joints = match &output.kind {
             OutputKind::Motion { what, .. } => *what == What::Jacobian,
-            OutputKind::Efforts | OutputKind::MassMatrix => true,
+            OutputKind::Efforts | OutputKind::MassMatrix | OutputKind::Accelerations => true,
         };
         if is_of_joints && count == 0 {
             let message = format!("the robot `{}` has no joint that moves", self.robot.name);
@@ -326,7 +383,29 @@ impl<'r> Resolver<'r> {
             self.free(joint, output.span);
             return None;
         }
+        if output.kind == OutputKind::Accelerations
+            && let Some(joint) = dynamics::weightless(self.robot)
+        {
+            let name = &self.robot.coordinates[joint];
+            let message =
+                format!("the joint `{name}` moves no mass: an effort gives it no acceleration");
+            let error = Diagnostic::error("weightless-joint", output.span, message);
+            self.found.push(
+                error.help(
+                    "the URDF needs `inertial` with mass and moments for links that it moves",
+                ),
+            );
+            return None;
+        }
         let (what, tip, base, expressed) = match &output.kind {
+            OutputKind::Accelerations => {
+                let doc = format!(
+                    "The accelerations in rad/s², of joints that slide in m/s², under these efforts and a gravity of \
+                    {gravity:?} m/s² in the root."
+                );
+                let output = described("accelerations", doc, Shape::Vector(count));
+                return Some((output, Computed::Accelerations(gravity)));
+            }
             OutputKind::Efforts => {
                 let doc = format!(
                     "The torques in Nm, and forces in N of joints that slide, for these accelerations \

@@ -40,9 +40,39 @@ pub fn free_joint(robot: &Robot) -> Option<&str> {
     Some(&free.name)
 }
 
+/// A mass that is known when the robot moves: what it carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load<T> {
+    /// The place of the body that carries it.
+    pub body: usize,
+    /// In kg.
+    pub mass: T,
+    /// The centre of mass, in the frame of the body.
+    pub centre: [T; 3],
+    /// About the centre of mass, along the axes of the frame of the body, in kg m².
+    pub tensor: Matrix<T>,
+}
+
+impl<T: Real> Load<T> {
+    /// The mass of a body itself.
+    fn own(body: usize, inertia: &Inertia) -> Self {
+        Self {
+            body,
+            mass: T::constant(inertia.mass),
+            centre: vector(inertia.centre),
+            tensor: matrix(&inertia.tensor),
+        }
+    }
+}
+
 /// The efforts that the coordinates need for their accelerations: torques in Nm of those that turn,
 /// forces in N of those that slide. `gravity` is in m/s², in the frame of the root, which stands still.
-pub fn efforts<T: Real>(robot: &Robot, state: &State<T>, gravity: [f64; 3]) -> Vec<T> {
+pub fn efforts<T: Real>(
+    robot: &Robot,
+    state: &State<T>,
+    gravity: [f64; 3],
+    loads: &[Load<T>],
+) -> Vec<T> {
     struct Body<T> {
         spin: [T; 3],
         spin_rate: [T; 3],
@@ -91,19 +121,22 @@ pub fn efforts<T: Real>(robot: &Robot, state: &State<T>, gravity: [f64; 3]) -> V
                 Motion::Fixed | Motion::Free => {}
             }
         }
-        if let Some(inertia) = &body.inertia {
-            let centre = vector(inertia.centre);
+        let at = bodies.len();
+        let own = body.inertia.as_ref().map(|inertia| Load::own(at, inertia));
+        let carried = loads.iter().filter(|load| load.body == at);
+        for load in own.iter().chain(carried) {
+            let centre = load.centre;
             let swing = cross(moved.spin, cross(moved.spin, centre));
             let carried = sum(cross(moved.spin_rate, centre), swing);
             let acceleration = sum(moved.acceleration, carried);
-            moved.force = scaled(acceleration, T::constant(inertia.mass));
-            let tensor = matrix(&inertia.tensor);
-            let momentum = turned(&tensor, moved.spin);
+            let force = scaled(acceleration, load.mass);
+            moved.force = sum(moved.force, force);
+            let momentum = turned(&load.tensor, moved.spin);
             let own = sum(
-                turned(&tensor, moved.spin_rate),
+                turned(&load.tensor, moved.spin_rate),
                 cross(moved.spin, momentum),
             );
-            moved.torque = sum(own, cross(centre, moved.force));
+            moved.torque = sum(moved.torque, sum(own, cross(centre, force)));
         }
         bodies.push(moved);
     }
@@ -162,20 +195,21 @@ fn added<T: Real>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
 }
 
 impl<T: Real> Composite<T> {
-    fn of(inertia: Option<&Inertia>) -> Self {
-        let Some(inertia) = inertia else {
-            return Self {
-                mass: T::constant(0.0),
-                moment: vector([0.0; 3]),
-                tensor: matrix(&[[0.0; 3]; 3]),
-            };
-        };
-        let moment = inertia.centre.map(|part| part * inertia.mass);
-        let steiner = of_points(inertia.centre, moment);
+    const fn nothing(zero: T) -> Self {
         Self {
-            mass: T::constant(inertia.mass),
-            moment: vector(moment),
-            tensor: matrix(&added(&inertia.tensor, &steiner)),
+            mass: zero,
+            moment: [zero; 3],
+            tensor: [[zero; 3]; 3],
+        }
+    }
+
+    fn of(load: &Load<T>) -> Self {
+        let moment = scaled(load.centre, load.mass);
+        let steiner = of_points(load.centre, moment);
+        Self {
+            mass: load.mass,
+            moment,
+            tensor: added(&load.tensor, &steiner),
         }
     }
 
@@ -207,12 +241,20 @@ impl<T: Real> Composite<T> {
 
 /// The mass matrix by rows: the efforts for an acceleration of 1 of each coordinate alone, at rest and
 /// without gravity. It is symmetric.
-pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Vec<T>> {
+pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) -> Vec<Vec<T>> {
     let places = places(robot, state);
-    let bodies = robot.bodies.iter();
-    let mut composites: Vec<Composite<T>> = bodies
-        .map(|body| Composite::of(body.inertia.as_ref()))
-        .collect();
+    let nothing = Composite::nothing(T::constant(0.0));
+    let mut composites = vec![nothing; robot.bodies.len()];
+    for (at, body) in robot.bodies.iter().enumerate() {
+        if let Some(inertia) = &body.inertia {
+            composites[at] = Composite::of(&Load::own(at, inertia));
+        }
+    }
+    for load in loads {
+        if let Some(body) = composites.get_mut(load.body) {
+            *body = body.with(&Composite::of(load));
+        }
+    }
     let size = state.positions.len();
     let mut rows = vec![vec![T::constant(0.0); size]; size];
     for at in (0..robot.bodies.len()).rev() {
@@ -258,4 +300,89 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Vec<T>> {
         }
     }
     rows
+}
+
+/// The accelerations of the coordinates under these efforts: the equation of motion, solved by a
+/// factorisation from the leaves to the root, which leaves what is zero by the tree (Featherstone,
+/// chapter 6.5). The accelerations of `state` play no part.
+pub fn accelerations<T: Real>(
+    robot: &Robot,
+    state: &State<T>,
+    efforts: &[T],
+    gravity: [f64; 3],
+    loads: &[Load<T>],
+) -> Vec<T> {
+    let zero = T::constant(0.0);
+    let still = State {
+        accelerations: vec![zero; efforts.len()],
+        ..state.clone()
+    };
+    let bias = self::efforts(robot, &still, gravity, loads);
+    let mut rows = mass_matrix(robot, &still, loads);
+    let mut right: Vec<T> = efforts.iter().zip(&bias).map(|(a, b)| *a - *b).collect();
+    let order = from_leaves(robot);
+    // Rows of leaves first: what is left is the matrix of the others.
+    for (step, at) in order.iter().enumerate() {
+        let rest = &order[step + 1..];
+        for (first, other) in rest.iter().enumerate() {
+            let factor = rows[*at][*other] / rows[*at][*at];
+            for column in &rest[first..] {
+                let part = rows[*other][*column] - factor * rows[*at][*column];
+                rows[*other][*column] = part;
+                rows[*column][*other] = part;
+            }
+            right[*other] = right[*other] - factor * right[*at];
+        }
+    }
+    let mut out = vec![zero; efforts.len()];
+    for (step, at) in order.iter().enumerate().rev() {
+        let mut left = right[*at];
+        for other in &order[step + 1..] {
+            left = left - rows[*at][*other] * out[*other];
+        }
+        out[*at] = left / rows[*at][*at];
+    }
+    out
+}
+
+/// The coordinates, those of the last bodies first.
+fn from_leaves(robot: &Robot) -> Vec<usize> {
+    let mut order = Vec::with_capacity(robot.coordinates.len());
+    for body in &robot.bodies {
+        let driven = body.joint.as_ref().and_then(|joint| joint.motion.driven());
+        if let Some((coordinate, _)) = driven
+            && !order.contains(&coordinate)
+        {
+            order.push(coordinate);
+        }
+    }
+    order.reverse();
+    order
+}
+
+/// The first coordinate that moves no mass: no acceleration follows from its effort.
+pub fn weightless(robot: &Robot) -> Option<usize> {
+    // A position that no file favours.
+    let mut position = 0.3;
+    let positions = robot.coordinates.iter().map(|_| {
+        position = (position * 7.3 + 0.61) % 1.7;
+        position
+    });
+    let state = State::still(positions.collect());
+    let mut rows = mass_matrix(robot, &state, &[]);
+    let own: Vec<f64> = rows.iter().enumerate().map(|(at, row)| row[at]).collect();
+    let order = from_leaves(robot);
+    for (step, at) in order.iter().enumerate() {
+        let pivot = rows[*at][*at];
+        if pivot <= 1e-12 * own[*at] || pivot <= 1e-300 {
+            return Some(*at);
+        }
+        for other in &order[step + 1..] {
+            let factor = rows[*at][*other] / pivot;
+            for column in &order[step + 1..] {
+                rows[*other][*column] -= factor * rows[*at][*column];
+            }
+        }
+    }
+    None
 }

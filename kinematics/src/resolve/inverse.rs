@@ -212,6 +212,7 @@ impl Resolver<'_> {
         let others = solver.inverses.iter().skip(1).map(|other| other.span);
         let others = others.chain(solver.outputs.iter().map(|output| output.span));
         let others = others.chain(solver.gravity.iter().map(|(span, _)| *span));
+        let others = others.chain(solver.payloads.iter().map(|payload| payload.span));
         for other in others {
             let message = "an inverse solver gives nothing else".to_owned();
             let error = Diagnostic::error("mixed-solver", other, message);

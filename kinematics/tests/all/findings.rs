@@ -29,10 +29,10 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:7:12: error[empty-solver]: the solver `none` gives nothing (write what it computes, such as `pose TIP in BASE;`)
         cell.kdsl:8:12: error[reserved-in-code]: `sin` cannot be the name of a solver: printed code has it for something else
         cell.kdsl:8:50: error[unknown-link]: the robot `arm` has no link `tool` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
-        cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`
+        cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts` and no `accelerations`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
         cell.kdsl:9:44: error[duplicate-name]: `gravity` is said twice; first declared here at cell.kdsl:9:27
-        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, found `slover` (did you mean `solver`?)
+        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `math`, found `slover` (did you mean `solver`?)
     "#]].assert_eq(&found);
 }
 
@@ -50,7 +50,10 @@ fn inverses_are_told_what_they_cannot_be() {
     solver g { pose wrist in base; within limits; };
     solver h { inverse jacobian wrist in base; };
     solver i { inverse pose wrist in base; within walls; };
-    solver k { inverse velocity wrist in base; within limits; period 0 s; };",
+    solver k { inverse velocity wrist in base; within limits; period 0 s; };
+    solver l { pose wrist in base; payload part at wrist; payload part at tol; payload efforts at wrist; };
+    solver m { inverse pose wrist in base; payload part at wrist; };
+    solver n { payload part in wrist; };",
     );
     expect![[r#"
         cell.kdsl:4:27: error[bad-value]: `turn` goes from -2.9 to 2.9 rad, found 3.3161255787892263 rad
@@ -81,6 +84,12 @@ fn inverses_are_told_what_they_cannot_be() {
         cell.kdsl:13:24: error[syntax-error]: expected `pose` or `velocity`, found `jacobian`
         cell.kdsl:14:51: error[syntax-error]: expected `limits`, found `walls`
         cell.kdsl:15:70: error[bad-value]: expected a number from 1e-12 to 1000 s, found 0
+        cell.kdsl:16:36: error[without-effect]: `payload` changes nothing: this solver computes no masses
+        cell.kdsl:16:67: error[duplicate-name]: the payload `part` is declared twice; first declared here at cell.kdsl:16:44
+        cell.kdsl:16:88: error[reserved-in-code]: `efforts` is the name of another argument
+        cell.kdsl:17:44: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:17:16 (write a solver of its own for it)
+        cell.kdsl:18:12: error[empty-solver]: the solver `n` gives nothing (write what it computes, such as `pose TIP in BASE;`)
+        cell.kdsl:18:29: error[syntax-error]: expected `at`, found `in`
     "#]].assert_eq(&found);
 }
 
@@ -187,6 +196,21 @@ fn numbers_that_no_float_has_are_refused() {
     );
 }
 
+/// An acceleration is an effort over a mass.
+#[test]
+fn joints_that_move_no_mass_have_no_accelerations() {
+    let robot = "<robot name=\"thin\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/></inertial></link>
+    <joint name=\"turn\" type=\"continuous\"><parent link=\"base\"/><child link=\"arm\"/><axis xyz=\"0 0 1\"/></joint></robot>";
+    let text = "import \"arm.urdf\";\nKinematics cell { solver go { accelerations; }; };";
+    let found = crate::load_with(text, robot).1;
+    assert!(
+        found.contains("2:31: error[weightless-joint]: the joint `turn` moves no mass"),
+        "{found}"
+    );
+    let text = text.replace("accelerations", "mass_matrix");
+    assert_eq!(crate::load_with(&text, robot).1, "");
+}
+
 /// A robot without joints has poses, and nothing else.
 #[test]
 fn nothing_is_asked_of_joints_that_are_not_there() {
@@ -197,7 +221,12 @@ fn nothing_is_asked_of_joints_that_are_not_there() {
         crate::load_with(&text, robot).1
     };
     assert_eq!(solvers("pose base in base;"), "");
-    for inside in ["jacobian base in base;", "efforts;", "mass_matrix;"] {
+    for inside in [
+        "jacobian base in base;",
+        "efforts;",
+        "mass_matrix;",
+        "accelerations;",
+    ] {
         let found = solvers(inside);
         assert!(
             found.contains("error[empty-solver]: the robot `stone` has no joint"),
@@ -213,6 +242,7 @@ fn all_that_is_right_is_read() {
     solver fk { pose \"tool-0\" in base; jacobian \"tool-0\" in base expressed in wrist; };
     solver motion { velocity finger in shoulder; acceleration wrist in base; };
     solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };
+    solver drive { accelerations; payload part at \"tool-0\"; };
     posture home { reach = 20 cm; bend = 90 \"°\"; turn = 0.5; };
     solver find { inverse pose wrist in base; within limits; seed home; tolerance 1 mm 0.1 deg; iterations 9; restarts 0; };
     solver go { inverse velocity wrist in base expressed in slide; within limits; period 1ms; null posture home gain 2; };",

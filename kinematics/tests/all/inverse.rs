@@ -210,7 +210,10 @@ fn places(cell: &Cell, random: &mut fastrand::Rng) -> Vec<f64> {
 
 fn target(cell: &Cell, positions: &[f64]) -> [[f64; 4]; 4] {
     let state = rc_robot::State::still(positions.to_vec());
-    let numbers = cell.solvers[0].run(&state).expect("its joints");
+    let efforts = vec![0.0; positions.len()];
+    let numbers = cell.solvers[0]
+        .run(&state, &efforts, &[])
+        .expect("its joints");
     std::array::from_fn(|row| std::array::from_fn(|column| numbers[4 * row + column]))
 }
 

@@ -1,7 +1,7 @@
 //! Printed code computes what the algorithms compute.
 
 use crate::load;
-use rc_kinematics::{Cell, Solver};
+use rc_kinematics::{Cell, PAYLOAD, Solver};
 use rc_robot::{State, dynamics};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,6 +15,7 @@ Kinematics cell
     solver motion { velocity "tool-0" in base expressed in "tool-0"; acceleration finger in shoulder; };
     solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };
     solver still { pose base in base; };
+    solver drive { accelerations; mass_matrix; efforts; payload part at "tool-0"; };
 };
 "#;
 
@@ -22,6 +23,26 @@ fn cell() -> Cell {
     let (cell, found) = load(TEXT);
     assert_eq!(found, "");
     cell.expect("a cell")
+}
+
+/// A mass that the tool carries.
+const PART: [f64; PAYLOAD] = [
+    1.3, 0.02, -0.01, 0.2, 0.02, 0.001, -0.002, 0.03, 0.003, 0.015,
+];
+
+/// The numbers of the payloads of a solver.
+fn payloads(solver: &Solver) -> &'static [f64] {
+    if solver.payloads.is_empty() {
+        &[]
+    } else {
+        &PART
+    }
+}
+
+/// What a solver gives; the numbers of velocities stand for efforts as well.
+fn run(solver: &Solver, state: &State) -> Vec<f64> {
+    let numbers = solver.run(state, &state.velocities, payloads(solver));
+    numbers.expect("three joints")
 }
 
 fn states(count: usize) -> Vec<State> {
@@ -41,7 +62,7 @@ fn expected(cell: &Cell, states: &[State]) -> Vec<f64> {
     let mut out = Vec::new();
     for state in states {
         for solver in &cell.solvers {
-            out.extend(solver.run(state).expect("three joints"));
+            out.extend(run(solver, state));
         }
     }
     out
@@ -75,7 +96,7 @@ fn recorded_formulas_are_the_algorithms() {
             .chain(body("base"), body("tool-0"))
             .expect("no free joint");
         let moved = chain.moved(&state);
-        let numbers = cell.solvers[0].run(&state).expect("three joints");
+        let numbers = run(&cell.solvers[0], &state);
         let place = [numbers[3], numbers[7], numbers[11]];
         near(&place, &moved.pose.translation);
         assert_eq!(numbers[12..16], [0.0, 0.0, 0.0, 1.0]);
@@ -86,16 +107,48 @@ fn recorded_formulas_are_the_algorithms() {
             .map(|column| column.linear[0])
             .collect();
         near(&numbers[16..19], &x);
-        let numbers = cell.solvers[2].run(&state).expect("three joints");
-        let efforts = dynamics::efforts(robot, &state, [0.0, 0.0, -1.62]);
+        let numbers = run(&cell.solvers[2], &state);
+        let efforts = dynamics::efforts(robot, &state, [0.0, 0.0, -1.62], &[]);
         near(&numbers[..3], &efforts);
         near(
             &numbers[3..],
-            &dynamics::mass_matrix(robot, &state).concat(),
+            &dynamics::mass_matrix(robot, &state, &[]).concat(),
         );
     }
     // Nothing is computed for what is known.
     assert_eq!(cell.solvers[3].work(), rc_kinematics::Work::default());
+}
+
+/// A payload is a mass of the link in another file, and accelerations are those that need the efforts.
+#[test]
+fn payloads_are_masses_and_accelerations_give_efforts_back() {
+    let cell = cell();
+    let drive = &cell.solvers[4];
+    let [mass, x, y, z, xx, xy, xz, yy, yz, zz] = PART;
+    let inertial = format!(
+        "<link name=\"tool-0\"><inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{mass}\"/>\
+        <inertia ixx=\"{xx}\" ixy=\"{xy}\" ixz=\"{xz}\" iyy=\"{yy}\" iyz=\"{yz}\" izz=\"{zz}\"/></inertial></link>"
+    );
+    let heavy = crate::ARM.replace("<link name=\"tool-0\"/>", &inertial);
+    let (heavy, found) = crate::load_with(TEXT, &heavy);
+    assert_eq!(found, "");
+    let heavy = heavy.expect("a cell").robot;
+    for state in states(30) {
+        let numbers = run(drive, &state);
+        let (accelerations, rest) = numbers.split_at(3);
+        let (masses, efforts) = rest.split_at(9);
+        let gravity = [0.0, 0.0, -9.80665];
+        equal(efforts, &dynamics::efforts(&heavy, &state, gravity, &[]));
+        equal(masses, &dynamics::mass_matrix(&heavy, &state, &[]).concat());
+        let driven = State {
+            accelerations: accelerations.to_vec(),
+            ..state.clone()
+        };
+        let back = dynamics::efforts(&heavy, &driven, gravity, &[]);
+        for (one, other) in back.iter().zip(&state.velocities) {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
+        }
+    }
 }
 
 /// The numbers that a program prints, one a line.
@@ -162,9 +215,10 @@ fn code_in_three_languages_gives_the_same_numbers() {
             list(&state.velocities),
             list(&state.accelerations),
         );
+        let part = list(&PART);
         writeln!(
             c,
-            "    {{ const double q[] = {{{q}}}, v[] = {{{v}}}, a[] = {{{a}}}; (void)v; (void)a;"
+            "    {{ const double q[] = {{{q}}}, v[] = {{{v}}}, a[] = {{{a}}}, part[] = {{{part}}}; (void)v; (void)a;"
         )
         .expect("a text");
         for solver in &cell.solvers {
@@ -173,13 +227,15 @@ fn code_in_three_languages_gives_the_same_numbers() {
                 Some("q"),
                 solver.takes_velocities.then_some("v"),
                 solver.takes_accelerations.then_some("a"),
+                solver.takes_efforts.then_some("v"),
+                (!solver.payloads.is_empty()).then_some("part"),
             ]
             .into_iter()
             .flatten()
             .collect();
             let lists = |open: &str, close: &str| {
                 let lists = taken.iter().map(|array| {
-                    let numbers = [("q", &q), ("v", &v), ("a", &a)];
+                    let numbers = [("q", &q), ("v", &v), ("a", &a), ("part", &part)];
                     let numbers = numbers.into_iter().find(|(name, _)| name == array);
                     format!("{open}{}{close}", numbers.expect("an array").1)
                 });
@@ -234,4 +290,34 @@ fn code_in_three_languages_gives_the_same_numbers() {
         &printed(Command::new("python3").arg(at("main.py"))),
         &expected,
     );
+}
+
+/// A crate without the standard library compiles what `math libm` prints.
+#[test]
+fn rust_needs_no_standard_library() {
+    let arm = "import \"arm.urdf\";\nKinematics cell { math libm;
+    solver fk { pose wrist in base; jacobian wrist in base; efforts; accelerations; };
+    solver reach { inverse pose wrist in base; within limits; };
+    solver push { inverse velocity wrist in base; within limits; period 1 ms; }; };";
+    let (cell, found) = load(arm);
+    assert_eq!(found, "");
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let text = rc_kinematics::rust(&cell.expect("a cell"));
+    assert!(text.contains("libm::sin("));
+    std::fs::write(at("cell.rs"), text).expect("a file");
+    std::fs::write(at("lib.rs"), "#![no_std]\npub mod cell;\n").expect("a file");
+    // Only the names: the crate itself is not part of this workspace's tests.
+    let one = ["sin", "cos", "sqrt", "floor"]
+        .map(|name| format!("pub fn {name}(a: f64) -> f64 {{ a }}\n"));
+    let libm = format!(
+        "#![no_std]\n{}pub fn atan2(a: f64, _: f64) -> f64 {{ a }}\n",
+        one.concat()
+    );
+    std::fs::write(at("libm.rs"), libm).expect("a file");
+    let library = ["--edition=2021", "-Dwarnings", "--crate-type=rlib"];
+    compiled("rustc", &library, &at("libm.rs"), &at("liblibm.rlib"));
+    let link = format!("--extern=libm={}", at("liblibm.rlib").display());
+    let options = [&library[..], &[&link]].concat();
+    compiled("rustc", &options, &at("lib.rs"), &at("libcell.rlib"));
 }

@@ -69,8 +69,16 @@ def facts(case):
         else:
             mass = pinocchio.crba(model, data, q)
             mass = numpy.triu(mass) + numpy.triu(mass, 1).T
+        # The equation of motion, solved: aba knows no joints that follow in version 4.1.
+        bias = pinocchio.nonLinearEffects(model, data, q, v)
+        square = mass[numpy.ix_(columns, columns)]
+        if "<mimic" in case["urdf"]:
+            accelerations = numpy.linalg.solve(square, a[columns] - bias[columns])
+        else:
+            accelerations = pinocchio.aba(model, data, q, v, a)[columns]
         states.append(
             {
+                "accelerations": accelerations.tolist(),
                 "frames": frames,
                 "efforts": pinocchio.rnea(model, data, q, v, a)[columns].tolist(),
                 "mass": mass[numpy.ix_(columns, columns)].tolist(),

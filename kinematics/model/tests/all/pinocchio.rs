@@ -147,8 +147,10 @@ fn facts(robot: &Robot, states: &[State], gravity: [f64; 3]) -> Value {
         });
         json!({
             "frames": frames.collect::<Vec<_>>(),
-            "efforts": dynamics::efforts(robot, state, gravity),
-            "mass": dynamics::mass_matrix(robot, state),
+            "efforts": dynamics::efforts(robot, state, gravity, &[]),
+            "mass": dynamics::mass_matrix(robot, state, &[]),
+            // The numbers of accelerations stand for efforts here.
+            "accelerations": dynamics::accelerations(robot, state, &state.accelerations, gravity, &[]),
         })
     };
     let mass = robot.bodies.iter().filter_map(|body| body.inertia);
@@ -223,7 +225,7 @@ fn compare(python: &Path, texts: &[String], count: usize, random: &mut fastrand:
                     );
                 }
             }
-            for what in ["efforts", "mass"] {
+            for what in ["efforts", "mass", "accelerations"] {
                 let far = difference(&own[what], &other[what]);
                 assert!(far < 1e-9, "robot {at}, state {state}, {what}: {far}");
             }
@@ -252,10 +254,10 @@ fn a_mass_matrix_is_what_efforts_say() {
         let robot = robot(&random_urdf(&mut random, links));
         for state in states(&mut random, robot.coordinates.len(), 10) {
             let mut still = State::still(state.positions);
-            let mass = dynamics::mass_matrix(&robot, &still);
+            let mass = dynamics::mass_matrix(&robot, &still, &[]);
             for (column, row) in mass.iter().enumerate() {
                 still.accelerations[column] = 1.0;
-                let efforts = dynamics::efforts(&robot, &still, [0.0; 3]);
+                let efforts = dynamics::efforts(&robot, &still, [0.0; 3], &[]);
                 still.accelerations[column] = 0.0;
                 assert!(difference(&json!(row), &json!(efforts)) < 1e-12);
             }
