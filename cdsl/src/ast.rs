@@ -39,6 +39,8 @@ pub enum Clause {
     StateMachine(Name, bool, Vec<(Name, Vec<Name>)>),
     /// `parameters "file.pdsl";`
     Parameters(Name),
+    /// `kinematics "file.kdsl" as arm;`
+    Kinematics(Name, Name),
     /// `dependencies { rand "0.9"; }`
     Dependencies(Vec<Dependency>),
     /// `python "3.12" venv;`: the version, and whether `venv` is there.

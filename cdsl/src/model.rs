@@ -23,6 +23,8 @@ pub struct Component {
     pub slots: Vec<Slot>,
     /// The path of its `.pdsl` file, as written.
     pub parameters: Option<Name>,
+    /// The `.kdsl` files of robots, as written, each with the name that the worker calls it.
+    pub kinematics: Vec<(Name, Name)>,
     /// The `statemachine` clause.
     pub state_machine: Option<StateMachine>,
     /// The dependencies of the worker.

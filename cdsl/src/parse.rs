@@ -18,13 +18,14 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 pub struct Grammar;
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 12] = [
+const KEYWORDS: [&str; 13] = [
     "Communications",
     "language",
     "gui",
     "options",
     "statemachine",
     "parameters",
+    "kinematics",
     "dependencies",
     "python",
     "period",
@@ -152,6 +153,11 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
                 Rule::lifecycle => Clause::Lifecycle(texts.next()?),
                 Rule::gui => Clause::Gui(texts.next()?, texts.next()),
                 Rule::options => Clause::Options(texts.collect()),
+                Rule::kinematics => {
+                    let file = texts.next()?;
+                    r.found.extend(home_in_path(&file.text, file.span));
+                    Clause::Kinematics(file, texts.next()?)
+                }
                 _ => {
                     let file = texts.next()?;
                     r.found.extend(home_in_path(&file.text, file.span));
@@ -292,6 +298,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "options" => Rule::options,
         "statemachine" => Rule::statemachine,
         "parameters" => Rule::parameters,
+        "kinematics" => Rule::kinematics,
         "dependencies" => Rule::dependencies,
         "python" => Rule::python,
         "period" => Rule::period,
@@ -406,6 +413,7 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_nam
     close_square => "`]`",
     clause => "a clause",
     kw_time => "`time`",
+    kw_as => "`as`",
     kw_venv => "`venv`",
     external => "`external`",
     communication_end => "`;`",

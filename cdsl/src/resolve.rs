@@ -102,10 +102,13 @@ impl Resolver<'_> {
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
         let (mut viewer, mut scene_slots, mut python) = (None, None, None);
         let mut reactions = None;
+        let mut kinematics: Vec<(Name, Name)> = Vec::new();
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
-            self.check_unique(&mut seen, word, "clause");
+            if !matches!(clause, Clause::Kinematics(..)) {
+                self.check_unique(&mut seen, word, "clause");
+            }
             match clause {
                 Clause::Communications(all) => {
                     communications = true;
@@ -122,6 +125,17 @@ impl Resolver<'_> {
                     });
                 }
                 Clause::Parameters(file) => parameters = Some(file.clone()),
+                Clause::Kinematics(file, name) => {
+                    let mut known = kinematics.iter();
+                    let same = known.find(|(_, other)| other.text.eq_ignore_ascii_case(&name.text));
+                    if let Some((_, first)) = same {
+                        let message = format!("two robots are called `{}`", name.text);
+                        let error = Diagnostic::error("repeated-clause", name.span, message);
+                        self.found.push(error.label(first.span, "first used here"));
+                    } else {
+                        kinematics.push((file.clone(), name.clone()));
+                    }
+                }
                 Clause::Dependencies(all) => {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
@@ -189,6 +203,7 @@ impl Resolver<'_> {
             language: language.unwrap_or_else(|| Name::new("rust", tree.name.span)),
             slots,
             parameters,
+            kinematics,
             state_machine,
             dependencies,
             python,

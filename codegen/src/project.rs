@@ -8,6 +8,7 @@ use rc_cdsl::Component;
 use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use rc_kinematics::Cell;
 use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Name, Trivia};
 use rc_vocabulary::Language;
@@ -24,6 +25,8 @@ pub struct Project {
     pub component: Component,
     /// Parameters, where its `.cdsl` names a `.pdsl`.
     pub parameters: Option<Parameters>,
+    /// Its robots, each with the name that the worker calls it.
+    pub kinematics: Vec<(Name, Cell)>,
     /// States, where its `.cdsl` names a `.smdsl` or `.scxml`.
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.
@@ -121,11 +124,16 @@ impl Project {
             rust::machine::check(machine, &mut found);
             machine_names::check(&component, machine, &mut found);
         }
-        // SCXML has other comments, so its whole text counts.
+        let kinematics = kinematics(path, &component, sources, loader, &mut found);
+        // XML has other comments, so its whole text counts.
         texts.extend(sources.ids().skip(before_machine).map(|id| {
             let text = sources.text(id);
             let ending = sources.path(id).extension();
-            if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("scxml")) {
+            if ending.is_some_and(|ending| {
+                ["scxml", "urdf"]
+                    .iter()
+                    .any(|xml| ending.eq_ignore_ascii_case(xml))
+            }) {
                 text.to_owned()
             } else {
                 Trivia::new(text).significant()
@@ -141,6 +149,7 @@ impl Project {
                 origins,
                 component,
                 parameters,
+                kinematics,
                 state_machine,
                 hash,
                 code: OnceLock::new(),
@@ -226,6 +235,28 @@ fn state_machine(
     let (machine, more) = rc_smdsl::load(sources, source);
     found.extend(more);
     machine
+}
+
+/// Reads the robots that a `.cdsl` names.
+fn kinematics(
+    cdsl: &Path,
+    component: &Component,
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    found: &mut Diagnostics,
+) -> Vec<(Name, Cell)> {
+    let mut all = Vec::new();
+    for (file, name) in &component.kinematics {
+        let path = beside(cdsl, file);
+        let Some(text) = read(&path, file, "kinematics-not-found", &["kdsl"], found) else {
+            continue;
+        };
+        let source = sources.add(paths::normal(&path), text);
+        let (cell, more) = rc_kinematics::load(sources, loader, source);
+        found.extend(more);
+        all.extend(cell.map(|cell| (name.clone(), cell)));
+    }
+    all
 }
 
 /// The text of a file that a `.cdsl` names, or a finding with the nearest file of these endings

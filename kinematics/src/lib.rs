@@ -15,7 +15,7 @@ mod resolve;
 pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver, Work};
 pub use inverse::{Asked, Inverse, RateLimits, Rates, Search};
 pub use parse::parse;
-pub use print::{c, python, rust};
+pub use print::{c, python, rust, rust_methods};
 pub use resolve::load;
 
 /// The formatting options of `.kdsl` files.

@@ -200,6 +200,45 @@ pub fn rust(cell: &Cell) -> String {
     }
 }
 
+/// All solvers as Rust, and as methods of the type `Solvers`, for a context that has them as a field.
+pub fn rust_methods(cell: &Cell) -> String {
+    let count = cell.robot.coordinates.len();
+    let mut out = rust(cell);
+    out.push_str(
+        "\n/// The solvers as methods.\n#[derive(Clone, Copy, Debug, Default)]\npub struct Solvers;\n\nimpl Solvers {\n",
+    );
+    let mut method = |name: &str, doc: Vec<String>, taken: Vec<(String, String)>| {
+        for line in doc {
+            let _ = writeln!(out, "    /// {line}");
+        }
+        let typed = taken.iter().map(|(name, kind)| format!(", {name}: {kind}"));
+        let passed: Vec<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
+        let _ = writeln!(
+            out,
+            "    pub fn {name}(&self{}) -> {} {{\n        {name}({})\n    }}\n",
+            typed.collect::<String>(),
+            type_name(name),
+            passed.join(", ")
+        );
+    };
+    for solver in &cell.solvers {
+        let taken = arrays(cell, solver).into_iter();
+        let taken = taken.map(|(array, size)| (array.to_owned(), format!("&[f64; {size}]")));
+        method(&solver.name, about(solver), taken.collect());
+    }
+    for one in &cell.inverses {
+        let taken = inverse::rust_arguments(count, one);
+        method(&one.name, inverse::about(one), taken);
+    }
+    let _ = write!(
+        out,
+        "    /// The joints, in the order of all arrays.\n    pub fn joints(&self) -> &'static [&'static str; {count}] {{\n        &JOINTS\n    }}\n\n    \
+        /// The least positions of the joints.\n    pub fn lower(&self) -> &'static [f64; {count}] {{\n        &LOWER\n    }}\n\n    \
+        /// The greatest positions of the joints.\n    pub fn upper(&self) -> &'static [f64; {count}] {{\n        &UPPER\n    }}\n}}\n"
+    );
+    out
+}
+
 /// All solvers as C99. Each name begins with that of the cell.
 ///
 /// Compilers that join a product and a sum give other last bits than Rust (`-ffp-contract=off` tells GCC
@@ -354,8 +393,13 @@ pub fn python(cell: &Cell) -> String {
     let robot = quoted(&cell.robot.name);
     format!(
         "# Solvers of {} for the robot {robot}. Printed by rcgen.\nfrom __future__ import annotations\n\n\
-        from collections.abc import Sequence\nfrom typing import NamedTuple\n\n{}{body}",
+        from collections.abc import {}\nfrom typing import NamedTuple\n\n{}{body}",
         cell.name,
+        if cell.inverses.is_empty() {
+            "Sequence"
+        } else {
+            "Callable, Sequence"
+        },
         python_text::preamble(&body).trim_start()
     )
 }

@@ -22,15 +22,17 @@ const MOST_NUMBERS: usize = 20_000;
 const MOST_STEPS: usize = 20_000;
 
 /// What printed code has beside solvers, and functions and types that it names.
-const TAKEN: [&str; 9] = [
+const TAKEN: [&str; 11] = [
     "joints",
     "lower",
     "upper",
     "JOINTS",
     "LOWER",
     "UPPER",
+    "Solvers",
     "NamedTuple",
     "Sequence",
+    "Callable",
     "list",
 ];
 

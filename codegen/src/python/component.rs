@@ -68,6 +68,8 @@ pub(crate) struct Component<'a> {
     pub(crate) types: Vec<TypeModule>,
     pub(crate) interfaces: Vec<InterfaceFile>,
     pub(crate) parameters: Option<Parameters>,
+    /// The fields of the context that have the solvers of robots, which are modules as well.
+    pub(crate) kinematics: Vec<Kinematics<'a>>,
     pub(crate) machine: Option<Machine<'a>>,
     /// The classes of the description's types: `"Module::Name"` and the expression.
     classes: Vec<(String, String)>,
@@ -185,6 +187,25 @@ impl Component<'_> {
     }
 }
 
+/// The solvers of a robot in Python.
+#[derive(Debug, Serialize)]
+pub(crate) struct Kinematics<'a> {
+    pub(crate) field: String,
+    robot: &'a str,
+    #[serde(skip)]
+    pub(crate) text: &'a str,
+}
+
+impl<'a> Kinematics<'a> {
+    fn of(view: &'a view::component::Kinematics) -> Self {
+        Self {
+            field: names::snake(&view.name),
+            robot: &view.robot,
+            text: &view.python,
+        }
+    }
+}
+
 fn sorted<'a>(stems: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut stems: Vec<&str> = stems.collect();
     stems.sort_unstable();
@@ -235,6 +256,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         types: modules,
         interfaces,
         parameters: view.parameters.as_ref().map(parameters::of),
+        kinematics: view.kinematics.iter().map(Kinematics::of).collect(),
         machine,
         imports,
         exports,
@@ -456,5 +478,17 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             }
         }
         seen.push((&slot.name, field));
+    }
+    for (_, robot) in &component.kinematics {
+        let field = names::snake(&robot.text);
+        if names::is_of_context(&field) || seen.iter().any(|(_, other)| *other == field) {
+            let message = format!(
+                "a robot cannot be called `{}`: the context has `{field}` already",
+                robot.text
+            );
+            let error = Diagnostic::error("name-collision", robot.span, message);
+            found.push(error.help("write another name behind `as`"));
+        }
+        seen.push((&robot.text, field));
     }
 }

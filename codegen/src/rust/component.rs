@@ -50,6 +50,8 @@ pub(crate) struct Component<'a> {
     /// The traits that serve the slots.
     handlers: Vec<String>,
     pub(crate) parameters: Option<parameters::Parameters>,
+    /// The fields of the context that have the solvers of robots, which are modules as well.
+    pub(crate) kinematics: Vec<Kinematics<'a>>,
     pub(crate) machine: Option<Machine<'a>>,
     /// The traits of the worker that no slot receives by, as those of slots: the functions of the
     /// state machine, and the ends of started calls.
@@ -263,6 +265,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: type_modules(view, &exports),
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),
+        kinematics: view.kinematics.iter().map(Kinematics::of).collect(),
         machine: view.machine.as_ref().map(machine::of),
         more_traits: more_traits(view, &mut asynchronous),
         reexports: reexports(view, &slots, &traits, &asynchronous),
@@ -279,6 +282,25 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         handlers,
         slots,
         traits,
+    }
+}
+
+/// The solvers of a robot in Rust.
+#[derive(Debug, Serialize)]
+pub(crate) struct Kinematics<'a> {
+    pub(crate) field: String,
+    robot: &'a str,
+    #[serde(skip)]
+    pub(crate) text: &'a str,
+}
+
+impl<'a> Kinematics<'a> {
+    fn of(view: &'a view::component::Kinematics) -> Self {
+        Self {
+            field: names::snake(&view.name),
+            robot: &view.robot,
+            text: &view.rust,
+        }
     }
 }
 
@@ -374,6 +396,20 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             );
         }
         seen.push((&slot.name, field));
+    }
+    for (_, robot) in &component.kinematics {
+        let field = names::snake(&robot.text);
+        let is_own = OWN.contains(&field.as_str())
+            || ["time", "tree", "viewer", "machine", "state_machine"].contains(&field.as_str());
+        if is_own || seen.iter().any(|(_, other)| *other == field) {
+            let message = format!(
+                "a robot cannot be called `{}`: the context has `{field}` already",
+                robot.text
+            );
+            let error = Diagnostic::error("name-collision", robot.span, message);
+            found.push(error.help("write another name behind `as`"));
+        }
+        seen.push((&robot.text, field));
     }
 }
 

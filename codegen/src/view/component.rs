@@ -9,6 +9,8 @@ use rc_cdsl::model::{self, Middleware, Role};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
+use rc_kinematics::Cell;
+use rc_syntax::Name;
 use rc_vocabulary::Middlewares;
 use rc_vocabulary::qos::{Policies, Policy, PolicyName, PolicyValue};
 use serde::{Serialize, Serializer};
@@ -49,6 +51,9 @@ pub struct Component {
     pub modules: Vec<Module>,
     /// The parameters, if the component has some.
     pub parameters: Option<Parameters>,
+    /// The solvers of robots that the component has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub kinematics: Vec<Kinematics>,
     /// The state machine, if the component has one.
     pub machine: Option<Machine>,
     /// The JSON Schema of a configuration.
@@ -59,6 +64,40 @@ pub struct Component {
     pub python: Option<Python>,
     /// The packages of other people that the component uses.
     pub dependencies: Vec<Dependency>,
+}
+
+/// The solvers of a robot.
+#[derive(Debug, Serialize)]
+pub struct Kinematics {
+    /// What the worker calls it.
+    pub name: String,
+    /// The name of the solvers in their file.
+    pub cell: String,
+    /// The robot.
+    pub robot: String,
+    /// The functions.
+    pub solvers: Vec<String>,
+    /// The functions in Rust, as a module.
+    #[serde(skip)]
+    pub rust: String,
+    /// The functions in Python, as a module.
+    #[serde(skip)]
+    pub python: String,
+}
+
+impl Kinematics {
+    fn of((name, cell): &(Name, Cell)) -> Self {
+        let solvers = cell.solvers.iter().map(|solver| &solver.name);
+        let inverses = cell.inverses.iter().map(|inverse| &inverse.name);
+        Self {
+            name: name.text.clone(),
+            cell: cell.name.clone(),
+            robot: in_a_comment(&cell.robot.name),
+            solvers: solvers.chain(inverses).cloned().collect(),
+            rust: rc_kinematics::rust_methods(cell),
+            python: rc_kinematics::python(cell),
+        }
+    }
 }
 
 /// What one cause leads to.
@@ -237,6 +276,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         slots,
         modules: library::of(library),
         parameters: project.parameters.as_ref().map(parameters::of),
+        kinematics: project.kinematics.iter().map(Kinematics::of).collect(),
         machine: machine(project, &mut found),
         schema: schema(project),
         python: component.python.map(|python| Python {

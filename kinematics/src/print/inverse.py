@@ -1,4 +1,4 @@
-def _within(value, lower, upper):
+def _within(value: float, lower: float, upper: float) -> float:
     if value < lower:
         return lower
     if value > upper:
@@ -8,7 +8,7 @@ def _within(value, lower, upper):
     return lower if lower > 0.0 or upper < 0.0 else 0.0
 
 
-def _turning(m):
+def _turning(m: list[list[float]]) -> tuple[list[float], float]:
     """The rotation vector of a matrix, and its angle."""
     w = [0.5 * (m[2][1] - m[1][2]), 0.5 * (m[0][2] - m[2][0]), 0.5 * (m[1][0] - m[0][1])]
     sine = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
@@ -29,10 +29,10 @@ def _turning(m):
     return [axis[0] * factor, axis[1] * factor, axis[2] * factor], angle
 
 
-def _way(target, pose, length):
+def _way(target: list[list[float]], pose: list[float], length: float) -> tuple[list[float], float, float]:
     """The way from a pose to its target: metres, then radians times `length`."""
     x, y, z = (target[row][3] - pose[4 * row + 3] for row in range(3))
-    turn = []
+    turn: list[list[float]] = []
     for row in range(3):
         a, b, c = target[row][:3]
         turn.append([0.0 + a * pose[at] + b * pose[at + 1] + c * pose[at + 2] for at in (0, 4, 8)])
@@ -41,7 +41,7 @@ def _way(target, pose, length):
     return way, math.sqrt(x * x + y * y + z * z), angle
 
 
-def _solve(matrix, vector):
+def _solve(matrix: list[list[float]], vector: list[float]) -> None:
     """Solves a symmetric positive system in place, by Cholesky's method."""
     for row in range(6):
         line = matrix[row]
@@ -51,7 +51,7 @@ def _solve(matrix, vector):
             for at in range(column):
                 value -= line[at] * other[at]
             if row == column:
-                line[row] = math.sqrt(value if value > 1e-300 else 1e-300)
+                line[row] = math.sqrt(max(value, 1e-300))
             else:
                 line[column] = value / other[column]
         value = vector[row]
@@ -65,11 +65,23 @@ def _solve(matrix, vector):
         vector[row] = value / matrix[row][row]
 
 
-def _search(motion, target, near, turned, lower, upper, endless, starts, iterations, first):
+def _search(
+    motion: Callable[[list[float]], tuple[list[float], list[list[float]]]],
+    target: list[list[float]],
+    near: float,
+    turned: float,
+    lower: list[float],
+    upper: list[float],
+    endless: list[bool],
+    starts: list[list[float]],
+    iterations: int,
+    first: list[float],
+) -> tuple[list[float], bool, float, float, int]:
     """Positions in which a frame has a pose, whether it has, how far it is, and the computations of the motion."""
     joints = range(len(first))
     length = near / turned
-    count, least, best = 0, math.inf, (first, False, math.inf, math.inf)
+    count, least = 0, math.inf
+    best: tuple[list[float], bool, float, float] = (first, False, math.inf, math.inf)
     for start in [first, *starts]:
         at = [_within(start[joint], lower[joint], upper[joint]) for joint in joints]
         if count == 0:
@@ -84,7 +96,7 @@ def _search(motion, target, near, turned, lower, upper, endless, starts, iterati
                 break
             # A joint at a limit that would go on is left alone.
             weighted = [*jacobian[:3], *([part * length for part in row] for row in jacobian[3:])]
-            free = []
+            free: list[int] = []
             for joint in joints:
                 slope = 0.0
                 for row in range(6):
@@ -135,7 +147,14 @@ def _search(motion, target, near, turned, lower, upper, endless, starts, iterati
     return at, reached, distance, angle, count
 
 
-def _rates(jacobian, wish, damped, preferred, least, most):
+def _rates(
+    jacobian: list[list[float]],
+    wish: list[float],
+    damped: float,
+    preferred: list[float],
+    least: list[float],
+    most: list[float],
+) -> tuple[list[float], list[float]]:
     """The velocities x of joints within limits with the least |J x - v|^2 + d^2 |x - p|^2, and J x.
 
     p is the part of the preferred velocities that does not move the frame.
@@ -169,7 +188,8 @@ def _rates(jacobian, wish, damped, preferred, least, most):
             matrix[row][row] += damping
         _solve(matrix, pull)
         # On the way to the best velocities of free joints, the first limit holds its joint.
-        way, first, wanted = 1.0, None, list(velocities)
+        way, wanted = 1.0, list(velocities)
+        first: int | None = None
         for joint in joints:
             if held[joint]:
                 continue
@@ -195,7 +215,8 @@ def _rates(jacobian, wish, damped, preferred, least, most):
         for row in range(6):
             for joint in joints:
                 error[row] -= jacobian[row][joint] * velocities[joint]
-        gain, last = 1e-12, None
+        gain = 1e-12
+        last: int | None = None
         for joint in joints:
             if not held[joint] or least[joint] == most[joint]:
                 continue

@@ -43,7 +43,7 @@ const IN_PYTHON: Numbers = Numbers {
 };
 
 /// What is said of an inverse solver.
-fn about(inverse: &Inverse) -> Vec<String> {
+pub(super) fn about(inverse: &Inverse) -> Vec<String> {
     let work = inverse.work();
     let mut lines = inverse.doc.clone();
     let size = format!(
@@ -242,6 +242,23 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
     out
 }
 
+/// The arguments of a function, with their types.
+pub(super) fn rust_arguments(count: usize, inverse: &Inverse) -> Vec<(String, String)> {
+    let one = |name: &str, kind: String| (name.to_owned(), kind);
+    let joints = format!("&[f64; {count}]");
+    match &inverse.asked {
+        Asked::Pose(search) => {
+            let target = one("target", "&[[f64; 4]; 4]".to_owned());
+            let last = search.seed.is_none().then(|| one("last", joints));
+            std::iter::once(target).chain(last).collect()
+        }
+        Asked::Velocity(_) => vec![
+            one("positions", joints),
+            one("velocity", "&[f64; 6]".to_owned()),
+        ],
+    }
+}
+
 /// The motion as a function inside another one.
 fn rust_motion(inverse: &Inverse) -> String {
     let numbers = results(&inverse.motion);
@@ -412,7 +429,11 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
     let numbers = results(&inverse.motion);
     let motion = format!("_{name}_motion");
     let mut out = format!(
-        "\n\ndef {motion}(positions):\n{}",
+        "\n\ndef {motion}(positions: list[float]) -> {}:\n{}",
+        match inverse.asked {
+            Asked::Pose(_) => "tuple[list[float], list[list[float]]]",
+            Asked::Velocity(_) => "list[list[float]]",
+        },
         python_text::statements(&inverse.motion, |at| format!("positions[{at}]"))
     );
     let joints = inverse.joints.len();
@@ -498,11 +519,11 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
             let starts = starts.map(|start| format!("[{}]", IN_PYTHON.list(start)));
             let _ = write!(
                 out,
-                "    target = [[float(one) for one in row] for row in target]\n\
-                \x20   if len(target) < 3 or any(len(row) != 4 for row in target):\n\
+                "    wanted = [[float(one) for one in row] for row in target]\n\
+                \x20   if len(wanted) < 3 or any(len(row) != 4 for row in wanted):\n\
                 \x20       raise ValueError(\"4 rows of 4 numbers are expected\")\n\
                 \x20   found, reached, distance, angle, iterations = _search(\n\
-                \x20       {motion},\n        target,\n        {:?},\n        {:?},\n        [{}],\n        [{}],\n        [{}],\n\
+                \x20       {motion},\n        wanted,\n        {:?},\n        {:?},\n        [{}],\n        [{}],\n        [{}],\n\
                 \x20       [{}],\n        {},\n        [{}],\n    )\n",
                 search.near,
                 search.turned,
@@ -532,13 +553,13 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
                 out,
                 "\n\ndef {name}(positions: Sequence[float], velocity: Sequence[float]) -> {of}:\n{}{}\
                 \x20   if len(velocity) != 6:\n        raise ValueError(\"6 numbers of a velocity are expected\")\n\
-                \x20   positions = [float(one) for one in positions]\n\
+                \x20   at = [float(one) for one in positions]\n\
                 \x20   found, achieved = _rates(\n\
                 \x20       {motion}([{}]),\n        [float(one) for one in velocity],\n        {:?},\n        [{}],\n        [{}],\n\
                 \x20       [{}],\n    )\n    velocities = [0.0] * {count}\n",
                 documented(&lines),
                 length_of("positions"),
-                each(inverse, |joint, _| format!("positions[{joint}]")),
+                each(inverse, |joint, _| format!("at[{joint}]")),
                 rates.damping,
                 each(inverse, |joint, place| preferred(rates, joint, place)),
                 bounds(false),

@@ -9,7 +9,7 @@ use std::fmt::Write;
 const HELPERS: [(&str, &str); 7] = [
     (
         "_divide",
-        "def _divide(a, b):
+        "def _divide(a: float, b: float) -> float:
     if b != 0.0:
         return a / b
     if a == 0.0 or a != a:
@@ -19,31 +19,31 @@ const HELPERS: [(&str, &str); 7] = [
     ),
     (
         "_root",
-        "def _root(a):
+        "def _root(a: float) -> float:
     return math.sqrt(a) if a >= 0.0 else math.nan
 ",
     ),
     (
         "_sine",
-        "def _sine(a):
+        "def _sine(a: float) -> float:
     return math.sin(a) if math.isfinite(a) else math.nan
 ",
     ),
     (
         "_cosine",
-        "def _cosine(a):
+        "def _cosine(a: float) -> float:
     return math.cos(a) if math.isfinite(a) else math.nan
 ",
     ),
     (
         "_floor",
-        "def _floor(a):
+        "def _floor(a: float) -> float:
     return math.copysign(float(math.floor(a)), a) if math.isfinite(a) else a
 ",
     ),
     (
         "_nearest",
-        "def _nearest(a):
+        "def _nearest(a: float) -> float:
     if not math.isfinite(a):
         return a
     whole = math.trunc(abs(a))
@@ -52,7 +52,7 @@ const HELPERS: [(&str, &str); 7] = [
     ),
     (
         "_single",
-        "def _single(a):
+        "def _single(a: float) -> float:
     return ctypes.c_float(a).value
 ",
     ),

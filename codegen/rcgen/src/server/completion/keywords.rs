@@ -77,6 +77,10 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 31] = [
                 "The file of the state machine: `.smdsl` or `.scxml`.",
             ),
             ("parameters", "The file of the parameters: `.pdsl`."),
+            (
+                "kinematics",
+                "The solvers of a robot, for the worker: `kinematics \"arm.kdsl\" as arm;`",
+            ),
             ("period", "The default period of `compute`, such as `50ms`."),
             ("dependencies", "The crates that the worker uses."),
             (

@@ -106,6 +106,7 @@ impl Server {
                 "import" => self.importable(target, string, "idsl"),
                 "statemachine" => self.paths(target, string, &["smdsl", "scxml"]),
                 "parameters" => self.paths(target, string, &["pdsl"]),
+                "kinematics" => self.paths(target, string, &["kdsl"]),
                 _ => Vec::new(),
             };
         }

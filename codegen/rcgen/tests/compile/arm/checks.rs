@@ -27,8 +27,9 @@ impl Worker<Context> for Server {
 impl StateMachine for Server {}
 
 impl Joint<Context> for Server {
-    fn position(&mut self, _ctx: &mut Context) -> f32 {
-        0.5
+    fn position(&mut self, ctx: &mut Context) -> f32 {
+        let pose = ctx.limb.fk(&[0.0, 0.5]).pose_hand_in_base;
+        pose[0][3] as f32
     }
 
     fn turn(&mut self, _ctx: &mut Context, speed: f32) {
@@ -167,6 +168,29 @@ impl StateMachine for Counting {
         self.0 += 1;
         Ok(())
     }
+}
+
+/// The context has the solvers of the robot, whose names and limits the tests see as well.
+#[test]
+fn a_context_has_the_solvers_of_a_robot() {
+    let mut test = TestContext::new();
+    let _worker: Counting = test.start().unwrap();
+    let limb = test.limb;
+    assert_eq!(limb.joints(), &["swing", "slide"]);
+    let positions = [0.7, 0.3];
+    let target = limb.fk(&positions).pose_hand_in_base;
+    let answer = limb.reach(&target, &[0.0, 0.5]);
+    assert!(answer.reached);
+    for (found, wanted) in answer.positions.iter().zip(positions) {
+        assert!((found - wanted).abs() < 1e-5);
+    }
+    let part = [1.5, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.1];
+    let rest = [0.0; 2];
+    let held = limb.hold(&positions, &rest, &rest, &rest, &part);
+    assert!(held.efforts.iter().all(|effort| effort.abs() < 1e-9));
+    let pushed = limb.push(&positions, &[0.0; 6]);
+    assert!(pushed.velocities.iter().all(|rate| rate.abs() < 1e-3));
+    assert_eq!(arm_generated::kinematics::limb::UPPER, *limb.upper());
 }
 
 #[test]
