@@ -139,6 +139,10 @@ impl Server {
                 continue;
             };
             let range = document.text.bytes(self.encoding, &change["range"]);
+            // A range without numbers is none, and no wish to replace the whole text.
+            if range.is_none() && !change["range"].is_null() {
+                continue;
+            }
             let text = match range {
                 Some((start, end)) => {
                     let old = document.text.as_str();
