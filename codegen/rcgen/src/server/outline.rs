@@ -12,6 +12,9 @@ const MOST: usize = 500;
 const MOST_FOLDS: usize = 5_000;
 const MOST_POSITIONS: usize = 100;
 
+/// How many symbols of one file are sent.
+const MOST_SYMBOLS: usize = 2_000;
+
 /// How deep symbols and ranges lie in each other: both become values that are written by recursion.
 const MOST_DEPTH: usize = 64;
 
@@ -229,6 +232,7 @@ fn blocks(path: &Path, text: &str) -> Vec<Node> {
 /// Puts each node into the one that contains it.
 fn tree(mut nodes: Vec<Node>) -> Vec<Node> {
     nodes.sort_by_key(|node| (node.range.0, std::cmp::Reverse(node.range.1)));
+    nodes.truncate(MOST_SYMBOLS);
     let mut roots: Vec<Node> = Vec::new();
     let mut open: Vec<Node> = Vec::new();
     let close = |open: &mut Vec<Node>, roots: &mut Vec<Node>| {

@@ -284,7 +284,8 @@ impl<'a> Structure<'a> {
                     parts.push((self.tokens[at].start, self.end(at)));
                 }
             }
-            if token.kind == TokenKind::String && token.text.len() > 1 {
+            if token.kind == TokenKind::String && token.text.len() > 1 && token.text.ends_with('"')
+            {
                 parts.push((token.start + 1, end - 1));
             }
             parts.push(self.declaration(token.start, true));
