@@ -154,20 +154,29 @@ impl Converter {
 
     /// Whether values of a type have something to convert.
     pub fn converts(&self, ty: &Struct) -> bool {
-        let inner = ty
-            .members
-            .iter()
-            .any(|member| self.converts_type(&member.ty));
-        inner || self.view(ty).is_some()
+        self.is_in(ty, &mut BTreeSet::new())
     }
 
-    fn converts_type(&self, ty: &Type) -> bool {
+    /// Looks into each structure once: one may be in another one along many ways.
+    fn is_in(&self, ty: &Struct, seen: &mut BTreeSet<String>) -> bool {
+        if self.view(ty).is_some() {
+            return true;
+        }
+        let is_new = seen.insert(ty.name.clone());
+        is_new
+            && ty
+                .members
+                .iter()
+                .any(|member| self.is_in_type(&member.ty, seen))
+    }
+
+    fn is_in_type(&self, ty: &Type, seen: &mut BTreeSet<String>) -> bool {
         match ty {
-            Type::Struct(of) => self.converts(of),
+            Type::Struct(of) => self.is_in(of, seen),
             Type::Sequence { element, .. } | Type::Array { element, .. } => {
-                self.converts_type(element)
+                self.is_in_type(element, seen)
             }
-            Type::Map { value, .. } => self.converts_type(value),
+            Type::Map { value, .. } => self.is_in_type(value, seen),
             Type::Primitive(_) | Type::Text { .. } | Type::Enum(_) => false,
         }
     }

@@ -244,6 +244,7 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
     let (mut refused, mut whole) = (0, 0);
     for group in groups {
         let (all, one) = (program(&format!("[{group}]")), program(group));
+        let image = program(&format!("200<0,16:{group}>"));
         for round in 0..60 {
             let count = [1, 2, 63, 64, 65, 200][round % 6];
             let mut message = Message::default().u32(count);
@@ -258,6 +259,8 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
                 message = message.u32(random.u32(..));
             }
             let (mut found, mut wanted) = (message.0.clone(), message.0);
+            let mut in_place = found.clone();
+            in_place.resize(4 + 200 * 16, 7);
             let mut fault = None;
             for (at, element) in wanted[4..].chunks_exact_mut(16).enumerate() {
                 if let Err(error) = one.run(element, 0) {
@@ -279,6 +282,11 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
                 assert_eq!(end, Ok(found.len()), "{group}");
             }
             assert_eq!(found, wanted, "{group}");
+            let end = end.map(|_| in_place.len());
+            assert_eq!(image.run(&mut in_place, 0), end, "{group}");
+            let (own, rest) = in_place.split_at(found.len());
+            assert_eq!(own, found, "{group}");
+            assert!(rest.iter().all(|byte| *byte == 7));
         }
     }
     assert!(refused > 10 && whole > 10, "{refused} {whole}");
