@@ -399,14 +399,14 @@ fn unknown_clause(first: &Name) -> Diagnostic {
     }
 }
 
-rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_name], {
+rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_name, language_word], {
     file | kw_component => "`Component`",
     operation | causes | effects => "an operation, or `compute`",
     reaction => "a reaction such as `scan -> setSpeed budget 3ms;`",
     arrow => "`->`",
     budget | kw_budget => "`budget`",
     dot => "`.`",
-    crate_name | dotted_name | slot | interface_name | backend | slot_name => "a name",
+    crate_name | dotted_name | slot | interface_name | backend | slot_name | language_word => "a name",
     duration | number => "a duration such as `50ms`",
     communication | kw_communication => "`implements`, `requires`, `publishes` or `subscribesTo`",
     array | open_square => "`[`",

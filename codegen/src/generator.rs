@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::project::Project;
 use crate::rust::print::Printer;
 use crate::templates::TemplateError;
-use crate::{dependencies, python, requirements, rust, stubs, view};
+use crate::{cpp, dependencies, python, requirements, rust, stubs, view};
 use rc_cdsl::Component;
 use rc_cdsl::ast::Clause;
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -24,7 +24,8 @@ pub(crate) struct Generator {
     /// interfaces.
     pub(crate) print:
         fn(&view::Component, &Component, &str, &mut Files) -> Result<(), TemplateError>,
-    /// The file of the first test of a component, which has none once there is a worker.
+    /// The file of the first test of a component, which has none once there is a worker. Empty in a
+    /// language without one.
     pub(crate) first_test: &'static str,
     /// Compares a component that is generated into a folder with what is there.
     pub(crate) compare: fn(&Project, Middleware, &Path, &mut Diagnostics) -> io::Result<()>,
@@ -82,15 +83,26 @@ static PYTHON: Generator = Generator {
     },
 };
 
+static CPP: Generator = Generator {
+    name: cpp::names::component,
+    dependencies: cpp::check_dependencies,
+    names: cpp::check,
+    print: |view, _, _, files| cpp::print::files(view, files),
+    first_test: "",
+    compare: |_, _, _, _| Ok(()),
+    worker: |_, _, _| Ok(()),
+};
+
 /// The functions of a language.
 pub(crate) fn of(language: Language) -> &'static Generator {
     match language {
         Language::Rust => &RUST,
         Language::Python => &PYTHON,
+        Language::Cpp => &CPP,
     }
 }
 
-/// The language that a `.cdsl` names. `None` if nothing is generated in it, or if the file cannot
+/// The language that a `.cdsl` names. `None` if there is none of this name, or if the file cannot
 /// be read as a description.
 ///
 /// # Errors

@@ -9,7 +9,9 @@
 pub mod cargo_workspace;
 mod collisions;
 pub mod configuration;
+mod cpp;
 pub mod dependencies;
+mod description;
 pub mod export;
 pub mod files;
 pub mod generate;

@@ -15,8 +15,10 @@ pub const MAGIC: &[u8] = b"\x02rc-note\x03\x1e\x1f";
 /// [`MAGIC`] in a Rust byte string.
 const MAGIC_TEXT: &str = "\\x02rc-note\\x03\\x1e\\x1f";
 
-/// The file in `generated/` that contains the note.
-const SOURCE: &str = "src/backend.rs";
+/// The file in `generated/` that contains the note of a component in Rust.
+pub(crate) const RUST_SOURCE: &str = "src/backend.rs";
+/// The files that contain notes, of a component in Rust and of one in C++.
+const SOURCES: [&str; 2] = [RUST_SOURCE, "main.cpp"];
 
 /// The file in the package of a component in Python that describes it.
 pub const DESCRIPTION: &str = "description.json";
@@ -62,12 +64,17 @@ impl Note {
     /// The system cannot read the file. `NotFound` before the first generation.
     pub fn of_generated(folder: &Path) -> std::io::Result<Option<Self>> {
         let generated = folder.join(GENERATED);
-        let text = match rc_files::read(&generated.join(SOURCE)) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                return Self::of_package(&generated)?.ok_or(error).map(Some);
-            }
-            text => text?,
+        let read = |source: &str| rc_files::read(&generated.join(source));
+        let is_missing = |text: &std::io::Result<String>| {
+            let error = text.as_ref().err();
+            error.is_some_and(|error| error.kind() == std::io::ErrorKind::NotFound)
         };
+        let mut texts = SOURCES.into_iter().map(read);
+        let Some(text) = texts.find(|text| !is_missing(text)) else {
+            let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
+            return Self::of_package(&generated)?.ok_or(missing).map(Some);
+        };
+        let text = text?;
         Ok(text.split(MAGIC_TEXT).skip(1).find_map(|rest| {
             let (json, _) = rest.split_once("\\0")?;
             serde_json::from_str(&json.replace("\\\"", "\"")).ok()
@@ -130,7 +137,7 @@ mod tests {
     #[test]
     fn the_note_of_a_component_is_read_from_its_generated_source() {
         let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join(GENERATED).join(SOURCE);
+        let file = folder.path().join(GENERATED).join(SOURCES[0]);
         let read = || Note::of_generated(folder.path());
         let missing = read().expect_err("nothing is generated");
         assert_eq!(missing.kind(), std::io::ErrorKind::NotFound);

@@ -1,7 +1,8 @@
 //! One component with everything that its `.cdsl` names.
 
 use crate::cargo_workspace::Workspace;
-use crate::note::Note;
+use crate::files::GENERATED;
+use crate::note::{self, Note};
 use crate::origin::Origin;
 use crate::{generator, machine_names, names, paths, ros, rust, viewer};
 use rc_cdsl::Component;
@@ -34,6 +35,8 @@ pub struct Project {
     /// Hash of all the description files that its generated code comes from, comments and white
     /// space aside.
     pub hash: u64,
+    /// Whether the file itself names C++, whatever an option of rcgen says.
+    says_cpp: bool,
     /// The folder of its code, once it was looked for.
     code: OnceLock<PathBuf>,
 }
@@ -145,6 +148,7 @@ impl Project {
         found.extend(rc_cdsl::meanings(&mut component, sources, loader, source));
         Ok((
             Some(Self {
+                says_cpp: Language::from_file(&component.language.text) == Some(Language::Cpp),
                 path: path.to_path_buf(),
                 origins,
                 component,
@@ -158,9 +162,25 @@ impl Project {
         ))
     }
 
-    /// The language of its worker.
+    /// The language of its worker. A description of RoboComp for C++ whose worker was generated in
+    /// Rust stays one in Rust.
     pub fn language(&self) -> Option<Language> {
+        match self.named_language() {
+            Some(Language::Cpp) if self.says_cpp && self.has_rust() => Some(Language::Rust),
+            language => language,
+        }
+    }
+
+    /// The language that its file names.
+    fn named_language(&self) -> Option<Language> {
         Language::from_file(&self.component.language.text)
+    }
+
+    /// Whether the folder of its code has generated code in Rust and no project of cmake.
+    fn has_rust(&self) -> bool {
+        let code = self.code();
+        code.join(GENERATED).join(note::RUST_SOURCE).exists()
+            && !code.join(Language::Cpp.manifest()).exists()
     }
 
     /// The name of its manifest.
@@ -168,8 +188,7 @@ impl Project {
         self.language().unwrap_or(Language::Rust).manifest()
     }
 
-    /// Whether cargo builds it. RoboComp's components in other languages count as such, since a
-    /// worker in Rust takes the place of theirs.
+    /// Whether cargo builds it. A component in an unknown language counts as such.
     pub fn is_built_by_cargo(&self) -> bool {
         self.language().is_none_or(Language::is_built_by_cargo)
     }
@@ -192,7 +211,8 @@ impl Project {
     pub fn code(&self) -> &Path {
         self.code.get_or_init(|| {
             let own = self.folder();
-            let elsewhere = (!own.join(self.manifest()).exists()).then(|| self.package());
+            let manifest = self.named_language().unwrap_or(Language::Rust).manifest();
+            let elsewhere = (!own.join(manifest).exists()).then(|| self.package());
             elsewhere.flatten().unwrap_or_else(|| own.to_path_buf())
         })
     }

@@ -3,7 +3,6 @@
 
 pub(crate) mod component;
 pub mod component_interpreter;
-mod description;
 mod documentation;
 pub mod environment;
 mod handlers;

@@ -10,37 +10,41 @@ pub enum Language {
     Rust,
     /// Python: a package of pip, which runs on the extension `robocomp`.
     Python,
+    /// C++: a project of cmake, which links `librobocomp_cpp.so`.
+    Cpp,
 }
 
 words!(Language);
 
 impl Language {
     /// All of them, in the order in which messages list them.
-    pub const ALL: [Self; 2] = [Self::Rust, Self::Python];
+    pub const ALL: [Self; 3] = [Self::Rust, Self::Python, Self::Cpp];
 
     /// The word for it, in files and in JSON.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rust => "rust",
             Self::Python => "python",
+            Self::Cpp => "cpp",
         }
     }
 
-    /// The words that a `.cdsl` may have, in lower case. RoboComp's files have some for which
-    /// nothing is generated.
-    pub const WORDS: [(&'static str, Option<Self>); 4] = [
-        ("rust", Some(Self::Rust)),
-        ("cpp", None),
-        ("cpp11", None),
-        ("python", Some(Self::Python)),
+    /// The words that a `.cdsl` may have, in lower case. RoboComp's files have several for C++.
+    pub const WORDS: [(&'static str, Self); 6] = [
+        ("rust", Self::Rust),
+        ("cpp", Self::Cpp),
+        ("python", Self::Python),
+        ("cpp11", Self::Cpp),
+        ("cpp17", Self::Cpp),
+        ("c++", Self::Cpp),
     ];
 
-    /// The language that a word of a `.cdsl` names. `None` if nothing is generated in it.
+    /// The language that a word of a `.cdsl` names.
     pub fn from_file(word: &str) -> Option<Self> {
         let mut words = Self::WORDS.into_iter();
         words
             .find(|(known, _)| known.eq_ignore_ascii_case(word))
-            .and_then(|(_, language)| language)
+            .map(|(_, language)| language)
     }
 
     /// Whether cargo builds it: as a member of its workspace, over the crate of interfaces that all
@@ -48,14 +52,14 @@ impl Language {
     pub fn is_built_by_cargo(self) -> bool {
         match self {
             Self::Rust => true,
-            Self::Python => false,
+            Self::Python | Self::Cpp => false,
         }
     }
 
     /// Whether it runs by an interpreter of the machine, which only its own machine has.
     pub fn has_interpreter(self) -> bool {
         match self {
-            Self::Rust => false,
+            Self::Rust | Self::Cpp => false,
             Self::Python => true,
         }
     }
@@ -65,6 +69,7 @@ impl Language {
         match self {
             Self::Rust => "Cargo.toml",
             Self::Python => "pyproject.toml",
+            Self::Cpp => "CMakeLists.txt",
         }
     }
 }
@@ -79,7 +84,9 @@ mod tests {
             assert_eq!(Language::from_file(language.word()), Some(language));
         }
         assert_eq!(Language::from_file("Python"), Some(Language::Python));
-        assert_eq!(Language::from_file("cpp11"), None);
+        for word in ["cpp11", "CPP17", "c++"] {
+            assert_eq!(Language::from_file(word), Some(Language::Cpp));
+        }
         assert_eq!(Language::from_file("anything"), None);
     }
 }

@@ -541,7 +541,7 @@ fn constructs_of_real_files_are_accepted() {
         "import \"Camera.idsl\";\nComponent C { Communications { requires Camera, Camera as other; }; language N++; };",
         &expect![[r#"
             c.cdsl:1:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
-            c.cdsl:2:78: error[unknown-language]: unknown language `N++` (expected one of `rust`, `cpp`, `cpp11`, `python`)
+            c.cdsl:2:78: error[unknown-language]: unknown language `N++` (did you mean `c++`?)
         "#]],
     );
     // The first import wins, as in RoboComp.

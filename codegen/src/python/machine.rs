@@ -1,7 +1,7 @@
 //! Names of Python for the state machine of a component.
 
 use super::{documentation, names};
-use crate::view;
+use crate::{description, view};
 use serde::Serialize;
 
 /// A state machine as its template sees it.
@@ -38,11 +38,6 @@ struct Event<'a> {
     number: usize,
 }
 
-/// Last part of the names of a state's functions.
-pub(crate) fn suffix(state: &str) -> String {
-    names::snake(state).trim_end_matches('_').to_owned()
-}
-
 pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
     Machine {
         name: &view.name,
@@ -59,7 +54,7 @@ pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
                 name: names::shout(&state.name),
                 number: state.number,
                 doc: documentation::docstring_or(4, &state.doc, format!("`{}`", state.path)),
-                suffix: suffix(&state.name),
+                suffix: description::state_suffix(&state.name),
             })
             .collect(),
         events: view

@@ -1,7 +1,8 @@
 //! Where a worker in Python has its functions, by the text alone: an editor asks at each key stroke, and no
 //! interpreter starts as quickly.
 
-use super::{handlers, machine};
+use super::handlers;
+use crate::description;
 use crate::project::Project;
 use crate::stubs::{Purpose, of_state};
 use crate::view;
@@ -42,7 +43,7 @@ pub(crate) fn of(
     let states = view.machine.iter().flat_map(|machine| &machine.states);
     for state in states {
         for (kind, _) in of_state(state) {
-            let name = format!("{kind}_{}", machine::suffix(&state.name));
+            let name = format!("{kind}_{}", description::state_suffix(&state.name));
             wanted
                 .entry(name)
                 .or_default()

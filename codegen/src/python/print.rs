@@ -1,10 +1,11 @@
 //! Prints the Python of a component.
 
-use super::{component, description, layout};
+use super::{component, handlers, layout};
+use crate::description::Guest;
 use crate::files::{Files, GENERATED, Owner};
 use crate::templates::{self, TemplateError, templates};
 use crate::view;
-use crate::{note, parallel};
+use crate::{description, note, parallel};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tera::{Context, Tera};
@@ -190,7 +191,13 @@ pub(crate) fn files(
         files.add(path, Owner::Generic, text);
     }
     files.add(package.join("py.typed"), Owner::Generic, String::new());
-    let description = description::of(view);
+    let description = description::of(
+        view,
+        &Guest {
+            in_place: true,
+            handler: handlers::name,
+        },
+    );
     let description = description.map_err(|error| TemplateError::new(error.to_string()))?;
     files.add(package.join(note::DESCRIPTION), Owner::Generic, description);
     Ok(())

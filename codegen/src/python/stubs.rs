@@ -4,7 +4,7 @@ use super::component::{self, Component, WORKER, WORKER_MODULE};
 use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
 use super::source::{self, Class, Code, Method};
-use super::{machine, names, reply_order};
+use super::{names, reply_order};
 use crate::project::Project;
 use crate::{requirements, stubs, view};
 use rc_cdsl::model::Middleware;
@@ -230,7 +230,7 @@ fn signature(
 /// The functions of states that the worker does not have: their documentation and their names.
 fn hooks(machine: &view::Machine, there: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let all = machine.states.iter().flat_map(|state| {
-        let suffix = machine::suffix(&state.name);
+        let suffix = crate::description::state_suffix(&state.name);
         stubs::of_state(state).map(|(kind, doc)| (doc, format!("{kind}_{suffix}")))
     });
     all.filter(|(_, name)| !there(name)).collect()

@@ -6,7 +6,7 @@ use crate::note::Note;
 use crate::project::Project;
 use crate::{ros, viewer};
 use rc_cdsl::model::{self, Middleware, Role};
-use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
 use rc_kinematics::Cell;
@@ -230,7 +230,6 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
     let mut found = Diagnostics::new();
     let component = &project.component;
     let library = &component.library;
-    check_language(project, &mut found);
     // Slots that choose ROS 2 were checked when the component was read.
     if generated_for.iter().any(|one| one.can().has_nodes) {
         found.extend(ros::refused(library));
@@ -391,13 +390,4 @@ fn schema(project: &Project) -> String {
         &slots.collect::<Vec<_>>(),
         project.parameters.as_ref(),
     )
-}
-
-fn check_language(project: &Project, found: &mut Diagnostics) {
-    let language = &project.component.language;
-    if project.language().is_none() {
-        let message = format!("there are no templates for `{}` yet", language.text);
-        let help = "generate another language with `--language rust` or `--language python`; the file stays as it is";
-        found.push(Diagnostic::error("no-templates", language.span, message).help(help));
-    }
 }

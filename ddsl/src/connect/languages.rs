@@ -6,22 +6,25 @@ use rc_vocabulary::Language;
 
 impl Connector<'_> {
     /// Reports components that cannot share a process, because of their language: one process has
-    /// one interpreter, whose lock only one thread holds at a time.
+    /// one interpreter, whose lock only one thread holds at a time, and the program of a component in
+    /// C++ has that one component.
     pub(super) fn check_languages(&mut self) {
         for process in &self.deployment.processes {
             for at in &process.instances {
                 let component = self.components.get(*at).copied().flatten();
                 let language = component.map(|component| component.language.text.as_str());
                 let language = language.and_then(Language::from_file);
-                if !language.is_some_and(Language::has_interpreter) {
-                    continue;
-                }
+                let (needs, code) = match language {
+                    Some(Language::Python) => ("an interpreter", "process-interpreter"),
+                    Some(Language::Cpp) => ("a program", "process-program"),
+                    Some(Language::Rust) | None => continue,
+                };
                 let instance = &self.deployment.instances[*at];
                 let message = format!(
-                    "`{}` needs an interpreter of its own, and cannot be a thread of process `{}`",
+                    "`{}` needs {needs} of its own, and cannot be a thread of process `{}`",
                     instance.path, process.path
                 );
-                let error = Diagnostic::error("process-interpreter", instance.name.span, message)
+                let error = Diagnostic::error(code, instance.name.span, message)
                     .label(process.name.span, "the process")
                     .help("run it in a process of its own: leave `process` out of the component");
                 self.found.push(error);

@@ -78,7 +78,7 @@ struct Part<'n> {
     /// Whether it uses shared memory, and DDS.
     memory: bool,
     dds: bool,
-    is_python: bool,
+    language: Option<Language>,
 }
 
 /// The input of all exports.
@@ -175,9 +175,9 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
             files: network.files(at, component),
             memory: chosen.contains(&Middleware::Iceoryx2),
             dds: chosen.contains(&Middleware::Dds),
-            is_python: network.projects[at]
-                .as_ref()
-                .is_some_and(|project| project.language().is_some_and(Language::has_interpreter)),
+            language: network.projects[at]
+                .as_deref()
+                .and_then(rc_codegen::Project::language),
         };
         let of =
             |machine: &&mut Machine<'_>| machine.host.map(|h| h.name.text.as_str()) == names[at];
@@ -225,7 +225,10 @@ impl Source<'_> {
         if self.parts().any(|part| part.memory) {
             notes.push("no guard holds the shared memory: of the components of a network the last one to end wipes it, and the next start what the dead left".to_owned());
         }
-        if self.parts().any(|part| part.is_python) {
+        if self
+            .parts()
+            .any(|part| part.language == Some(Language::Python))
+        {
             notes.push("a component in Python runs on `.venv` in its folder, else on the `python3` in the path of the manager: `rcgen venv FILE.cdsl` makes `.venv` with its packages".to_owned());
         }
         if self.has_ring {
@@ -252,16 +255,21 @@ impl Part<'_> {
             .collect()
     }
 
-    /// Refuses a component in Python in a container: its program is a launcher, and neither the
-    /// interpreter nor the packages of the worker are in an image.
+    /// Refuses components in Python and C++ in a container: what lies beside their programs is in no
+    /// image.
     fn check_language(&self, engine: Engine) -> Result<(), String> {
-        if !self.is_python || engine == Engine::Systemd {
+        let (language, missing) = match self.language {
+            Some(Language::Python) => ("Python", "no interpreter and no packages"),
+            Some(Language::Cpp) => ("C++", "no library of robocomp"),
+            Some(Language::Rust) | None => return Ok(()),
+        };
+        if engine == Engine::Systemd {
             return Ok(());
         }
         let word = Engine::WORDS.iter().find(|(_, known)| *known == engine);
         let word = word.map_or("", |(word, _)| word);
         Err(format!(
-            "`{}` is in Python, and the containers of an export to {word} have no interpreter and no packages for it; \
+            "`{}` is in {language}, and the containers of an export to {word} have {missing} for it; \
              export with `--to systemd`, or start the network by `rcdeploy up`",
             self.component.name
         ))

@@ -17,7 +17,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 /// The crate of the extension module, its folder in the framework, and its library.
-const CRATE: &str = "rc-python";
+pub(crate) const CRATE: &str = "rc-python";
 const FOLDER: &str = "python";
 const LIBRARY: &str = "librobocomp_python.so";
 
@@ -30,7 +30,7 @@ pub(crate) fn package(project: &Project) -> String {
 }
 
 /// The framework that a workspace names by a path, or that it is.
-fn framework(root: &Path) -> Result<Option<PathBuf>, Error> {
+pub(crate) fn framework(root: &Path) -> Result<Option<PathBuf>, Error> {
     if root.join(FOLDER).join("Cargo.toml").exists() && root.join("runtime").exists() {
         return Ok(Some(root.to_path_buf()));
     }
@@ -38,20 +38,24 @@ fn framework(root: &Path) -> Result<Option<PathBuf>, Error> {
     Ok(workspace.and_then(|workspace| workspace.framework()))
 }
 
-/// The arguments of cargo that build the extension module into the target folder of the workspace
-/// `root`. `None` if the workspace does not name the framework by a path: then `robocomp` is a
-/// package of the interpreter.
+/// The arguments of cargo that build crates of the framework, the extension module among them, into
+/// the target folder of the workspace `root`. `None` if the workspace does not name the framework by
+/// a path: then `robocomp` is a package of the interpreter.
 pub(crate) fn build(
     root: &Path,
     target: &Path,
     profile: Profile,
+    crates: &[&str],
 ) -> Result<Option<Vec<OsString>>, Error> {
     let Some(framework) = framework(root)? else {
         return Ok(None);
     };
-    let mut args: Vec<OsString> = ["build", "--profile", profile.word(), "--package", CRATE]
+    let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
         .map(Into::into)
         .to_vec();
+    for name in crates {
+        args.extend(["--package".into(), name.into()]);
+    }
     args.extend([
         "--manifest-path".into(),
         framework.join("Cargo.toml").into(),
@@ -105,15 +109,7 @@ pub(crate) fn of(
                 .join(FOLDER)
                 .join(middleware.to_string())
                 .join(&package);
-            let printed = generate::component(project, middleware, "");
-            let (files, found) = printed.map_err(|error| Error::Workspace(error.to_string()))?;
-            if let Some(error) = found
-                .iter()
-                .find(|d| d.severity == rc_diagnostics::Severity::Error)
-            {
-                return Err(Error::Workspace(error.message.clone()));
-            }
-            staged = Some((place.clone(), files, folder.clone()));
+            staged = Some((place.clone(), printed(project, middleware)?, folder.clone()));
             (place, middleware.to_string())
         }
     };
@@ -142,6 +138,22 @@ pub(crate) fn of(
             lock,
         }),
     })
+}
+
+/// The files of a variant.
+pub(crate) fn printed(
+    project: &Project,
+    middleware: Middlewares,
+) -> Result<rc_codegen::Files, Error> {
+    let printed = generate::component(project, middleware, "");
+    let (files, found) = printed.map_err(|error| Error::Workspace(error.to_string()))?;
+    let mut errors = found
+        .iter()
+        .filter(|d| d.severity == rc_diagnostics::Severity::Error);
+    match errors.next() {
+        Some(error) => Err(Error::Workspace(error.message.clone())),
+        None => Ok(files),
+    }
 }
 
 /// A path as a script and the environment of a process can name it.
@@ -276,10 +288,16 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
 /// workspace, which may write the same one, is waited for.
 fn stage(place: &Path, files: &rc_codegen::Files, folder: &Path) -> Result<(), Error> {
     let _held = variant::lock_folder(place, variant::PATIENCE)?;
-    renew(place, files, folder).map_err(cannot(format!("write {}", place.display())))
+    renew(place, files, folder, &SHARED).map_err(cannot(format!("write {}", place.display())))
 }
 
-fn renew(place: &Path, files: &rc_codegen::Files, folder: &Path) -> io::Result<()> {
+/// Writes the generated files of a variant, with links to what it shares with its component.
+pub(crate) fn renew(
+    place: &Path,
+    files: &rc_codegen::Files,
+    folder: &Path,
+    shared: &[&str],
+) -> io::Result<()> {
     let mut generated = rc_codegen::Files::default();
     for (path, owner, text) in files.iter() {
         if path.starts_with(GENERATED) {
@@ -287,7 +305,7 @@ fn renew(place: &Path, files: &rc_codegen::Files, folder: &Path) -> io::Result<(
         }
     }
     generated.write(place)?;
-    for name in SHARED {
+    for name in shared {
         let link = place.join(name);
         let there = folder.join(name);
         if std::fs::read_link(&link).is_ok_and(|target| target == there) {

@@ -17,6 +17,7 @@
 mod addresses;
 pub mod bounds;
 pub mod chains;
+mod cmake;
 mod configuration;
 mod error;
 mod files;

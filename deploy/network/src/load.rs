@@ -90,7 +90,7 @@ pub fn load(
     network.check_chains(&mut found);
     network.check_ros_names(&mut found);
     network.warn_of_what_has_no_effect(&mut found);
-    network.refuse_python_elsewhere(&mut found);
+    network.refuse_languages_elsewhere(&mut found);
     network.refuse_processes_elsewhere(&mut found);
     Ok((Some(network), found))
 }

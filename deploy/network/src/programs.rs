@@ -4,6 +4,7 @@
 //! A component is not bound to a middleware: its generated code is for one, and an instance may use
 //! another. Its program is then a variant, built beside the program of its folder.
 
+use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
 use crate::model::{Network, Profile};
@@ -15,7 +16,7 @@ use rc_codegen::paths::normal;
 use rc_codegen::{Project, names};
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
-use rc_vocabulary::Middlewares;
+use rc_vocabulary::{Language, Middlewares};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -134,10 +135,10 @@ fn check_executable(
 
 /// The name of a component's program.
 fn package(project: &Project) -> String {
-    if project.is_built_by_cargo() {
-        names::package(&project.component.name.text)
-    } else {
+    if project.language() == Some(Language::Python) {
         launcher::package(project)
+    } else {
+        names::package(&project.component.name.text)
     }
 }
 
@@ -409,6 +410,11 @@ impl Network {
                 packages.entry(package).or_insert(project);
             }
         }
+        let mut scripted = scripts.values().flat_map(BTreeMap::values);
+        if scripted.any(|(project, _)| project.language() == Some(Language::Cpp)) {
+            // Before cargo builds for minutes.
+            cmake::check()?;
+        }
         let shared = processes
             .into_iter()
             .map(move |(process, members)| self.shared(process, &members, profile));
@@ -451,6 +457,7 @@ impl Network {
                     args,
                     packages,
                     launchers: Vec::new(),
+                    programs: Vec::new(),
                     _staged: staged,
                 })
             })
@@ -484,11 +491,12 @@ impl Network {
             args,
             packages: members.keys().cloned().collect(),
             launchers: Vec::new(),
+            programs: Vec::new(),
             _staged: Some(staged),
         })
     }
 
-    /// The build of the components in Python of one workspace.
+    /// The build of the components in Python and C++ of one workspace.
     fn launched(
         &self,
         root: PathBuf,
@@ -497,19 +505,31 @@ impl Network {
     ) -> Result<Build, Error> {
         let target = self.workspaces.target(&root);
         let target = target.map_err(cannot("prepare the build"))?;
-        let mut launchers = Vec::new();
+        let (mut launchers, mut programs) = (Vec::new(), Vec::new());
         let packages = scripts.keys().cloned().collect();
         for (program, (project, variant)) in scripts {
             let path = target.join(profile.folder()).join(program);
-            launchers.push(launcher::of(
-                project, &root, &target, profile, variant, path,
-            )?);
+            if project.language() == Some(Language::Cpp) {
+                programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
+            } else {
+                launchers.push(launcher::of(
+                    project, &root, &target, profile, variant, path,
+                )?);
+            }
+        }
+        let mut crates = Vec::new();
+        if !launchers.is_empty() {
+            crates.push(launcher::CRATE);
+        }
+        if !programs.is_empty() {
+            crates.push(cmake::CRATE);
         }
         Ok(Build {
-            args: launcher::build(&root, &target, profile)?.unwrap_or_default(),
+            args: launcher::build(&root, &target, profile, &crates)?.unwrap_or_default(),
             root,
             packages,
             launchers,
+            programs,
             _staged: None,
         })
     }
@@ -525,16 +545,18 @@ pub struct Build {
     /// The packages that it builds, for people.
     pub packages: Vec<String>,
     launchers: Vec<Launcher>,
+    programs: Vec<cmake::Program>,
     _staged: Option<Staged>,
 }
 
 impl Build {
-    /// Writes what cargo does not build, after it has succeeded.
+    /// Writes and builds what cargo does not, after it has succeeded.
     ///
     /// # Errors
-    /// The system refuses a file.
+    /// The system refuses a file, or cmake fails, which then has printed why.
     pub fn finish(self) -> Result<(), Error> {
-        self.launchers.iter().try_for_each(Launcher::write)
+        self.launchers.iter().try_for_each(Launcher::write)?;
+        self.programs.iter().try_for_each(cmake::Program::build)
     }
 }
 

@@ -1,24 +1,28 @@
 //! Fields of a description that have no effect in this version.
 
 use crate::model::Network;
+use rc_codegen::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Language;
 
 impl Network {
-    /// Reports components in Python on other hosts: their packages are not copied.
-    pub(crate) fn refuse_python_elsewhere(&self, found: &mut Diagnostics) {
+    /// Reports components in Python and C++ on other hosts: what lies beside their programs is not
+    /// copied.
+    pub(crate) fn refuse_languages_elsewhere(&self, found: &mut Diagnostics) {
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let is_python = project
-                .as_ref()
-                .is_some_and(|project| project.language().is_some_and(Language::has_interpreter));
+            let (language, code) = match project.as_deref().and_then(Project::language) {
+                Some(Language::Python) => ("Python", "python-elsewhere"),
+                Some(Language::Cpp) => ("C++", "cpp-elsewhere"),
+                Some(Language::Rust) | None => continue,
+            };
             let host = self.deployment.remote_host(instance).zip(instance.host);
-            if let Some((host, (_, span))) = host.filter(|_| is_python) {
+            if let Some((host, (_, span))) = host {
                 let message = format!(
-                    "`{}` is in Python, and runs on this machine only, not on `{}`",
+                    "`{}` is in {language}, and runs on this machine only, not on `{}`",
                     instance.path, host.name.text
                 );
-                let error = Diagnostic::error("python-elsewhere", span, message);
-                found.push(error.help("leave `host` out, or run it there in a network of its own: `rcgen explain python-elsewhere`"));
+                let error = Diagnostic::error(code, span, message);
+                found.push(error.help(format!("leave `host` out, or run it there in a network of its own: `rcgen explain {code}`")));
             }
         }
     }

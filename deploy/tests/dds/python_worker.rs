@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 const NUMPY: &str = "numpy==2.3.4";
 /// The packages of the detector. This `OpenCV` accepts the `NumPy` of the other tests.
 const OPENCV: &str = include_str!("../../../components/line_camera_detector/tests/packages.txt");
-const RUST: &str = "cdsl \"../avoider/avoider.cdsl\";";
+pub(crate) const RUST: &str = "cdsl \"../avoider/avoider.cdsl\";";
 const PYTHON: &str = "cdsl \"../avoider_python/avoider_python.cdsl\";";
 
 /// The virtual environment of the components. `None` without Python 3.11 or `NumPy`: `test` is
@@ -23,14 +23,20 @@ fn environment(test: &str) -> Option<&'static Path> {
     python.ancestors().nth(2)
 }
 
-/// `rcdeploy ARGS… FILE` in a virtual environment.
-fn rcdeploy(site: &Site, environment: &Path, args: &[&str]) -> Command {
+/// `rcdeploy` in a virtual environment.
+fn tool(site: &Site, environment: &Path) -> Command {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
-    command.args(args).args(["--profile", "dev"]);
-    command.arg(site.ddsl());
     command.env("CARGO_NET_OFFLINE", "true");
     command.env("VIRTUAL_ENV", environment);
     command.env("ROS_LOCALHOST_ONLY", "1");
+    command
+}
+
+/// `rcdeploy ARGS… FILE` in a virtual environment.
+fn rcdeploy(site: &Site, environment: &Path, args: &[&str]) -> Command {
+    let mut command = tool(site, environment);
+    command.args(args).args(["--profile", "dev"]);
+    command.arg(site.ddsl());
     command
 }
 
@@ -49,8 +55,14 @@ fn built(environment: &Path) {
 }
 
 /// The trace of the monitor after so many poses in lockstep: the same on every machine. `avoider`
-/// names its component.
-fn trace(name: &str, environment: &Path, avoider: &str, poses: usize, middleware: &str) -> String {
+/// names its component, and `rcdeploy` finds what builds it.
+pub(crate) fn trace(
+    name: &str,
+    rcdeploy: &dyn Fn(&Site) -> Command,
+    avoider: &str,
+    poses: usize,
+    middleware: &str,
+) -> String {
     let site = Site::new(name);
     let map = Site::components().join("maps/house.map");
     let map = map.display();
@@ -84,7 +96,10 @@ fn trace(name: &str, environment: &Path, avoider: &str, poses: usize, middleware
     }
     text = text.replace("middleware iceoryx2;", middleware);
     site.write_ddsl(&text);
-    let up = site.run(rcdeploy(&site, environment, &["up", "--build", "--detach"]));
+    let mut up = rcdeploy(&site);
+    up.args(["up", "--build", "--detach", "--profile", "dev"])
+        .arg(site.ddsl());
+    let up = site.run(up);
     assert_eq!(up.code, 0, "{up:?}");
     site.await_end_of("monitor");
     let errors = &site.ask("avoider", "status")["compute"]["errors"];
@@ -105,14 +120,15 @@ fn the_avoider_in_python_does_what_that_in_rust_does() {
     };
     built(environment);
     let iceoryx2 = "middleware iceoryx2;";
-    let rust = trace("trace_rust", environment, RUST, 1000, iceoryx2);
-    let python = trace("trace_python", environment, PYTHON, 1000, iceoryx2);
+    let rcdeploy = |site: &Site| tool(site, environment);
+    let rust = trace("trace_rust", &rcdeploy, RUST, 1000, iceoryx2);
+    let python = trace("trace_python", &rcdeploy, PYTHON, 1000, iceoryx2);
     let parted = rust.lines().zip(python.lines()).find(|(a, b)| a != b);
     assert_eq!(parted, None, "the first pose that differs");
     for middleware in ["dds", "ros2"] {
         let in_domain = format!("middleware {middleware} {{ domain 176; }};");
         let name = format!("trace_{middleware}");
-        let over = trace(&name, environment, PYTHON, 200, &in_domain);
+        let over = trace(&name, &rcdeploy, PYTHON, 200, &in_domain);
         let parted = rust.lines().zip(over.lines()).find(|(a, b)| a != b);
         assert_eq!(
             parted, None,

@@ -20,7 +20,7 @@ const IS_SLOW: i32 = 5;
 /// Milliseconds of a call of `wait` that only the end of the component ends.
 const LONG: i32 = 60_000;
 
-fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
+pub(crate) fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
     let endpoint = other
         .network
         .calls(&other.package, "Types", types::OPERATIONS);

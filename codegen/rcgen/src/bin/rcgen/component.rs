@@ -36,6 +36,13 @@ pub(crate) fn print_stubs(
     if project.language() == Some(Language::Python) {
         return print_python_stubs(file, &project, &folder, found, &mut sources, common);
     }
+    if project.language() == Some(Language::Cpp) {
+        return Err(Failure::Usage(format!(
+            "the worker of {} is in C++: the compiler names each handler that is missing, a pure virtual function of \
+             generated/genericworker.h, which has its signature",
+            file.display()
+        )));
+    }
     // Whatever the file says: the handlers that are there are Rust.
     "rust".clone_into(&mut project.component.language.text);
     let system = |e: stubs::Error| Failure::System(e.to_string());

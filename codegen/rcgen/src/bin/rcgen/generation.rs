@@ -361,6 +361,15 @@ impl Group {
         }
         for (part, steps) in parts.iter().zip(&steps) {
             if let Some(at) = part.component
+                && projects[at].language() == Some(Language::Cpp)
+            {
+                if handlers_changed(steps) {
+                    let file = projects[at].path.display();
+                    tell(format_args!(
+                        "{file}: the handlers changed; the compiler names what the worker lacks"
+                    ));
+                }
+            } else if let Some(at) = part.component
                 && projects[at].language() == Some(Language::Python)
             {
                 if handlers_changed(steps) {
@@ -508,10 +517,13 @@ fn handlers_changed(steps: &[Step]) -> bool {
     let is_trait = |s: &Step| {
         let name = s.path.strip_prefix("generated/src").ok();
         name.is_some_and(|name| TELLING.iter().any(|telling| name == Path::new(telling)))
-            || s.path.starts_with("generated") && s.path.ends_with("worker.py")
+            || s.path.starts_with("generated")
+                && (s.path.ends_with("worker.py") || s.path.ends_with("genericworker.h"))
     };
     let is_worker = |s: &Step| {
-        s.owner == Owner::Specific && s.path.file_stem() == Some("specific_worker".as_ref())
+        const STEMS: [&str; 2] = ["specific_worker", "specificworker"];
+        let stem = s.path.file_stem();
+        s.owner == Owner::Specific && STEMS.iter().any(|name| stem == Some(name.as_ref()))
     };
     let kept = |s: &Step| s.change == Change::Keep;
     steps.iter().any(|s| is_trait(s) && !kept(s)) && steps.iter().any(|s| is_worker(s) && kept(s))

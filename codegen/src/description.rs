@@ -1,14 +1,28 @@
-//! The description of a component: what the runtime reads when it starts, and what tools read of a
-//! component that has no executable of its own.
+//! The description of a component in another language than Rust: what the runtime reads when it
+//! starts, and what tools read of a component that has no executable of its own. Functions have the
+//! names of Python, in messages of the runtime too.
 
-use super::{handlers, machine, names};
+use crate::python::names;
 use crate::view;
 use crate::view::component::{Slot, Time};
 use rc_vocabulary::Role;
 use serde_json::{Value, json};
 
-/// The text of this file.
-pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
+/// The last part of the names of a state's functions.
+pub(crate) fn state_suffix(state: &str) -> String {
+    names::snake(state).trim_end_matches('_').to_owned()
+}
+
+/// What the language of a worker decides.
+pub(crate) struct Guest {
+    /// Whether handlers of samples in place get views.
+    pub(crate) in_place: bool,
+    /// The name of a handler, of its slot and its operation.
+    pub(crate) handler: fn(&str, &str) -> String,
+}
+
+/// The text of the description.
+pub(crate) fn of(view: &view::Component, guest: &Guest) -> Result<String, serde_json::Error> {
     let types = view.modules.iter();
     let types: Vec<Value> = types
         .map(|module| serde_json::from_str(&module.description))
@@ -23,7 +37,7 @@ pub(crate) fn of(view: &view::Component) -> Result<String, serde_json::Error> {
         "managed": view.managed,
         "simulates_time": view.simulates_time,
         "parameters": parameters.transpose()?,
-        "slots": view.slots.iter().map(|of| slot(view, of)).collect::<Vec<Value>>(),
+        "slots": view.slots.iter().map(|of| slot(view, of, guest)).collect::<Vec<Value>>(),
         "types": types,
     });
     let mut further = view.middlewares.iter().filter(|one| {
@@ -45,15 +59,17 @@ fn nanoseconds(time: Time) -> u64 {
         .saturating_add(time.nanoseconds.into())
 }
 
-fn slot(view: &view::Component, slot: &Slot) -> Value {
+fn slot(view: &view::Component, slot: &Slot, guest: &Guest) -> Value {
     let operations = view.interface(slot).map_or(&[][..], |i| &i.operations);
     let operations = operations.iter().map(|of| {
         let mut operation = json!({ "name": of.name });
         if slot.receives {
-            operation["handler"] = handlers::name(&slot.name, &of.name).into();
+            operation["handler"] = (guest.handler)(&slot.name, &of.name).into();
         }
-        let in_place =
-            slot.in_place && slot.role == Role::SubscribesTo && of.sample_in_place.is_some();
+        let in_place = guest.in_place
+            && slot.in_place
+            && slot.role == Role::SubscribesTo
+            && of.sample_in_place.is_some();
         if in_place {
             operation["in_place"] = true.into();
         }
@@ -92,7 +108,7 @@ fn of_machine(machine: &view::Machine) -> Result<Value, serde_json::Error> {
     let last = machine.states.iter().map(|state| state.number).max();
     let mut states = vec![String::new(); usize::from(last.unwrap_or_default()) + 1];
     for state in &machine.states {
-        states[usize::from(state.number)] = machine::suffix(&state.name);
+        states[usize::from(state.number)] = state_suffix(&state.name);
     }
     let functions = |all: &[String]| {
         all.iter()

@@ -1,0 +1,387 @@
+//! Types and interfaces of IDSL modules in C++.
+
+use super::{names, types};
+use crate::view;
+use crate::view::documentation;
+use crate::view::library::{self, Kind, Module};
+use crate::view::members::Member;
+use crate::view::types::Type;
+use rc_vocabulary::Role;
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// The header of a module.
+#[derive(Debug, Serialize)]
+pub(crate) struct Header {
+    /// The namespace, which is also the name of the file.
+    pub(crate) name: String,
+    doc: Vec<String>,
+    constants: Vec<Constant>,
+    types: Vec<TypeDecl>,
+    clients: Vec<Ends>,
+    publishers: Vec<Ends>,
+    /// The other headers that it needs.
+    imports: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Constant {
+    doc: Vec<String>,
+    ty: &'static str,
+    name: String,
+    value: String,
+}
+
+#[derive(Debug, Serialize)]
+struct TypeDecl {
+    name: String,
+    /// The name in the IDSL, with its module.
+    scoped: String,
+    doc: Vec<String>,
+    /// `enum`, `struct`, `exception` or `alias`.
+    kind: &'static str,
+    enumerators: Vec<Enumerator>,
+    members: Vec<Field>,
+    target: String,
+    /// The hash of an exception.
+    id: i32,
+}
+
+#[derive(Debug, Serialize)]
+struct Enumerator {
+    name: String,
+    number: i32,
+    doc: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Field {
+    ty: String,
+    name: String,
+    /// The default, in braces.
+    default: String,
+    doc: Vec<String>,
+}
+
+/// The client or the publisher of an interface.
+#[derive(Debug, Serialize)]
+struct Ends {
+    interface: String,
+    doc: Vec<String>,
+    operations: Vec<Operation>,
+}
+
+#[derive(Debug, Serialize)]
+struct Operation {
+    index: usize,
+    /// The name of the IDSL, and that of the modern form.
+    name: String,
+    snake: String,
+    doc: Vec<String>,
+    /// `const A& a, float b`
+    inputs: String,
+    /// `, a, b`
+    arguments: String,
+    /// `a, b`
+    forwarded: String,
+    /// RoboComp's form: what it returns, its parameters, its body.
+    result: String,
+    parameters: String,
+    body: String,
+    /// The type of all parts of the reply.
+    reply: String,
+    /// `, rc::detail::Throws<…>`; empty without exceptions.
+    throws: String,
+}
+
+/// The headers of a component's modules.
+pub(crate) fn of(view: &view::Component) -> Vec<Header> {
+    view.modules
+        .iter()
+        .map(|module| header(view, module))
+        .collect()
+}
+
+fn header(view: &view::Component, module: &Module) -> Header {
+    let constants = module.constants.iter().map(|constant| Constant {
+        doc: constant.doc.clone(),
+        ty: match constant.ty.resolved() {
+            Type::Primitive { name } => types::primitive(*name),
+            _ => "std::string_view",
+        },
+        name: names::own(&constant.name),
+        value: types::value(&constant.value),
+    });
+    let ends = |role: Role| {
+        let interfaces = module.interfaces.iter().filter(|interface| {
+            let mut slots = view.slots.iter();
+            slots.any(|slot| {
+                slot.role == role && slot.module == module.name && slot.interface == interface.name
+            })
+        });
+        interfaces.map(self::ends).collect::<Vec<Ends>>()
+    };
+    let mut uses = BTreeSet::new();
+    for decl in &module.types {
+        uses.extend(named(decl).into_iter().map(|(module, _)| module.to_owned()));
+    }
+    for operation in module
+        .interfaces
+        .iter()
+        .flat_map(|interface| &interface.operations)
+    {
+        let members = operation.inputs.iter().chain(&operation.outputs);
+        let all = members.map(|member| &member.ty).chain(&operation.result);
+        let all = all.chain(operation.throws.iter().map(|thrown| &thrown.ty));
+        uses.extend(
+            all.flat_map(|ty| ty.named())
+                .map(|(module, _)| module.to_owned()),
+        );
+    }
+    uses.remove(&module.name);
+    Header {
+        name: names::own(&module.name),
+        doc: module.doc.clone(),
+        constants: constants.collect(),
+        types: ordered(module)
+            .into_iter()
+            .map(|decl| type_decl(view, module, decl))
+            .collect(),
+        clients: ends(Role::Requires),
+        publishers: ends(Role::Publishes),
+        imports: uses.iter().map(|name| names::own(name)).collect(),
+    }
+}
+
+/// The named types in a declaration.
+fn named(decl: &library::TypeDecl) -> Vec<(&str, &str)> {
+    match &decl.kind {
+        Kind::Enum { .. } => Vec::new(),
+        Kind::Struct { members } | Kind::Exception { members } => members
+            .iter()
+            .flat_map(|member| member.ty.named())
+            .collect(),
+        Kind::Alias { target } => target.named(),
+    }
+}
+
+/// The types of a module, each behind those that it contains.
+fn ordered(module: &Module) -> Vec<&library::TypeDecl> {
+    let mut done: Vec<&library::TypeDecl> = Vec::new();
+    let mut left: Vec<&library::TypeDecl> = module.types.iter().collect();
+    while !left.is_empty() {
+        let (ready, waiting): (Vec<_>, Vec<_>) = left.iter().partition(|decl| {
+            let mut needed = named(decl)
+                .into_iter()
+                .filter(|(home, _)| *home == module.name);
+            needed.all(|(_, name)| done.iter().any(|other| other.name == name))
+        });
+        if ready.is_empty() {
+            // Types that contain each other were reported.
+            done.extend(waiting);
+            break;
+        }
+        // Only the first one, so that the order of the text stays where it can.
+        done.push(ready[0]);
+        left.retain(|decl| decl.name != ready[0].name);
+    }
+    done
+}
+
+fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) -> TypeDecl {
+    let mut out = TypeDecl {
+        name: names::own(&decl.name),
+        scoped: format!("{}::{}", module.name, decl.name),
+        doc: decl.doc.clone(),
+        kind: "",
+        enumerators: Vec::new(),
+        members: Vec::new(),
+        target: String::new(),
+        id: view::rpc_hash(&decl.name),
+    };
+    let fields = |members: &[Member]| members.iter().map(|member| field(view, member)).collect();
+    match &decl.kind {
+        Kind::Enum { values } => {
+            out.kind = "enum";
+            out.enumerators = values
+                .iter()
+                .map(|value| Enumerator {
+                    name: names::own(&value.name),
+                    number: value.number,
+                    doc: value.doc.clone(),
+                })
+                .collect();
+        }
+        Kind::Struct { members } => {
+            out.kind = "struct";
+            out.members = fields(members);
+        }
+        Kind::Exception { members } => {
+            out.kind = "exception";
+            out.members = fields(members);
+        }
+        Kind::Alias { target } => {
+            out.kind = "alias";
+            out.target = types::of(target);
+        }
+    }
+    out
+}
+
+fn field(view: &view::Component, member: &Member) -> Field {
+    let default = match (&member.default, member.ty.resolved()) {
+        (Some(value), _) => types::value(value),
+        _ if member.optional => String::new(),
+        // Zero may be the number of no enumerator.
+        (
+            None,
+            Type::Named {
+                module, name, of, ..
+            },
+        ) if *of == "enum" => first(view, module, name).unwrap_or_default(),
+        (None, Type::Array { element, length }) => match element.resolved() {
+            Type::Named {
+                module, name, of, ..
+            } if *of == "enum" => {
+                let first = first(view, module, name).unwrap_or_default();
+                format!("rc::filled<{length}>({first})")
+            }
+            _ => String::new(),
+        },
+        (None, _) => String::new(),
+    };
+    Field {
+        ty: types::of_member(member),
+        name: names::own(&member.name),
+        default: format!("{{{default}}}"),
+        doc: documentation::of_member(member),
+    }
+}
+
+/// The first enumerator of an enum.
+fn first(view: &view::Component, module: &str, name: &str) -> Option<String> {
+    let home = view.modules.iter().find(|other| other.name == module)?;
+    let decl = home.types.iter().find(|decl| decl.name == name)?;
+    let Kind::Enum { values } = &decl.kind else {
+        return None;
+    };
+    let value = names::own(&values.first()?.name);
+    Some(format!(
+        "{}::{}::{value}",
+        names::own(module),
+        names::own(name)
+    ))
+}
+
+fn ends(interface: &library::Interface) -> Ends {
+    let operations = interface.operations.iter().enumerate();
+    Ends {
+        interface: names::own(&interface.name),
+        doc: interface.doc.clone(),
+        operations: operations.map(|(index, of)| operation(index, of)).collect(),
+    }
+}
+
+fn operation(index: usize, of: &library::Operation) -> Operation {
+    let listed = |all: Vec<String>| all.join(", ");
+    let inputs = of
+        .inputs
+        .iter()
+        .map(|member| format!("{} {}", types::input(member), names::own(&member.name)));
+    let inputs = listed(inputs.collect());
+    let forwarded = listed(
+        of.inputs
+            .iter()
+            .map(|member| names::own(&member.name))
+            .collect(),
+    );
+    let parts = of
+        .outputs
+        .iter()
+        .map(types::of_member)
+        .chain(of.result.as_ref().map(types::of));
+    let parts: Vec<String> = parts.collect();
+    let reply = match parts.as_slice() {
+        [] => "void".to_owned(),
+        [only] => only.clone(),
+        many => format!("std::tuple<{}>", many.join(", ")),
+    };
+    let outs: Vec<String> = of
+        .outputs
+        .iter()
+        .map(|member| names::own(&member.name))
+        .collect();
+    let out_parameters = of.outputs.iter().zip(&outs);
+    let out_parameters =
+        out_parameters.map(|(member, name)| format!("{}& {name}", types::of_member(member)));
+    let mut parameters: Vec<String> = Vec::new();
+    parameters.extend(Some(inputs.clone()).filter(|inputs| !inputs.is_empty()));
+    parameters.extend(out_parameters);
+    let snake = names::snake(&of.name);
+    let call = format!("{snake}({forwarded})");
+    let (result, body) = match (outs.as_slice(), &of.result) {
+        ([], None) => ("void".to_owned(), format!("{call};")),
+        ([], Some(result)) => (types::of(result), format!("return {call};")),
+        ([only], None) => ("void".to_owned(), format!("{only} = {call};")),
+        (many, None) => (
+            "void".to_owned(),
+            format!("std::tie({}) = {call};", many.join(", ")),
+        ),
+        (many, Some(result)) => {
+            let result = types::of(result);
+            // No parameter of the IDSL begins so.
+            let body = format!(
+                "{result} rc_result{{}};\n    std::tie({}, rc_result) = {call};\n    return rc_result;",
+                many.join(", ")
+            );
+            (result, body)
+        }
+    };
+    let throws = of
+        .throws
+        .iter()
+        .map(|thrown| types::of(&thrown.ty))
+        .collect::<Vec<_>>();
+    Operation {
+        index,
+        name: names::own(&of.name),
+        doc: documentation::of_operation(of, names::own),
+        arguments: of
+            .inputs
+            .iter()
+            .map(|member| format!(", {}", names::own(&member.name)))
+            .collect(),
+        forwarded,
+        inputs,
+        result,
+        parameters: parameters.join(", "),
+        body,
+        throws: if throws.is_empty() {
+            String::new()
+        } else {
+            format!(", rc::detail::Throws<{}>", throws.join(", "))
+        },
+        snake,
+        reply,
+    }
+}
+
+/// The exceptions of an operation as arguments of a template, or nothing.
+pub(super) fn exceptions(of: &library::Operation) -> String {
+    let throws = of
+        .throws
+        .iter()
+        .map(|thrown| types::of(&thrown.ty))
+        .collect::<Vec<_>>();
+    if throws.is_empty() {
+        String::new()
+    } else {
+        format!("<{}>", throws.join(", "))
+    }
+}
+
+/// What the handler of an operation returns, and its parameters.
+pub(super) fn signature(of: &library::Operation) -> (String, String) {
+    let operation = operation(0, of);
+    (operation.result, operation.parameters)
+}

@@ -1,0 +1,105 @@
+//! Types of C++.
+
+use super::names;
+use crate::view::members::{Member, Value};
+use crate::view::types::Type;
+use rc_vocabulary::Primitive;
+
+/// A number or a `bool`.
+pub(super) fn primitive(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "std::int8_t",
+        Primitive::U8 => "std::uint8_t",
+        Primitive::I16 => "std::int16_t",
+        Primitive::U16 => "std::uint16_t",
+        Primitive::I32 => "std::int32_t",
+        Primitive::U32 => "std::uint32_t",
+        Primitive::I64 => "std::int64_t",
+        Primitive::U64 => "std::uint64_t",
+        Primitive::F32 => "float",
+        Primitive::F64 => "double",
+    }
+}
+
+/// The type of a value.
+pub(super) fn of(ty: &Type) -> String {
+    match ty {
+        Type::Primitive { name } => primitive(*name).to_owned(),
+        Type::Text { .. } => "std::string".to_owned(),
+        Type::Sequence { element, .. } => format!("std::vector<{}>", of(element)),
+        Type::Array { element, length } => format!("std::array<{}, {length}>", of(element)),
+        Type::Dictionary { key, value } => format!("std::map<{}, {}>", of(key), of(value)),
+        Type::Named { module, name, .. } => format!("{}::{}", names::own(module), names::own(name)),
+    }
+}
+
+/// The type of a member or a parameter.
+pub(super) fn of_member(member: &Member) -> String {
+    if member.optional {
+        format!("std::optional<{}>", of(&member.ty))
+    } else {
+        of(&member.ty)
+    }
+}
+
+/// The type of a parameter that goes in: numbers and enums by value, everything else by reference.
+pub(super) fn input(member: &Member) -> String {
+    let ty = of_member(member);
+    let by_value = match member.ty.resolved() {
+        Type::Primitive { .. } => true,
+        Type::Named { of, .. } => *of == "enum",
+        _ => false,
+    };
+    if by_value && !member.optional {
+        ty
+    } else {
+        format!("const {ty}&")
+    }
+}
+
+/// A text in quotes.
+pub(super) fn text(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            '\n' => out.push_str("\\n"),
+            '\t' => out.push_str("\\t"),
+            // Three octal digits end, whatever follows; and no trigraph begins.
+            c if c.is_ascii_control() => out.push_str(&format!("\\{:03o}", u32::from(c))),
+            '?' => out.push_str("\\?"),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+/// The expression of a value of the IDSL.
+pub(super) fn value(value: &Value) -> String {
+    match value.ty.resolved() {
+        Type::Primitive { name } => number(*name, &value.text),
+        Type::Named { module, name, .. } => format!(
+            "{}::{}::{}",
+            names::own(module),
+            names::own(name),
+            names::own(&value.text)
+        ),
+        _ => text(&value.text),
+    }
+}
+
+fn number(primitive: Primitive, text: &str) -> String {
+    match primitive {
+        Primitive::F32 => format!("{text}f"),
+        // The literal without its sign is one more than the largest value.
+        Primitive::I64 if text == "-9223372036854775808" => "INT64_MIN".to_owned(),
+        Primitive::I32 if text == "-2147483648" => "INT32_MIN".to_owned(),
+        Primitive::I64 => format!("INT64_C({text})"),
+        Primitive::U64 => format!("UINT64_C({text})"),
+        Primitive::U32 => format!("{text}u"),
+        _ => text.to_owned(),
+    }
+}

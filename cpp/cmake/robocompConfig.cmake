@@ -1,0 +1,48 @@
+# find_package(robocomp): the headers and the library of the framework, as the target
+# robocomp::robocomp, and the function that makes the program of a component.
+#
+# ROBOCOMP_LIBRARY is the file librobocomp_cpp.so; `rcdeploy up --build` sets it. Without it, that of
+# the framework's own target folder is taken: `cargo build -p rc-cpp` there builds it.
+get_filename_component(_robocomp_folder "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
+if(NOT ROBOCOMP_LIBRARY)
+  find_file(ROBOCOMP_LIBRARY librobocomp_cpp.so
+    PATHS "${_robocomp_folder}/../target/release" "${_robocomp_folder}/../target/debug"
+    NO_DEFAULT_PATH)
+endif()
+if(NOT ROBOCOMP_LIBRARY)
+  set(robocomp_FOUND FALSE)
+  set(robocomp_NOT_FOUND_MESSAGE
+    "librobocomp_cpp.so is not built: `rcdeploy up --build` of a network with the component builds it")
+  return()
+endif()
+
+if(NOT TARGET robocomp::robocomp)
+  add_library(robocomp::robocomp SHARED IMPORTED)
+  set_target_properties(robocomp::robocomp PROPERTIES
+    IMPORTED_LOCATION "${ROBOCOMP_LIBRARY}"
+    IMPORTED_NO_SONAME TRUE
+    INTERFACE_INCLUDE_DIRECTORIES "${_robocomp_folder}/include"
+    INTERFACE_COMPILE_FEATURES cxx_std_17
+    INTERFACE_LINK_LIBRARIES "${CMAKE_DL_LIBS}")
+endif()
+
+# The program `program` of the component whose CMakeLists.txt includes generated/component.cmake.
+# ROBOCOMP_PROGRAMS is the folder that it is built into, ROBOCOMP_PROGRAM another name for it;
+# `rcdeploy up --build` sets both.
+function(robocomp_component name program)
+  add_executable(${name} generated/main.cpp)
+  target_include_directories(${name} PRIVATE generated src)
+  target_link_libraries(${name} PRIVATE robocomp::robocomp)
+  target_compile_definitions(${name} PRIVATE
+    "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
+  set_target_properties(${name} PROPERTIES
+    CXX_EXTENSIONS OFF
+    ENABLE_EXPORTS ON  # names of functions in the report of a crash
+    OUTPUT_NAME "${program}")
+  if(ROBOCOMP_PROGRAM)
+    set_target_properties(${name} PROPERTIES OUTPUT_NAME "${ROBOCOMP_PROGRAM}")
+  endif()
+  if(ROBOCOMP_PROGRAMS)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${ROBOCOMP_PROGRAMS}")
+  endif()
+endfunction()

@@ -1,0 +1,115 @@
+/* The interface in C between the headers of robocomp and librobocomp_cpp.so. Programs use the
+ * headers above it. Every change raises RC_ABI_VERSION, which both sides compare at start. */
+#ifndef ROBOCOMP_ABI_H
+#define ROBOCOMP_ABI_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define RC_ABI_VERSION 1
+#define RC_RELEASE "0.1.0"
+
+/* Bytes of the caller, or of the callee until its next call on the same thread. */
+struct rc_bytes {
+  const uint8_t* data;
+  size_t size;
+};
+
+/* Result of a call in either direction. `bytes` is a value in CDR, or a text. */
+struct rc_answer {
+  int32_t status;
+  int64_t number;
+  struct rc_bytes bytes;
+};
+
+enum rc_status {
+  RC_DONE = 0,
+  RC_EXCEPTION = 1, /* `number` is the hash of its name */
+  RC_NO_SERVER = 10,
+  RC_TIMEOUT = 11,
+  RC_SERVER_DIED = 12,
+  RC_QUEUE_FULL = 13,
+  RC_REFUSED = 14,
+  RC_UNAVAILABLE = 15,
+  RC_STOPPING = 16,
+  RC_INVALID_ARGUMENT = 17,
+  RC_MALFORMED_REPLY = 18,
+  RC_MIDDLEWARE = 19,
+  RC_INVALID_SAMPLE = 20,
+  RC_NOT_SENT = 21,
+  RC_WRONG_THREAD = 30,
+  RC_INTERNAL = 31,
+  /* Outcomes of a function of the worker. */
+  RC_FAILED = 40,
+  RC_EMERGENCY = 41,
+  RC_FATAL = 42,
+  RC_NOT_WRITTEN = 43
+};
+
+enum rc_function {
+  RC_INITIALIZE,
+  RC_COMPUTE,
+  RC_SET_PARAMETERS,
+  RC_PARAMETERS_CHANGED,
+  RC_ENTER_EMERGENCY,
+  RC_RESTORE,
+  RC_FINALIZE,
+  RC_TRANSITION,
+  RC_ERROR,
+  RC_ENTRY,
+  RC_EXIT,
+  RC_DURING,
+  RC_GUARD,
+  RC_ACTION,
+  RC_HANDLE,
+  RC_END
+};
+
+enum rc_get_what {
+  RC_NAME,
+  RC_NETWORK,
+  RC_STATE,
+  RC_NOW,
+  RC_PERIOD,
+  RC_IS_STOPPING,
+  RC_SEED,
+  RC_PEERS,
+  RC_CALL_TIMEOUT,
+  RC_IS_IN,
+  RC_HAS_ENDED
+};
+
+enum rc_set_what { RC_SET_PERIOD, RC_SET_CALL_TIMEOUT, RC_STOP, RC_FIRE };
+
+/* Runs a function of the worker; throws nothing. `first` and `second` are slot and operation, or
+ * the number of a state, a guard or an action. */
+typedef struct rc_answer (*rc_call_worker)(void* object, int32_t function, size_t first,
+                                           size_t second, struct rc_bytes name,
+                                           struct rc_bytes body);
+
+/* A component. Every version begins with the first two members. */
+struct rc_program {
+  uint32_t version;
+  struct rc_bytes release;
+  struct rc_bytes description;
+  struct rc_bytes folder;
+  rc_call_worker call;
+  void* object;
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+int32_t robocomp_run(const struct rc_program* program, size_t count, const char* const* arguments);
+struct rc_answer robocomp_call(size_t slot, size_t operation, struct rc_bytes body);
+struct rc_answer robocomp_publish(size_t slot, size_t operation, struct rc_bytes body);
+struct rc_answer robocomp_get(uint32_t what, size_t number);
+struct rc_answer robocomp_set(uint32_t what, size_t number, int64_t value, struct rc_bytes text);
+void robocomp_log(uint32_t level, struct rc_bytes text);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,170 @@
+// Results of calls, and the bases of generated clients and publishers.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <exception>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "robocomp/cdr.h"
+#include "robocomp/errors.h"
+
+namespace rc {
+
+// The value of a call, or why there is none.
+template <class T>
+class Result {
+  using Value = std::conditional_t<std::is_void_v<T>, std::tuple<>, T>;
+
+ public:
+  Result(Value value) : value_(std::move(value)) {}
+  Result(std::exception_ptr error) : error_(std::move(error)) {}
+
+  bool ok() const { return value_.has_value(); }
+  explicit operator bool() const { return ok(); }
+
+  // The value. Throws the error if there is none.
+  T value() {
+    if (error_) std::rethrow_exception(error_);
+    if constexpr (!std::is_void_v<T>) return std::move(*value_);
+  }
+
+  // The value, or another one instead.
+  template <class U = Value>
+  Value value_or(U&& other) const {
+    return ok() ? *value_ : Value(std::forward<U>(other));
+  }
+
+  // The error, for `std::rethrow_exception`; null if there is a value.
+  std::exception_ptr error() const { return error_; }
+
+  // Whether the call failed with this exception: `result.is<rc::Timeout>()`.
+  template <class E>
+  bool is() const {
+    if (!error_) return false;
+    try {
+      std::rethrow_exception(error_);
+    } catch (const E&) {
+      return true;
+    } catch (...) {
+      return false;
+    }
+  }
+
+  // The text of the error; empty if there is a value.
+  std::string what() const {
+    if (!error_) return {};
+    try {
+      std::rethrow_exception(error_);
+    } catch (const std::exception& error) {
+      return error.what();
+    } catch (...) {
+      return "unknown";
+    }
+  }
+
+ private:
+  std::optional<Value> value_;
+  std::exception_ptr error_;
+};
+
+namespace detail {
+
+// The exceptions that an operation declares.
+template <class... Exceptions>
+struct Throws {
+  static std::exception_ptr read(const rc_answer& answer) {
+    std::exception_ptr found;
+    ((Exceptions::rc_id == answer.number ? void(found = one<Exceptions>(answer)) : void()), ...);
+    return found ? found : std::make_exception_ptr(MalformedReply("an unknown exception"));
+  }
+
+ private:
+  template <class Exception>
+  static std::exception_ptr one(const rc_answer& answer) {
+    Exception thrown;
+    Reader(answer.bytes).members(thrown.rc_members());
+    return std::make_exception_ptr(std::move(thrown));
+  }
+};
+
+// The parts of a reply: nothing, a value, or a tuple.
+inline void read_parts(Reader&, std::tuple<>&) {}
+template <class... Parts>
+void read_parts(Reader& reader, std::tuple<Parts...>& parts) {
+  std::apply([&](auto&... part) { (reader.get(part), ...); }, parts);
+}
+template <class T>
+void read_parts(Reader& reader, T& part) {
+  reader.get(part);
+}
+
+// The end of a slot that sends. It works on the thread of the worker.
+class End {
+ public:
+  explicit End(std::size_t slot) : slot_(slot) {}
+
+  // The number of servers or of subscribers.
+  std::size_t peers() const {
+    return static_cast<std::size_t>(checked(robocomp_get(RC_PEERS, slot_)).number);
+  }
+  // Whether there is one.
+  bool is_connected() const { return peers() > 0; }
+
+ protected:
+  std::size_t slot_;
+};
+
+}  // namespace detail
+
+// The base of a generated client.
+class Client : public detail::End {
+ public:
+  using End::End;
+
+  // The longest time of a call.
+  std::chrono::nanoseconds timeout() const {
+    return std::chrono::nanoseconds(detail::checked(robocomp_get(RC_CALL_TIMEOUT, slot_)).number);
+  }
+  void set_timeout(std::chrono::nanoseconds timeout) {
+    detail::checked(robocomp_set(RC_SET_CALL_TIMEOUT, slot_, timeout.count(), {}));
+  }
+
+ protected:
+  // Calls an operation. `Reply` is `void`, a value, or a tuple of `out` parameters and the result.
+  template <class Reply, class Throws = detail::Throws<>, class... In>
+  Result<Reply> rc_try(std::size_t operation, const In&... in) const {
+    detail::Writer writer;
+    writer.members(std::tie(in...));
+    const rc_answer answer = robocomp_call(slot_, operation, writer.bytes());
+    if (answer.status == RC_EXCEPTION) return Throws::read(answer);
+    if (answer.status != RC_DONE) return detail::failure(answer);
+    std::conditional_t<std::is_void_v<Reply>, std::tuple<>, Reply> reply{};
+    detail::Reader reader(answer.bytes);
+    detail::read_parts(reader, reply);
+    return reply;
+  }
+};
+
+// The base of a generated publisher.
+class Publisher : public detail::End {
+ public:
+  using End::End;
+
+ protected:
+  // Publishes a sample on the topic of an operation.
+  template <class... In>
+  Result<void> rc_try(std::size_t operation, const In&... in) const {
+    detail::Writer writer;
+    writer.members(std::tie(in...));
+    const rc_answer answer = robocomp_publish(slot_, operation, writer.bytes());
+    if (answer.status != RC_DONE) return detail::failure(answer);
+    return std::tuple<>{};
+  }
+};
+
+}  // namespace rc

@@ -1,0 +1,211 @@
+// Runs a worker over librobocomp_cpp.so.
+#pragma once
+
+#include <cxxabi.h>
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <signal.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <string>
+#include <typeinfo>
+
+#include "robocomp/worker.h"
+
+namespace rc {
+
+namespace detail {
+
+// A name of C++ as its source has it.
+inline std::string readable(const char* name) {
+  int status = 0;
+  char* text = abi::__cxa_demangle(name, nullptr, nullptr, &status);
+  const std::string readable = status == 0 && text != nullptr ? text : name;
+  std::free(text);
+  return readable;
+}
+
+// The exception that is handled, in one line.
+inline std::string current_exception_text() {
+  try {
+    throw;
+  } catch (const Ice::Exception& error) {
+    return error.what();
+  } catch (const std::exception& error) {
+    return readable(typeid(error).name()) + ": " + error.what();
+  } catch (const std::string& text) {
+    return text;
+  } catch (const char* text) {
+    return text;
+  } catch (...) {
+    const std::type_info* type = abi::__cxa_current_exception_type();
+    const std::string name = type == nullptr ? "foreign" : readable(type->name());
+    return "an exception of the type " + name + ", which is no std::exception";
+  }
+}
+
+// Prints the functions that led here. Those without a name, which are of the runtime, are one line.
+inline void print_stack() {
+  std::array<void*, 64> frames{};
+  const int count = backtrace(frames.data(), static_cast<int>(frames.size()));
+  bool was_known = true;
+  for (int at = 2; at < count; ++at) {
+    Dl_info info{};
+    const bool is_known = dladdr(frames[at], &info) != 0 && info.dli_sname != nullptr;
+    if (is_known) {
+      std::fprintf(stderr, "  %d: %s\n", at - 2, readable(info.dli_sname).c_str());
+    } else if (was_known) {
+      std::fprintf(stderr, "  …\n");
+    }
+    was_known = is_known;
+  }
+}
+
+// Prints why the program ends.
+[[noreturn]] inline void terminated() {
+  const std::string reason =
+      std::current_exception() ? current_exception_text() : "std::terminate was called";
+  std::fprintf(stderr, "error: the worker ended the process: %s\n", reason.c_str());
+  print_stack();
+  std::abort();
+}
+
+// Prints where a signal of the processor came from. What it calls is not meant for handlers of
+// signals, but the process ends anyway, and its supervisor kills one that hangs.
+inline void crashed(int signal) {
+  std::fprintf(stderr, "error: the worker crashed: %s\n", strsignal(signal));
+  print_stack();
+  std::raise(signal);
+}
+
+// Reports crashes from now on.
+inline void report_crashes() {
+  std::set_terminate(terminated);
+  // Loads what a report needs.
+  std::array<void*, 1> frame{};
+  backtrace(frame.data(), 1);
+  struct sigaction action {};
+  action.sa_handler = crashed;
+  // The second time, the signal ends the process.
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigaction(signal, &action, nullptr);
+}
+
+}  // namespace detail
+
+// A component with the user's worker.
+template <class Specific>
+class Program {
+ public:
+  int run(const std::string& description, const std::string& folder, int count,
+          const char* const* arguments) {
+    detail::report_crashes();
+    rc_program program{};
+    program.version = RC_ABI_VERSION;
+    const std::string release = RC_RELEASE;
+    program.release = detail::bytes(release);
+    program.description = detail::bytes(description);
+    program.folder = detail::bytes(folder);
+    program.call = &Program::call;
+    program.object = this;
+    return robocomp_run(&program, static_cast<std::size_t>(count), arguments);
+  }
+
+ private:
+  // Runs a function of the worker; every exception is an outcome.
+  static rc_answer call(void* object, std::int32_t function, std::size_t first, std::size_t second,
+                        rc_bytes name, rc_bytes body) noexcept {
+    auto& self = *static_cast<Program*>(object);
+    self.call_ = std::make_unique<detail::Call>(
+        detail::Call{detail::text(name), detail::Reader(body), RC_DONE, 0, {}});
+    try {
+      self.dispatch(static_cast<rc_function>(function), first, second, body);
+      return {self.call_->status, self.call_->number, self.call_->reply.bytes()};
+    } catch (const Emergency&) {
+      return self.failed(RC_EMERGENCY);
+    } catch (const Fatal&) {
+      return self.failed(RC_FATAL);
+    } catch (...) {
+      return self.failed(RC_FAILED);
+    }
+  }
+
+  rc_answer failed(std::int32_t status) {
+    text_ = detail::current_exception_text();
+    return {status, 0, detail::bytes(text_)};
+  }
+
+  void dispatch(rc_function function, std::size_t first, std::size_t second, rc_bytes body) {
+    if (function == RC_INITIALIZE) {
+      worker_ = std::make_unique<Specific>();
+      worker_base().rc_set_parameters(call_->body);
+      worker_base().initialize();
+      return enter_emergency();
+    }
+    if (!worker_) return;  // its constructor has thrown
+    Worker& worker = worker_base();
+    switch (function) {
+      case RC_COMPUTE: worker.compute(); return enter_emergency();
+      case RC_SET_PARAMETERS: return worker.rc_set_parameters(call_->body);
+      case RC_PARAMETERS_CHANGED: {
+        std::vector<ParamChange> changes;
+        call_->body.get(changes);
+        return worker.params_changed(changes);
+      }
+      case RC_ENTER_EMERGENCY: return worker.emergency();
+      case RC_RESTORE: return worker.restore();
+      case RC_FINALIZE: return worker.finalize();
+      case RC_TRANSITION: return transition(worker, call_->name);
+      case RC_ERROR: return worker.error(call_->name, detail::text(body));
+      case RC_END: worker_.reset(); return;
+      default: break;
+    }
+    for (const detail::Entry& entry : worker.rc_functions()) {
+      if (entry.function == function && entry.first == first && entry.second == second) {
+        worker.is_written_ = true;
+        entry.call(worker, *call_);
+        if (!worker.is_written_) call_->status = RC_NOT_WRITTEN;
+        if (function != RC_HANDLE && function != RC_GUARD) enter_emergency();
+        return;
+      }
+    }
+    call_->status = RC_NOT_WRITTEN;
+  }
+
+  static void transition(Worker& worker, const std::string& name) {
+    if (name == "configure") return worker.configure();
+    if (name == "activate") return worker.activate();
+    if (name == "deactivate") return worker.deactivate();
+    if (name == "cleanup") return worker.cleanup();
+    if (name == "shutdown") return worker.shutdown();
+  }
+
+  // What `goToEmergency` asked for.
+  void enter_emergency() {
+    std::string reason = std::move(worker_base().emergency_reason_);
+    worker_base().emergency_reason_.clear();
+    if (!reason.empty()) throw Emergency(std::move(reason));
+  }
+
+  Worker& worker_base() { return *worker_; }
+
+  std::unique_ptr<Specific> worker_;
+  std::unique_ptr<detail::Call> call_;
+  std::string text_;
+};
+
+// The `main` of a component.
+template <class Specific>
+int run(const std::string& description, const std::string& folder, int count,
+        const char* const* arguments) {
+  static_assert(std::is_base_of_v<Worker, Specific>, "a worker inherits from GenericWorker");
+  return Program<Specific>().run(description, folder, count - 1, arguments + 1);
+}
+
+}  // namespace rc

@@ -1,0 +1,190 @@
+// The base of every generic worker, and the functions that generated code lists in its tables.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "robocomp/cdr.h"
+#include "robocomp/client.h"
+#include "robocomp/context.h"
+#include "robocomp/errors.h"
+
+namespace rc {
+
+// One change of a parameter. Values are texts of TOML.
+struct ParamChange {
+  std::string path;
+  std::string old_value;
+  std::string new_value;
+  bool secret = false;
+  RC_STRUCT(ParamChange, path, old_value, new_value, secret)
+};
+
+class Worker;
+
+namespace detail {
+
+// A call of a function of the worker, and what it answers.
+struct Call {
+  std::string name;
+  Reader body;
+  std::int32_t status = RC_DONE;
+  std::int64_t number = 0;
+  Writer reply;
+};
+
+using Function = std::function<void(Worker&, Call&)>;
+
+// A function of the table: what it is, its numbers, and how it is called.
+struct Entry {
+  rc_function function;
+  std::size_t first;
+  std::size_t second;
+  Function call;
+};
+
+}  // namespace detail
+
+// The functions of every worker, and of its component. The runtime calls all of them on one thread.
+class Worker {
+ public:
+  virtual ~Worker() = default;
+
+  // Runs once, when clients and publishers are open and the parameters are set.
+  virtual void initialize() {}
+  // Runs once a period; in a component with a state machine, while no active state has a `during`.
+  virtual void compute() {}
+  // Runs after parameters changed, with all changes of one request. `params` holds the new values.
+  // An exception rejects the request: the requester gets its text, and `params` the old values.
+  virtual void params_changed(const std::vector<ParamChange>&) {}
+  // Runs once a period instead of `compute`, while the component is in the state Emergency.
+  virtual void emergency() {}
+  // Runs once when the state Emergency ends.
+  virtual void restore() {}
+  // Runs once before the component ends. It can still send commands and publish.
+  virtual void finalize() {}
+
+  // The transitions of a managed component.
+  virtual void configure() {}
+  virtual void activate() {}
+  virtual void deactivate() {}
+  virtual void cleanup() {}
+  virtual void shutdown() {}
+  // Runs when a transition of a managed component has failed. An exception finalizes the component.
+  virtual void error(const std::string& /*transition*/, const std::string& reason) {
+    throw WorkerError(reason);
+  }
+
+  // RoboComp's names for what the context does.
+  void setPeriod(int milliseconds) { setPeriod(std::chrono::milliseconds(milliseconds)); }
+  void setPeriod(std::chrono::nanoseconds period) { Context().set_period(period); }
+  int getPeriod() const {
+    using std::chrono::milliseconds;
+    return static_cast<int>(
+        std::chrono::duration_cast<milliseconds>(Context().period()).count());
+  }
+  // Enters the state Emergency after this function.
+  void goToEmergency(const std::string& reason = "the worker asks for it") {
+    emergency_reason_ = reason;
+  }
+
+ protected:
+  // Generated code sets its parameters, and lists its functions.
+  virtual void rc_set_parameters(detail::Reader&) {}
+  virtual const std::vector<detail::Entry>& rc_functions() const = 0;
+  // Says that the worker did not write the function that runs.
+  void rc_not_written() { is_written_ = false; }
+
+ private:
+  template <class Specific>
+  friend class Program;
+
+  std::string emergency_reason_;
+  bool is_written_ = true;
+};
+
+namespace detail {
+
+template <class T>
+using Plain = std::remove_cv_t<std::remove_reference_t<T>>;
+
+// Whether a parameter of a handler is an `out` of the IDSL: a reference that it may write.
+template <class T>
+inline constexpr bool is_out =
+    std::is_lvalue_reference_v<T> && !std::is_const_v<std::remove_reference_t<T>>;
+
+// Calls `run`; an exception of the list becomes the reply.
+inline void guarded(Call&, const std::function<void()>& run, Throws<>) { run(); }
+template <class First, class... Rest>
+void guarded(Call& call, const std::function<void()>& run, Throws<First, Rest...>) {
+  try {
+    guarded(call, run, Throws<Rest...>{});
+  } catch (const First& thrown) {
+    call.status = RC_EXCEPTION;
+    call.number = First::rc_id;
+    call.reply = Writer();
+    call.reply.members(thrown.rc_members());
+  }
+}
+
+}  // namespace detail
+
+// The table's function for a handler: reads its arguments, and writes `out` parameters and result.
+template <class... Exceptions, class Generic, class Result, class... Parameters>
+detail::Function handler(Result (Generic::*function)(Parameters...)) {
+  return [function](Worker& worker, detail::Call& call) {
+    std::tuple<detail::Plain<Parameters>...> arguments{};
+    std::apply(
+        [&](auto&... argument) {
+          (void)std::initializer_list<int>{
+              (detail::is_out<Parameters> ? void() : call.body.get(argument), 0)...};
+        },
+        arguments);
+    const auto run = [&] {
+      auto& generic = static_cast<Generic&>(worker);
+      std::apply(
+          [&](auto&... argument) {
+            const auto write_outs = [&] {
+              (void)std::initializer_list<int>{
+                  (detail::is_out<Parameters> ? call.reply.put(argument) : void(), 0)...};
+            };
+            constexpr bool has_outs = (detail::is_out<Parameters> || ... || false);
+            if constexpr (std::is_void_v<Result>) {
+              (generic.*function)(argument...);
+              if constexpr (has_outs) write_outs();
+              else call.reply.members(std::tuple<>());
+            } else {
+              const Result result = (generic.*function)(argument...);
+              write_outs();
+              call.reply.put(result);
+            }
+          },
+          arguments);
+    };
+    detail::guarded(call, run, detail::Throws<Exceptions...>{});
+  };
+}
+
+// The table's function for a function that takes nothing: of a state, or an action.
+template <class Generic>
+detail::Function hook(void (Generic::*function)()) {
+  return [function](Worker& worker, detail::Call&) { (static_cast<Generic&>(worker).*function)(); };
+}
+
+// The table's function for a guard.
+template <class Generic>
+detail::Function guard(bool (Generic::*function)()) {
+  return [function](Worker& worker, detail::Call& call) {
+    call.number = (static_cast<Generic&>(worker).*function)() ? 1 : 0;
+  };
+}
+
+}  // namespace rc

@@ -1,0 +1,195 @@
+//! What a worker reaches through its context. The border calls these on the worker's thread.
+
+use crate::status::{Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE};
+use rc_host::link::{self, Reading};
+use rc_host::{HostError, Number, Program, session};
+use rc_middleware::Encoding;
+use rc_values::{Struct, decode, encode_body};
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::Duration;
+
+thread_local! {
+    /// The component of this thread.
+    static PROGRAM: RefCell<Option<Arc<Program>>> = const { RefCell::new(None) };
+}
+
+/// Makes it the component of this thread.
+pub(crate) fn enter(program: &Arc<Program>) {
+    PROGRAM.set(Some(Arc::clone(program)));
+}
+
+fn program() -> Result<Arc<Program>, HostError> {
+    PROGRAM
+        .with_borrow(|program| program.clone())
+        .ok_or(HostError::WrongThread)
+}
+
+/// A value that the headers have written, checked against its type.
+fn value(ty: &Arc<Struct>, operation: &str, body: &[u8]) -> Result<rc_values::Value, Answer> {
+    decode(ty, Encoding::Cdr, body)
+        .map_err(|error| Answer::new(INVALID_ARGUMENT, 0, format!("{operation}(): {error}")))
+}
+
+/// Calls a query, or sends a command.
+pub(crate) fn call(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
+    let program = program()?;
+    let operation = link::operation(&program, slot, operation)?;
+    let request = value(&operation.request, &operation.name, body)?;
+    if !operation.wire.two_way {
+        link::command(slot, operation, &request)??;
+        return Ok(Answer::number(0));
+    }
+    let bytes = |value| encode_body(&value).map_err(internal);
+    match link::query(slot, operation, &request, Reading::Value)?? {
+        link::Answer::Exception(thrown) => {
+            let name = match &thrown {
+                rc_values::Value::Struct(ty, _) => ty.name.as_str(),
+                _ => "",
+            };
+            let mut throws = operation.throws.iter();
+            let case = throws
+                .find(|known| known.ty.name == name)
+                .map_or(0, |known| known.id);
+            Ok(Answer::new(EXCEPTION, case.into(), bytes(thrown)?))
+        }
+        link::Answer::Result(value) => Ok(Answer::new(DONE, 0, bytes(value)?)),
+        link::Answer::Image(_) => Err(internal("a reply was read in place")),
+    }
+}
+
+fn internal(error: impl std::fmt::Display) -> Answer {
+    Answer::new(INTERNAL, 0, error.to_string())
+}
+
+/// Publishes a sample.
+pub(crate) fn publish(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
+    let program = program()?;
+    let described = link::operation(&program, slot, operation)?;
+    let sample = value(&described.request, &described.name, body);
+    let sample = sample.map_err(|error| Answer {
+        status: INVALID_SAMPLE,
+        ..error
+    })?;
+    link::publish(slot, operation, &sample)??;
+    Ok(Answer::number(0))
+}
+
+fn nanoseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}
+
+fn duration(nanoseconds: i64) -> Duration {
+    Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(0))
+}
+
+/// Reads something of the component.
+pub(crate) fn get(what: Get, number: usize) -> Result<Answer, Answer> {
+    Ok(match what {
+        Get::Name => Answer::text(&session::with_core(|core| core.name().to_owned())?),
+        Get::Network => Answer::text(&session::with_core(|core| core.network().to_owned())?),
+        Get::State => Answer::text(session::with_core(|core| core.state().word())?),
+        Get::Now => Answer::number(session::with_core(|core| core.now().as_nanos())?.cast_signed()),
+        Get::Period => Answer::number(session::with_core(|core| nanoseconds(core.period()))?),
+        Get::IsStopping => Answer::number(session::with_core(|core| core.is_stopping())?.into()),
+        Get::Seed => {
+            Answer::number(session::with_core(|core| core.random().u64(..))?.cast_signed())
+        }
+        Get::Peers => {
+            let peers = session::with(|session| Ok(session.peers(number)))?;
+            Answer::number(i64::try_from(peers).unwrap_or(i64::MAX))
+        }
+        Get::Timeout => {
+            let timeout = session::with(|session| Ok(session.client(number)?.timeout()))?;
+            Answer::number(nanoseconds(timeout))
+        }
+        Get::IsIn => {
+            let state = of_machine(number, |program| {
+                program
+                    .machine
+                    .map_or(0, |machine| machine.chart.states.len())
+            })?;
+            Answer::number(session::with_machine(|machine| machine.is_in(state))?.into())
+        }
+        Get::HasEnded => {
+            Answer::number(session::with_machine(|machine| machine.has_ended())?.into())
+        }
+    })
+}
+
+/// Changes something of the component.
+pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<Answer, Answer> {
+    match what {
+        Set::Period => session::with_core(|core| core.set_period(duration(value)))?,
+        Set::Timeout => session::with(|session| {
+            session.client(number)?.set_timeout(duration(value));
+            Ok(())
+        })?,
+        Set::Stop => session::with_core(|core| core.stop(text))?,
+        Set::Fire => {
+            let event = of_machine(number, |program| {
+                program
+                    .machine
+                    .map_or(0, |machine| machine.chart.fireable.into())
+            })?;
+            session::with_machine(|machine| machine.fire(event))?;
+        }
+    }
+    Ok(Answer::number(0))
+}
+
+/// A number of a state or of an event that the machine has.
+fn of_machine(number: usize, count: impl FnOnce(&Program) -> usize) -> Result<Number, Answer> {
+    let program = program()?;
+    match u16::try_from(number) {
+        Ok(known) if number < count(&program) => Ok(Number(known)),
+        _ => Err(internal(format!(
+            "the state machine has no number {number}"
+        ))),
+    }
+}
+
+/// `enum rc_get_what` of `abi.h`.
+#[derive(Clone, Copy)]
+pub(crate) enum Get {
+    Name,
+    Network,
+    State,
+    Now,
+    Period,
+    IsStopping,
+    Seed,
+    Peers,
+    Timeout,
+    IsIn,
+    HasEnded,
+}
+
+impl Get {
+    pub(crate) const ALL: [Self; 11] = [
+        Self::Name,
+        Self::Network,
+        Self::State,
+        Self::Now,
+        Self::Period,
+        Self::IsStopping,
+        Self::Seed,
+        Self::Peers,
+        Self::Timeout,
+        Self::IsIn,
+        Self::HasEnded,
+    ];
+}
+
+/// `enum rc_set_what` of `abi.h`.
+#[derive(Clone, Copy)]
+pub(crate) enum Set {
+    Period,
+    Timeout,
+    Stop,
+    Fire,
+}
+
+impl Set {
+    pub(crate) const ALL: [Self; 4] = [Self::Period, Self::Timeout, Self::Stop, Self::Fire];
+}

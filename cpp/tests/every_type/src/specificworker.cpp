@@ -1,0 +1,113 @@
+#include "specificworker.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <thread>
+
+#include "values.h"
+
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::int32_t SLOW = 5;
+constexpr std::int32_t FOREIGN = 10;
+constexpr std::int32_t THREAD = 11;
+constexpr std::int32_t CRASH = 12;
+
+// What a call from another thread throws.
+std::string on_another_thread(const Context& ctx) {
+  std::string thrown = "nothing";
+  std::thread([&] {
+    try {
+      ctx.now();
+    } catch (const rc::WrongThread&) {
+      thrown = "WrongThread";
+    }
+  }).join();
+  return thrown;
+}
+
+}  // namespace
+
+std::string SpecificWorker::Types_differs(const RcTypes::Everything& all) {
+  return difference(sample(all.number), all);
+}
+
+RcTypes::Everything SpecificWorker::Types_make(std::int32_t number) { return sample(number); }
+
+std::string SpecificWorker::Types_mirrored(std::int32_t number) {
+  if (number == THREAD) return on_another_thread(ctx);
+  // The server is slow when it is asked for that.
+  if (number == -SLOW) {
+    mirror_proxy->set_timeout(50ms);
+  } else {
+    mirror_proxy->set_timeout(20s);
+  }
+  try {
+    if (number > 0) return difference(sample(number), mirror_proxy->echo(sample(number)));
+    mirror_proxy->fail(-number);
+    return "nothing was thrown";
+  } catch (const RcTypes::Broken& error) {
+    return number == -LEAST && error == broken() ? "" : "another Broken";
+  } catch (const RcTypes::VeryBroken& error) {
+    return number == -MOST && error == very_broken() ? "" : "another VeryBroken";
+  } catch (const RcTypes::Gone&) {
+    return number == -SOME ? "" : "another Gone";
+  } catch (const rc::Refused& error) {
+    return std::string("Refused: ") + error.what();
+  } catch (const rc::Timeout&) {
+    return "Deadline";
+  } catch (const rc::NoServer&) {
+    return "NoServer";
+  } catch (const rc::ServerDied&) {
+    return "ServerDied";
+  } catch (const Ice::Exception& error) {
+    return error.what();
+  }
+}
+
+RcTypes::Picture SpecificWorker::Types_turned(const RcTypes::Picture& picture) {
+  RcTypes::Picture turned = picture;
+  std::reverse(turned.data.begin(), turned.data.end());
+  return turned;
+}
+
+std::int32_t SpecificWorker::Types_several(std::int32_t number, const std::string& text,
+                                           const RcTypes::Outline& outline, RcTypes::Kind kind,
+                                           const std::optional<RcTypes::Point>& point,
+                                           std::string& again, RcTypes::Outline& same,
+                                           RcTypes::Kind& next,
+                                           std::optional<RcTypes::Point>& maybe) {
+  again = text;
+  same = outline;
+  next = kind;
+  maybe = point;
+  return number;
+}
+
+void SpecificWorker::Types_outputs(std::int64_t& number, std::vector<std::string>& texts) {
+  number = INT64_MIN;
+  texts = {"a", ""};
+}
+
+void SpecificWorker::Types_fail(std::int32_t which) {
+  switch (which) {
+    case 0: return;
+    case LEAST: throw broken();
+    case MOST: throw very_broken();
+    case SOME: throw RcTypes::Gone();
+    case FOREIGN: throw 42;  // no exception
+    case CRASH: {
+      volatile int* nowhere = nullptr;
+      *nowhere = 1;
+      return;
+    }
+    default: throw std::runtime_error("unexpected");
+  }
+}
+
+void SpecificWorker::Types_wait(std::int32_t milliseconds) {
+  repeats_pubproxy->several(milliseconds, 0.0, "", {}, RcTypes::Kind::nothing, {});
+  std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+}

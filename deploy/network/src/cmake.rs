@@ -1,0 +1,168 @@
+//! Programs of components in C++: `up --build` builds the library of the framework once for a
+//! workspace, and each component by cmake. The build folder is `build` in the folder of the component,
+//! where editors find `compile_commands.json`; that of a variant lies in the target folder.
+
+use crate::error::{Error, cannot};
+use crate::launcher;
+use crate::model::Profile;
+use crate::variant;
+use rc_codegen::{Project, names};
+use rc_vocabulary::Middlewares;
+use std::ffi::OsString;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The crate of the library, its folder in the framework, and its file.
+pub(crate) const CRATE: &str = "rc-cpp";
+const FOLDER: &str = "cpp";
+const LIBRARY: &str = "librobocomp_cpp.so";
+
+/// Parts of a component's folder that its variant shares.
+const SHARED: [&str; 3] = ["CMakeLists.txt", "etc", "src"];
+
+const NEEDED: &str = "a component in C++ needs cmake 3.16 and a compiler of C++17 (g++ 8, clang++ 7) or later; \
+                      on Debian and Ubuntu: `apt install cmake g++`";
+
+/// A build by cmake that has not run yet.
+#[derive(Debug)]
+pub(crate) struct Program {
+    component: String,
+    /// The folder of its `CMakeLists.txt`.
+    folder: PathBuf,
+    /// The folder of the build.
+    build: PathBuf,
+    arguments: Vec<OsString>,
+    /// The folder of a variant with its generated files, and the component's own folder.
+    staged: Option<(PathBuf, rc_codegen::Files, PathBuf)>,
+    /// The folder of the lock between two builds.
+    lock: PathBuf,
+}
+
+/// Refuses to build where cmake or a compiler is missing.
+///
+/// # Errors
+/// What is needed.
+pub(crate) fn check() -> Result<(), Error> {
+    let missing = |what: &str| Err(Error::Workspace(format!("{what}; {NEEDED}")));
+    match Command::new("cmake").arg("--version").output() {
+        Ok(output) if output.status.success() => {}
+        Ok(_) => return missing("`cmake --version` fails"),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            return missing("there is no cmake in the path");
+        }
+        Err(error) => return missing(&format!("cmake cannot be started: {error}")),
+    }
+    // These name a compiler themselves, and cmake says what is wrong with it.
+    if ["CXX", "CMAKE_TOOLCHAIN_FILE"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some())
+    {
+        return Ok(());
+    }
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let is_there =
+        |name: &str| std::env::split_paths(&path).any(|folder| folder.join(name).is_file());
+    if ["c++", "g++", "clang++"].into_iter().any(is_there) {
+        return Ok(());
+    }
+    missing("there is no compiler of C++ in the path")
+}
+
+/// The build of a component of the workspace `root`, whose program is `path`.
+pub(crate) fn of(
+    project: &Project,
+    root: &Path,
+    target: &Path,
+    profile: Profile,
+    variant: Option<Middlewares>,
+    path: &Path,
+) -> Result<Program, Error> {
+    let absolute = |path: &Path| rc_codegen::paths::absolute(path);
+    let name = &project.component.name.text;
+    let Some(framework) = launcher::framework(root)? else {
+        return Err(Error::Workspace(format!(
+            "`{name}` is in C++: the workspace {} has to name the framework by a path, whose library it builds",
+            root.display()
+        )));
+    };
+    let own = absolute(project.code()).map_err(cannot("find the folder of a component"))?;
+    let target = absolute(target).map_err(cannot("find the target folder"))?;
+    let package = names::package(name);
+    let (mut folder, mut staged) = (own.clone(), None);
+    if let Some(middleware) = variant {
+        folder = target
+            .join("rc")
+            .join(FOLDER)
+            .join(middleware.to_string())
+            .join(&package);
+        staged = Some((folder.clone(), launcher::printed(project, middleware)?, own));
+    }
+    let framework = absolute(&framework).map_err(cannot("find the framework"))?;
+    let programs = target.join(profile.folder());
+    let kind = match profile {
+        Profile::Dev => "Debug",
+        Profile::Release => "RelWithDebInfo",
+    };
+    let set = |name: &str, value: &Path| {
+        let mut option = OsString::from(format!("-D{name}="));
+        option.push(value);
+        option
+    };
+    Ok(Program {
+        component: name.clone(),
+        build: folder.join("build"),
+        folder,
+        arguments: vec![
+            set("CMAKE_BUILD_TYPE", Path::new(kind)),
+            set("CMAKE_EXPORT_COMPILE_COMMANDS", Path::new("ON")),
+            set("robocomp_DIR", &framework.join(FOLDER).join("cmake")),
+            set("ROBOCOMP_LIBRARY", &programs.join(LIBRARY)),
+            set("ROBOCOMP_PROGRAMS", &programs),
+            set(
+                "ROBOCOMP_PROGRAM",
+                Path::new(path.file_name().unwrap_or_default()),
+            ),
+        ],
+        staged,
+        lock: target.join("rc").join(FOLDER).join("lock").join(&package),
+    })
+}
+
+impl Program {
+    /// Writes the files of a variant, and runs cmake. Another `up` of the workspace that builds the
+    /// same component is waited for.
+    ///
+    /// # Errors
+    /// cmake fails, after it has printed why.
+    pub(crate) fn build(&self) -> Result<(), Error> {
+        let _held = variant::lock_folder(&self.lock, variant::PATIENCE)?;
+        if let Some((place, files, folder)) = &self.staged {
+            launcher::renew(place, files, folder, &SHARED)
+                .map_err(cannot(format!("write {}", place.display())))?;
+        }
+        let mut configure = Command::new("cmake");
+        configure
+            .args(["--log-level=WARNING", "-S"])
+            .arg(&self.folder);
+        configure.arg("-B").arg(&self.build).args(&self.arguments);
+        self.run(configure)?;
+        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+        let mut build = Command::new("cmake");
+        build.arg("--build").arg(&self.build);
+        build.args(["--parallel", &jobs.to_string()]);
+        self.run(build)
+    }
+
+    fn run(&self, mut command: Command) -> Result<(), Error> {
+        let status = command.status();
+        let status = status.map_err(cannot("start cmake".to_owned()))?;
+        if status.success() {
+            return Ok(());
+        }
+        Err(Error::Workspace(format!(
+            "cmake could not build {}",
+            self.component
+        )))
+    }
+}
