@@ -16,7 +16,7 @@ const MOST_POSITIONS: usize = 100;
 const MOST_SYMBOLS: usize = 2_000;
 
 /// How deep symbols and ranges lie in each other: both become values that are written by recursion.
-const MOST_DEPTH: usize = 64;
+const MOST_DEPTH: usize = 32;
 
 /// A symbol of a file.
 struct Node {
