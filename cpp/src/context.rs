@@ -21,7 +21,7 @@ pub(crate) fn enter(program: &Arc<Program>) {
 
 fn program() -> Result<Arc<Program>, HostError> {
     PROGRAM
-        .with_borrow(|program| program.clone())
+        .with_borrow(Clone::clone)
         .ok_or(HostError::WrongThread)
 }
 
