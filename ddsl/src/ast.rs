@@ -72,6 +72,19 @@ pub enum ChainField {
     Points(Vec<Vec<Name>>),
     /// `within`, `age` and `transport`.
     Time(Literal),
+    /// `late warn;`, `late stop base;` or `late fire avoider brake;`
+    Late(Late),
+}
+
+/// What is done if a chain is late.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Late {
+    /// `warn`, `event`, `stop`, `emergency` or `fire`.
+    pub action: Name,
+    /// Groups and a component.
+    pub component: Vec<Name>,
+    /// The event to fire.
+    pub event: Option<Name>,
 }
 
 /// `middleware NAME;`, `middleware NAME { … };` or `middleware auto remote NAME;`

@@ -229,6 +229,24 @@ pub struct Chain {
     pub age: Option<Duration>,
     /// The most time that a message needs from one component to the next one.
     pub transport: Option<Duration>,
+    /// What is done if it is late.
+    pub late: Late,
+}
+
+/// What is done if a chain is late. Instances are indices into [`Deployment::instances`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Late {
+    /// A warning.
+    #[default]
+    Warn,
+    /// An event that is no warning.
+    Event,
+    /// The component is stopped.
+    Stop(usize),
+    /// The component enters its emergency.
+    Emergency(usize),
+    /// The state machine of the component gets the event.
+    Fire(usize, Name),
 }
 
 /// A component of a chain, or an operation of one of its slots.

@@ -1,7 +1,7 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    Bind, Chain, ChainField, Component, Decl, Deployment, External, Field, File, Group, Host,
+    Bind, Chain, ChainField, Component, Decl, Deployment, External, Field, File, Group, Host, Late,
     Middleware, Parameter, ParameterValue, Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
@@ -69,13 +69,14 @@ const PROCESS: [(&str, Rule); 5] = [
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
-const CHAIN: [(&str, Rule); 6] = [
+const CHAIN: [(&str, Rule); 7] = [
     ("from", Rule::chain_end),
     ("through", Rule::chain_through),
     ("to", Rule::chain_end),
     ("within", Rule::chain_time),
     ("age", Rule::chain_time),
     ("transport", Rule::chain_time),
+    ("late", Rule::chain_late),
 ];
 const HOST: [(&str, Rule); 3] = [
     ("address", Rule::host_field),
@@ -237,6 +238,9 @@ fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainFi
     if pair.as_rule() == Rule::chain_time {
         return values(r, pair).into_iter().next().map(ChainField::Time);
     }
+    if pair.as_rule() == Rule::chain_late {
+        return chain_late(r, pair).map(ChainField::Late);
+    }
     let mut points = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -246,6 +250,29 @@ fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainFi
         }
     }
     Some(ChainField::Points(points))
+}
+
+fn chain_late(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Late> {
+    let (mut action, mut component, mut event) = (None, Vec::new(), None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => action = Some(r.name(&part)),
+            Rule::chain_event => {
+                let span = r.span(&part);
+                let names = r.texts(part);
+                let words: Vec<&str> = names.iter().map(|name| name.text.as_str()).collect();
+                event = Some(Name::new(words.join("."), span));
+            }
+            Rule::chain_point => component = r.texts(part),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(Late {
+        action: action?,
+        component,
+        event,
+    })
 }
 
 fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {

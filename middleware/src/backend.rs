@@ -151,6 +151,12 @@ pub trait Publisher {
         Ok(None)
     }
 
+    /// What subscribers see as [`Header::sender`] of its samples: one for each middleware, empty
+    /// where a backend cannot tell.
+    fn senders(&self) -> Vec<u128> {
+        Vec::new()
+    }
+
     /// The number of subscribers.
     fn peers(&self) -> usize;
 }

@@ -67,6 +67,10 @@ impl Publisher for FanOut {
         }))
     }
 
+    fn senders(&self) -> Vec<u128> {
+        self.0.iter().flat_map(|port| port.senders()).collect()
+    }
+
     fn peers(&self) -> usize {
         self.0.iter().map(|port| port.peers()).sum()
     }

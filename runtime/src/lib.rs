@@ -24,6 +24,7 @@ mod event_loop;
 mod exact;
 mod fired_event;
 mod firing;
+mod hops;
 pub mod lifecycle;
 mod lifecycle_server;
 mod link;

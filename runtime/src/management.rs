@@ -14,6 +14,8 @@ use crate::configuration::LoadedConfiguration;
 use crate::description::Description;
 use crate::error::StartError;
 use crate::firing::FireServer;
+use crate::hops::SharedHops;
+use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::lifecycle_server::LifecycleServer;
 use crate::link::Link;
 use crate::log::print_error;
@@ -64,6 +66,7 @@ pub(crate) struct Management {
     waker: Waker,
     queue: Arc<RequestQueue>,
     taps: Arc<Taps>,
+    hops: Arc<SharedHops>,
     thread: Option<std::thread::JoinHandle<()>>,
     /// Released after everything else.
     _name_lock: Arc<NameLock>,
@@ -90,6 +93,7 @@ impl Management {
             waker().map_err(|e| StartError::cannot_create("a socket pair", &e))?;
         let capacity = SlotTable::capacity(description);
         let taps = Arc::new(Taps::new(capacity, Some(waker.clone())));
+        let hops = Arc::new(SharedHops::default());
         let queue = Arc::new(RequestQueue::new(waker.clone()));
         commands.report_to(waker.clone());
         if let Some(lifecycle) = &shared.lifecycle {
@@ -104,7 +108,12 @@ impl Management {
             firing: FireServer::new(commands.clone(), waker.clone()),
             emergencies: Vec::new(),
             backends: BackendRequests::new(queue.clone()),
-            tools: ToolRequests::new(slots.clone(), taps.clone(), commands.clone(), waker.clone()),
+            tools: ToolRequests::new(
+                slots.clone(),
+                (taps.clone(), hops.clone()),
+                commands.clone(),
+                waker.clone(),
+            ),
             socket,
             name_lock: name_lock.clone(),
             looked: Instant::now(),
@@ -128,6 +137,7 @@ impl Management {
             waker,
             queue,
             taps,
+            hops,
             thread: Some(thread),
             _name_lock: name_lock,
         })
@@ -141,6 +151,11 @@ impl Management {
     /// The taps of the slots.
     pub(crate) fn taps(&self) -> Arc<Taps> {
         self.taps.clone()
+    }
+
+    /// What is noted of messages on chains.
+    pub(crate) fn hops(&self) -> Arc<SharedHops> {
+        self.hops.clone()
     }
 
     /// The parameters, for backends.
@@ -214,6 +229,8 @@ fn is_query(request: &Result<Request, Error>) -> bool {
             | Request::Parameters { .. }
             | Request::Describe
             | Request::Clocks
+            | Request::Follow { .. }
+            | Request::Hops
             | Request::Tap { .. })
             | Err(_)
     )
@@ -455,6 +472,12 @@ impl Server {
             }
             Ok(Request::Describe) => ToolRequests::describe(&self.info),
             Ok(Request::Clocks) => ToolRequests::clocks(),
+            Ok(Request::Follow { pairs }) => self.tools.follow(&mut self.socket, client, &pairs),
+            Ok(Request::Hops) => {
+                let lifecycle = self.shared.lifecycle.as_deref();
+                let is_active = |of: &Lifecycle| of.state() == LifecycleState::Active;
+                self.tools.hops(client, lifecycle.is_none_or(is_active))
+            }
             Ok(Request::Tap { slot, on }) => self.tools.tap(&mut self.socket, client, &slot, on),
             Ok(Request::Call {
                 slot,

@@ -6,6 +6,7 @@ use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
+use crate::hops::{ALL_OPERATIONS, HopNotes, SharedHops};
 use crate::member::MemberError;
 use crate::settings::topic_qos;
 use crate::slots::{OpenSlot, SlotTable};
@@ -67,6 +68,8 @@ pub struct Connections {
     receivers: RefCell<Vec<(usize, Receiver)>>,
     network: String,
     taps: Arc<Taps>,
+    /// Notes of messages on chains.
+    hops: Rc<HopNotes>,
     clock: ClockKind,
     /// Of a source of time: what its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
@@ -79,6 +82,8 @@ pub struct Connections {
 pub(crate) struct Interceptors {
     /// Copies messages to tools.
     pub(crate) taps: Arc<Taps>,
+    /// Notes of messages on chains.
+    pub(crate) hops: Arc<SharedHops>,
     /// Gate of all publishers.
     pub(crate) gate: Gate,
     /// Records what is sent and received.
@@ -114,6 +119,7 @@ impl Connections {
             settings: environment.settings.clone(),
             is_live: true,
             taps: interceptors.taps,
+            hops: Rc::new(HopNotes::new(interceptors.hops)),
             gate: interceptors.gate,
             exact: interceptors.exact,
             defaults: interceptors.defaults,
@@ -145,6 +151,7 @@ impl Connections {
             receivers: RefCell::default(),
             network: network.to_owned(),
             taps: Arc::new(Taps::new(SlotTable::capacity(description), None)),
+            hops: Rc::new(HopNotes::new(Arc::default())),
             clock,
             source: None,
             exact: Exact::Off,
@@ -160,6 +167,11 @@ impl Connections {
     /// The taps of the slots.
     pub(crate) fn taps(&self) -> &Taps {
         &self.taps
+    }
+
+    /// The notes of messages on chains.
+    pub(crate) fn hops(&self) -> &HopNotes {
+        &self.hops
     }
 
     /// Opens publishers behind `gate` from now on.
@@ -259,9 +271,11 @@ impl Connections {
             let port = fan_out::over(ports.collect::<Result<_, _>>()?);
             self.exact.publisher(slot, operation, port)
         };
+        self.hops.opened(slot, operation, &port.senders());
         let port = Box::new(TappedPublisher {
             port,
             taps: Arc::clone(&self.taps),
+            hops: Rc::clone(&self.hops),
             slot,
             operation,
         });
@@ -306,8 +320,14 @@ impl Connections {
             self.exact.client(slot, port)
         };
         self.watch(slot, port.queue());
-        let taps = Arc::clone(&self.taps);
-        let port = Box::new(TappedClient { port, taps, slot });
+        let guid = u128::from_be_bytes(port.guid());
+        self.hops.opened(slot, ALL_OPERATIONS, &[guid]);
+        let port = Box::new(TappedClient {
+            port,
+            taps: Arc::clone(&self.taps),
+            hops: Rc::clone(&self.hops),
+            slot,
+        });
         let client = TypedClient::new(port, self.slot(slot)?.qos.timeout);
         self.count(slot, client.sent());
         Ok(client)

@@ -268,6 +268,7 @@ impl<'a> Managed<'a> {
         let lifecycle = prepared.shared.lifecycle.as_ref();
         let interceptors = Interceptors {
             taps: management.taps(),
+            hops: management.hops(),
             gate: lifecycle
                 .map(|lifecycle| lifecycle.gate())
                 .unwrap_or_default(),

@@ -1,5 +1,6 @@
 //! Copies of the messages of a slot for tools, in a queue with a bound in bytes.
 
+use crate::hops::HopNotes;
 use crate::waker::Waker;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::{Client, LoanedSample, Profile, Publisher, Reply};
@@ -8,6 +9,7 @@ use rc_middleware::{
     CallError, Encoding, Header, QueueGauge, RequestBody, SendError, now, request_body,
 };
 use std::collections::VecDeque;
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -179,10 +181,11 @@ impl Reply for KeptReply<'_> {
     }
 }
 
-/// A publisher whose samples can be copied.
+/// A publisher whose samples can be copied and followed.
 pub(crate) struct TappedPublisher {
     pub(crate) port: Box<dyn Publisher>,
     pub(crate) taps: Arc<Taps>,
+    pub(crate) hops: Rc<HopNotes>,
     pub(crate) slot: usize,
     pub(crate) operation: usize,
 }
@@ -197,6 +200,7 @@ impl Publisher for TappedPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
         let kind = Self::kind(self.operation);
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
+        self.hops.published(self.slot, self.operation, &header);
         self.port.publish(header, body)
     }
 
@@ -206,12 +210,13 @@ impl Publisher for TappedPublisher {
 
     fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
         let loan = self.port.loan(length)?;
-        if !self.taps.is_on(self.slot) {
+        if !self.taps.is_on(self.slot) && !self.hops.is_on() {
             return Ok(loan);
         }
         Ok(Box::new(TappedLoan {
             loan,
             taps: Arc::clone(&self.taps),
+            hops: Rc::clone(&self.hops),
             slot: self.slot,
             operation: self.operation,
         }))
@@ -225,6 +230,7 @@ impl Publisher for TappedPublisher {
         Ok(Some(Box::new(TappedLoan {
             loan,
             taps: Arc::clone(&self.taps),
+            hops: Rc::clone(&self.hops),
             slot: self.slot,
             operation: self.operation,
         })))
@@ -238,6 +244,7 @@ impl Publisher for TappedPublisher {
 struct TappedLoan<'p> {
     loan: Box<dyn LoanedSample + 'p>,
     taps: Arc<Taps>,
+    hops: Rc<HopNotes>,
     slot: usize,
     operation: usize,
 }
@@ -255,19 +262,22 @@ impl LoanedSample for TappedLoan<'_> {
         let kind = TappedPublisher::kind(self.operation);
         let body = self.loan.memory();
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
+        self.hops.published(self.slot, self.operation, &header);
         self.loan.send(header)
     }
 }
 
-/// A client whose calls can be copied.
+/// A client whose calls can be copied and followed.
 pub(crate) struct TappedClient {
     pub(crate) port: Box<dyn Client>,
     pub(crate) taps: Arc<Taps>,
+    pub(crate) hops: Rc<HopNotes>,
     pub(crate) slot: usize,
 }
 
 impl TappedClient {
-    fn copy_request(&self, header: Header, request: &dyn RequestBody) {
+    fn note_request(&self, header: Header, request: &dyn RequestBody) {
+        self.hops.called(self.slot, &header, request);
         // A request that cannot be written fails when it is sent.
         if self.taps.is_on(self.slot)
             && let Ok(body) = request_body::buffer(request)
@@ -289,7 +299,7 @@ impl Client for TappedClient {
     }
 
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
-        self.copy_request(header, request);
+        self.note_request(header, request);
         self.port.send(header, request)
     }
 
@@ -304,7 +314,7 @@ impl Client for TappedClient {
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
-        self.copy_request(header, request);
+        self.note_request(header, request);
         let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
         self.port.call(header, request, limit, &mut |header, body| {
             taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
@@ -318,7 +328,7 @@ impl Client for TappedClient {
         request: &dyn RequestBody,
         limit: Duration,
     ) -> Result<(), CallError> {
-        self.copy_request(header, request);
+        self.note_request(header, request);
         self.port.start(header, request, limit)
     }
 

@@ -3,6 +3,7 @@
 
 use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
+use crate::hops::{FollowedEnd, FollowedPair, SharedHops};
 use crate::slots::{OpenSlot, SlotTable};
 use crate::tap::{Copied, Taps};
 use crate::tool_message::ToolMessage;
@@ -10,6 +11,7 @@ use crate::waker::Waker;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
 use rc_management::component::{Done, Role};
+use rc_management::hops::{Following, Message, Pair, Taken};
 use rc_management::observation::{Called, Clocks, Notification, Tapped};
 use rc_management::rpc::{self, Error};
 use rc_management::{LONGEST, Server as Socket};
@@ -54,6 +56,9 @@ type Answered = (u64, Option<Value>, Result<Value, Error>);
 pub(crate) struct ToolRequests {
     slots: Arc<SlotTable>,
     taps: Arc<Taps>,
+    hops: Arc<SharedHops>,
+    /// The client for which messages on chains are noted.
+    follower: Option<u64>,
     commands: Arc<CommandQueue>,
     management: Waker,
     pending: Vec<(u64, Option<Value>, Arc<ToolMessage>)>,
@@ -62,13 +67,15 @@ pub(crate) struct ToolRequests {
 impl ToolRequests {
     pub(crate) fn new(
         slots: Arc<SlotTable>,
-        taps: Arc<Taps>,
+        (taps, hops): (Arc<Taps>, Arc<SharedHops>),
         commands: Arc<CommandQueue>,
         management: Waker,
     ) -> Self {
         Self {
             slots,
             taps,
+            hops,
+            follower: None,
             commands,
             management,
             pending: Vec::new(),
@@ -113,6 +120,81 @@ impl ToolRequests {
         }
         self.update(socket);
         rpc::result(&Done {})
+    }
+
+    /// Notes messages on chains for a client.
+    pub(crate) fn follow(
+        &mut self,
+        socket: &mut Socket<Tapping>,
+        client: u64,
+        pairs: &[Pair],
+    ) -> Result<Value, Error> {
+        self.end_following(socket);
+        if self.follower.is_some_and(|other| other != client) {
+            let message = "another client follows the messages of this component";
+            return Err(Error::new(Error::INVALID_PARAMS, message));
+        }
+        let pairs = pairs.iter().map(|pair| {
+            Ok(FollowedPair {
+                input: pair.input.as_ref().map(|end| self.found(end)).transpose()?,
+                output: pair
+                    .output
+                    .as_ref()
+                    .map(|end| self.found(end))
+                    .transpose()?,
+                way: pair.way,
+            })
+        });
+        let pairs: Vec<FollowedPair> = pairs.collect::<Result<_, Error>>()?;
+        self.follower = (!pairs.is_empty()).then_some(client);
+        let senders = self.hops.follow(pairs);
+        rpc::result(&Following { senders })
+    }
+
+    /// The slots, or the members of an array, that an end of a pair names.
+    fn found(&self, end: &Message) -> Result<FollowedEnd, Error> {
+        let all = self.slots.all();
+        let is_meant = |slot: &OpenSlot| slot.name == end.slot || slot.slot.name == end.slot;
+        let slots = all.iter().enumerate();
+        let slots = slots.filter(|(_, slot)| !slot.is_whole_array() && is_meant(slot));
+        let slots = slots.map(|(at, _)| at).collect();
+        let Some(of) = all.iter().find(|slot| is_meant(slot)) else {
+            let names = all.iter().map(|slot| &*slot.name);
+            return Err(unknown("slot", &end.slot, names));
+        };
+        let names = of.operations.iter().map(|operation| operation.name);
+        let operation = names.clone().position(|name| name == end.operation);
+        let operation = operation.ok_or_else(|| unknown("operation", &end.operation, names))?;
+        Ok(FollowedEnd {
+            slots,
+            operation,
+            id: of.operations[operation].id,
+        })
+    }
+
+    /// Takes what was noted since the last time. `active`: whether the component handles messages.
+    pub(crate) fn hops(&self, client: u64, active: bool) -> Result<Value, Error> {
+        if self.follower != Some(client) {
+            let message = "nothing is followed for this client; ask `follow` first";
+            return Err(Error::new(Error::INVALID_PARAMS, message));
+        }
+        let (hops, overwritten) = self.hops.take();
+        rpc::result(&Taken {
+            active,
+            overwritten,
+            hops: hops.into(),
+        })
+    }
+
+    /// Notes nothing any more for a client that is gone.
+    fn end_following(&mut self, socket: &mut Socket<Tapping>) {
+        if self
+            .follower
+            .is_some_and(|client| socket.client_mut(client).is_none())
+        {
+            self.follower = None;
+            self.hops.follow(Vec::new());
+        }
     }
 
     /// Gives a request to the worker.
@@ -207,6 +289,7 @@ impl ToolRequests {
 
     /// Switches off the taps that no client has any more, and sends the copies that wait.
     pub(crate) fn turn(&mut self, socket: &mut Socket<Tapping>) {
+        self.end_following(socket);
         self.update(socket);
         let copies = self.taps.take();
         if !copies.is_empty() {
@@ -372,7 +455,12 @@ pub(crate) mod tests {
         let (management, _wakeups) = waker().expect("a pair");
         let taps = Arc::new(Taps::new(1, None));
         let slots = Arc::new(SlotTable::replayed(&DESCRIPTION, ("n", "c"), Listed::new()));
-        let tools = ToolRequests::new(slots, taps, Arc::clone(&commands), management);
+        let tools = ToolRequests::new(
+            slots,
+            (taps, Arc::default()),
+            Arc::clone(&commands),
+            management,
+        );
         (tools, commands)
     }
 

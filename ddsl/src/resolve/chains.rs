@@ -4,7 +4,7 @@ use super::Resolver;
 use crate::ast::{self, ChainField};
 use crate::duplicates::check_unique;
 use crate::fields::duration;
-use crate::model::{Chain, ChainPoint, InstanceOrGroup};
+use crate::model::{Chain, ChainPoint, InstanceOrGroup, Late};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::Name;
 use rc_vocabulary::member;
@@ -33,6 +33,7 @@ impl Resolver<'_> {
         check_unique(words, "field", &mut self.found);
         let (mut from, mut through, mut to) = (None, Vec::new(), None);
         let (mut within, mut age, mut transport) = (None, None, None);
+        let mut late = None;
         // The first field of a name counts, even if it is wrong.
         for (word, field) in tree.fields.iter().rev() {
             let keyword = word.text.to_lowercase();
@@ -56,6 +57,9 @@ impl Resolver<'_> {
                         _ => transport = time,
                     }
                 }
+                ChainField::Late(action) => {
+                    late = self.late(action, group).map(|late| (word.span, late));
+                }
             }
         }
         for (end, word) in [(&from, "from"), (&to, "to")] {
@@ -65,6 +69,23 @@ impl Resolver<'_> {
                 let help = format!("add `{word} COMPONENT.SLOT.OPERATION;`");
                 self.found.push(error.help(help));
             }
+        }
+        let has_time = |name: &str| {
+            let mut fields = tree.fields.iter();
+            fields.any(|(word, _)| word.text.eq_ignore_ascii_case(name))
+        };
+        if let Some((span, _)) = late
+            && !tree.incomplete
+            && !has_time("within")
+            && !has_time("age")
+        {
+            let message = format!(
+                "chain `{}` has no limit, so it is never late",
+                tree.name.text
+            );
+            let error = Diagnostic::error("bad-chain", span, message);
+            self.found
+                .push(error.help("add `within 80ms;` or `age 120ms;`"));
         }
         // A point with an error is reported already.
         let through = through.into_iter().collect::<Option<Vec<ChainPoint>>>()?;
@@ -78,17 +99,61 @@ impl Resolver<'_> {
             within,
             age,
             transport,
+            late: late.map(|(_, late)| late).unwrap_or_default(),
         })
     }
 
-    /// Resolves a component, and the names behind it. It may be inside a group that does not export
-    /// it: a chain changes nothing there.
-    fn chain_point(
+    /// What is done if a chain is late.
+    fn late(&mut self, tree: &ast::Late, group: Option<usize>) -> Option<Late> {
+        const ACTIONS: [(&str, &str); 5] = [
+            ("warn", "warn"),
+            ("event", "event"),
+            ("stop", "stop COMPONENT"),
+            ("emergency", "emergency COMPONENT"),
+            ("fire", "fire COMPONENT EVENT"),
+        ];
+        let action = &tree.action;
+        let word = action.text.to_lowercase();
+        let Some((_, form)) = ACTIONS.iter().find(|(known, _)| *known == word) else {
+            let message = format!("`late` has no action `{}`", action.text);
+            let error = Diagnostic::error("bad-chain", action.span, message);
+            let words = ACTIONS.iter().map(|(known, _)| *known);
+            self.found.push(error.suggest(&action.text, words));
+            return None;
+        };
+        let takes = form.split(' ').count() - 1;
+        let has = usize::from(!tree.component.is_empty()) + usize::from(tree.event.is_some());
+        if takes != has {
+            let message = format!("`late {word}` is written as `late {form};`");
+            let error = Diagnostic::error("bad-chain", action.span, message);
+            self.found.push(error);
+            return None;
+        }
+        if takes == 0 {
+            let event = word == "event";
+            return Some(if event { Late::Event } else { Late::Warn });
+        }
+        let (instance, rest) = self.chain_instance(&tree.component, group)?;
+        let (Some(instance), []) = (instance, rest) else {
+            let written: Vec<&str> = tree.component.iter().map(|name| &*name.text).collect();
+            let message = format!("`{}` is no component", written.join("."));
+            let error = Diagnostic::error("bad-chain", action.span, message);
+            self.found.push(error.help(format!("write `late {form};`")));
+            return None;
+        };
+        Some(match (word.as_str(), &tree.event) {
+            ("stop", _) => Late::Stop(instance),
+            (_, Some(event)) => Late::Fire(instance, event.clone()),
+            _ => Late::Emergency(instance),
+        })
+    }
+
+    /// The component that a path begins with, and the names behind it. `None` for a group.
+    fn chain_instance<'p>(
         &mut self,
-        path: &[Name],
+        path: &'p [Name],
         group: Option<usize>,
-        may_be_short: bool,
-    ) -> Option<ChainPoint> {
+    ) -> Option<(Option<usize>, &'p [Name])> {
         let (first, rest) = path.split_first()?;
         let mut place = self.first(first, group)?;
         let mut last = first;
@@ -105,8 +170,21 @@ impl Resolver<'_> {
                 },
             }
         };
+        Some((instance, rest.as_slice()))
+    }
+
+    /// Resolves a component, and the names behind it. It may be inside a group that does not export
+    /// it: a chain changes nothing there.
+    fn chain_point(
+        &mut self,
+        path: &[Name],
+        group: Option<usize>,
+        may_be_short: bool,
+    ) -> Option<ChainPoint> {
+        let first = path.first()?;
+        let (instance, rest) = self.chain_instance(path, group)?;
         let span = first.span.to(path.last().unwrap_or(first).span);
-        let operation = match (instance, rest.as_slice()) {
+        let operation = match (instance, rest) {
             (Some(_), []) if may_be_short => None,
             (Some(_), [slot, operation]) => Some((slot.clone(), operation.clone())),
             (Some(_), [array, name, operation]) => {

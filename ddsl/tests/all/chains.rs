@@ -12,7 +12,7 @@ const PARTS: &str =
 fn a_chain_reaches_the_model() {
     let body = format!(
         "{PARTS}\n/// Stops.\nChain brake {{ from lidar.Pub.scan; through arm.motor, lidar.lasers.front.get; \
-         to arm.motor.Motor.set; within 80ms; age 1s; transport 200us; }};\n\
+         to arm.motor.Motor.set; within 80ms; age 1s; transport 200us; late fire arm.motor brake; }};\n\
          Group leg {{ Component m {{ cdsl \"m\"; }}; Chain brake {{ to lidar.Pub.scan; from m.A.b; }}; }};"
     );
     let deployment = check(&body, &expect![[r#""#]]);
@@ -27,7 +27,7 @@ fn a_chain_reaches_the_model() {
         };
         let through: Vec<String> = chain.through.iter().map(point).collect();
         lines += &format!(
-            "{} {:?}: {} | {} | {} | {:?} {:?} {:?}\n",
+            "{} {:?}: {} | {} | {} | {:?} {:?} {:?} {}\n",
             chain.path,
             chain.doc,
             point(&chain.from),
@@ -35,12 +35,16 @@ fn a_chain_reaches_the_model() {
             point(&chain.to),
             chain.within,
             chain.age,
-            chain.transport
+            chain.transport,
+            match &chain.late {
+                rc_ddsl::model::Late::Fire(at, event) => format!("fire {at} {}", event.text),
+                other => format!("{other:?}"),
+            }
         );
     }
     expect![[r#"
-        brake ["Stops."]: lidar Pub scan | arm.motor, lidar lasers.front get | arm.motor Motor set | Some(80ms) Some(1s) Some(200µs)
-        leg.brake []: leg.m A b |  | lidar Pub scan | None None None
+        brake ["Stops."]: lidar Pub scan | arm.motor, lidar lasers.front get | arm.motor Motor set | Some(80ms) Some(1s) Some(200µs) fire 1 brake
+        leg.brake []: leg.m A b |  | lidar Pub scan | None None None Warn
     "#]].assert_eq(&lines);
 }
 
@@ -93,7 +97,43 @@ fn mistakes_of_chains() {
     check(
         &chain("from lidar.A.a; to lidar.B.b; late stop lidar;"),
         &expect![[r#"
-            n.ddsl:3:45: error[unknown-field]: expected a field of a chain, found `late` (expected one of `from`, `through`, `to`, `within`, `age`, `transport`)
+            n.ddsl:3:45: error[bad-chain]: chain `brake` has no limit, so it is never late (add `within 80ms;` or `age 120ms;`)
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; within 1s; late explode;"),
+        &expect![[r#"
+            n.ddsl:3:61: error[bad-chain]: `late` has no action `explode` (expected one of `warn`, `event`, `stop`, `emergency`, `fire`)
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; within 1s; late stop;"),
+        &expect![[r#"
+            n.ddsl:3:61: error[bad-chain]: `late stop` is written as `late stop COMPONENT;`
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; age 1s; late fire lidar;"),
+        &expect![[r#"
+            n.ddsl:3:58: error[bad-chain]: `late fire` is written as `late fire COMPONENT EVENT;`
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; within 1s; late emergency arm;"),
+        &expect![[r#"
+            n.ddsl:3:61: error[bad-chain]: `arm` is no component (write `late emergency COMPONENT;`)
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; within 1s; late stop lidr;"),
+        &expect![[r#"
+            n.ddsl:3:66: error[unknown-instance]: unknown component or group `lidr` (did you mean `lidar`?)
+        "#]],
+    );
+    check(
+        &chain("from lidar.A.a; to lidar.B.b; within 1s; late warn arm.motor;"),
+        &expect![[r#"
+            n.ddsl:3:61: error[bad-chain]: `late warn` is written as `late warn;`
         "#]],
     );
 }

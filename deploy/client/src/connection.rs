@@ -1,9 +1,11 @@
 //! Calls of the supervisor: `status`, `down`, `start`, `stop` and `restart`.
 
+use crate::chains::ChainsReport;
 use crate::digest;
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
 use crate::place;
+use rc_management::chains::Chains;
 use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
@@ -72,6 +74,15 @@ pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandRes
 pub fn write_ring(network: &str) -> Result<(), Error> {
     let CommandResult { .. } = Connection::open(network)?.call(&Request::Ring)?;
     Ok(())
+}
+
+/// The chains of a network, as its supervisor measures them.
+pub fn chains(network: &str) -> Result<ChainsReport, Error> {
+    let Chains { chains } = Connection::open(network)?.call(&Request::Chains)?;
+    Ok(ChainsReport {
+        network: network.to_owned(),
+        chains,
+    })
 }
 
 /// The networks of this user whose supervisor replies: those in the run directory of this

@@ -3,6 +3,7 @@
 //! This crate starts no process. The supervisor uses its log files and errors.
 
 pub mod by_hand;
+pub mod chains;
 pub mod connection;
 mod digest;
 pub mod error;

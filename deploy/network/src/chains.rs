@@ -9,7 +9,7 @@ use crate::model::Network;
 use flow::{Direction, Flow};
 use rc_cdsl::model::{Middleware, Role};
 use rc_ddsl::Endpoint;
-use rc_ddsl::model::{Chain, ChainPoint};
+use rc_ddsl::model::{Chain, ChainPoint, Late};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 pub use report::{ChainReport, HopReport};
 use report::{slow_chain, stale_chain};
@@ -102,6 +102,7 @@ impl Network {
         if flow.report_cycles(self, found) {
             return;
         }
+        self.check_late_events(found);
         let mut checked = Vec::new();
         for (declared, chain) in self.deployment.chains.iter().enumerate() {
             let Some(path) = self.find_chain(chain, &flow, found) else {
@@ -138,6 +139,31 @@ impl Network {
                 );
                 let error = Diagnostic::error("budget-over-period", instance.name.span, message);
                 found.push(error.help("lengthen the period in its configuration"));
+            }
+        }
+    }
+
+    /// Reports events that a chain would fire, and that the state machine does not take.
+    fn check_late_events(&self, found: &mut Diagnostics) {
+        for chain in &self.deployment.chains {
+            let Late::Fire(at, event) = &chain.late else {
+                continue;
+            };
+            let project = self.projects[*at].as_deref();
+            let machine = project.and_then(|project| project.component.state_machine.as_ref());
+            let external = machine.map_or(&[][..], |machine| &machine.external);
+            if !external.iter().any(|known| known.text == event.text) {
+                let path = &self.deployment.instances[*at].path;
+                let message = format!(
+                    "`{path}` has no event `{}` that may be fired from outside",
+                    event.text
+                );
+                let error = Diagnostic::error("bad-chain", event.span, message);
+                let known = external.iter().map(|known| known.text.as_str());
+                found.push(match external.is_empty() {
+                    true => error.help("list it after `external` in the .cdsl of the component"),
+                    false => error.suggest(&event.text, known),
+                });
             }
         }
     }
@@ -226,16 +252,18 @@ impl Network {
     /// `COMPONENT.SLOT.OPERATION`
     pub fn port_name(&self, port: Port) -> String {
         let path = &self.deployment.instances[port.instance].path;
-        let Some(project) = self.projects[port.instance].as_deref() else {
-            return path.clone();
-        };
-        let component = &project.component;
+        match self.port_words(port) {
+            Some((slot, operation)) => format!("{path}.{slot}.{operation}"),
+            None => path.clone(),
+        }
+    }
+
+    /// The slot and the operation of a port; `None` of a component that could not be read.
+    pub(crate) fn port_words(&self, port: Port) -> Option<(&str, &str)> {
+        let component = &self.projects[port.instance].as_deref()?.component;
         let slot = &component.slots[port.slot];
         let operations = &component.library.interface(slot.interface).operations;
-        format!(
-            "{path}.{}.{}",
-            slot.name, operations[port.operation].name.text
-        )
+        Some((&slot.name, &operations[port.operation].name.text))
     }
 
     fn broken_chain(&self, chain: &Chain, flow: &Flow, reached: &search::Reached) -> Diagnostic {

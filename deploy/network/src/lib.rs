@@ -29,6 +29,7 @@ mod model;
 mod network_time;
 mod parameters;
 pub mod plan;
+pub mod planned_chain;
 mod planning;
 pub mod preview;
 mod process_name;

@@ -1,5 +1,6 @@
 //! The plan of a network, as plain data.
 
+use crate::planned_chain::PlannedChain;
 pub use rc_vocabulary::{Restart, RestartPolicy as Policy};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -18,6 +19,9 @@ pub struct Plan {
     /// The time over which its last messages are kept in memory.
     #[serde(default)]
     pub ring: Option<Duration>,
+    /// The chains that are measured.
+    #[serde(default)]
+    pub chains: Vec<PlannedChain>,
 }
 
 /// One component of the network: a process, or a thread of one.
@@ -279,6 +283,7 @@ mod tests {
             ddsl: "net.ddsl".into(),
             components,
             ring: None,
+            chains: Vec::new(),
         }
     }
 

@@ -166,6 +166,7 @@ impl Network {
             ddsl: self.path.canonicalize()?,
             components: out,
             ring: self.deployment.ring,
+            chains: self.planned_chains(),
         })
     }
 }

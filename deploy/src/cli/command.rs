@@ -134,6 +134,15 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
+    /// Shows how long the chains of a running network take, by their hops, and what is lost.
+    Chains {
+        /// The network or its .ddsl. Optional if only one network is up.
+        #[arg(add = networks())]
+        network: Option<String>,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
     /// Prints the logs of components.
     Logs {
         /// The network or its .ddsl. Optional if only one network runs.

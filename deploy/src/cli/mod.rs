@@ -146,6 +146,10 @@ fn run(command: Command) -> Result<u8, Failure> {
             let report = status::report(&running(network)?)?;
             show(format, &report, status::report_table)
         }
+        Command::Chains { network, format } => {
+            let report = connection::chains(&running(network)?)?;
+            show(format, &report, ToString::to_string)
+        }
         Command::Logs {
             network,
             component,

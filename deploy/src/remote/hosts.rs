@@ -239,6 +239,7 @@ mod tests {
             ddsl: "net.ddsl".into(),
             components: components.map(|(host, name)| on(host, name)).into(),
             ring: None,
+            chains: Vec::new(),
         };
         let pause = Duration::from_secs(30);
         Hosts::new(&plan, &BTreeMap::new(), pause, Path::new("/nowhere"))

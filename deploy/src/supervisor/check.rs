@@ -66,6 +66,7 @@ mod tests {
             ddsl: "net.ddsl".into(),
             components,
             ring: None,
+            chains: Vec::new(),
         }
     }
 

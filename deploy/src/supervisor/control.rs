@@ -4,6 +4,7 @@
 //! client that reads events too slowly loses some, and gets their number.
 
 use crate::log::journal::Journal;
+use rc_management::chains::Chains;
 use rc_management::rpc::{self, Error};
 use rc_management::server::{Received, ServedClient};
 use rc_management::supervisor::{
@@ -123,7 +124,12 @@ impl Control {
         let mut requests: Vec<_> = received
             .filter_map(|received| self.decode(received))
             .collect();
-        requests.sort_by_key(|r| matches!(r.request, Request::Status | Request::Events));
+        requests.sort_by_key(|r| {
+            matches!(
+                r.request,
+                Request::Status | Request::Events | Request::Chains
+            )
+        });
         requests
     }
 
@@ -136,7 +142,7 @@ impl Control {
         match (request, id) {
             (Ok(request), id) => {
                 // The end of the network, and the next event, are answers that take their time.
-                if request != Request::Status {
+                if !matches!(request, Request::Status | Request::Chains) {
                     self.0.defer(client);
                 }
                 Some(ClientRequest {
@@ -156,6 +162,11 @@ impl Control {
     /// Answers `status`.
     pub(crate) fn answer_status(&mut self, request: &ClientRequest, status: &NetworkStatus) {
         self.answer(request, rpc::result(status));
+    }
+
+    /// Answers `chains`.
+    pub(crate) fn answer_chains(&mut self, request: &ClientRequest, chains: &Chains) {
+        self.answer(request, rpc::result(chains));
     }
 
     /// Answers `events`; the events follow with [`Self::send_events`].

@@ -186,6 +186,7 @@ mod tests {
             ddsl: "net.ddsl".into(),
             components: components.collect(),
             ring: None,
+            chains: Vec::new(),
         }
     }
 

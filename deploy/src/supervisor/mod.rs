@@ -1,5 +1,6 @@
 //! The supervisor: it starts, watches and stops the components of a network.
 
+mod chains;
 mod check;
 pub mod commands;
 pub(crate) mod control;

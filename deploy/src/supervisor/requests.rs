@@ -1,5 +1,6 @@
 //! Handles the requests of clients of the supervisor's socket.
 
+use crate::supervisor::chains::ChainWatch;
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::flight_recorder::FlightRecorder;
@@ -30,6 +31,11 @@ impl Supervisor<'_> {
                     self.control.answer_events(&request, &journal);
                 }
                 Request::Ring => self.write_ring(&request),
+                Request::Chains => {
+                    let chains = self.chains.as_ref().map(ChainWatch::status);
+                    let chains = chains.unwrap_or_default();
+                    self.control.answer_chains(&request, &chains);
+                }
                 Request::Down => {
                     self.control.answer_down(&request);
                     self.stop(StopReason::Asked, "asked by `rcdeploy down`");

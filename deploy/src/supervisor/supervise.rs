@@ -11,6 +11,7 @@ use crate::process::memory::MemoryRounds;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{HostSource, Hosts};
+use crate::supervisor::chains::ChainWatch;
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
@@ -60,6 +61,7 @@ enum Source {
     Control(ServerSource),
     Guard,
     GuardLink,
+    Chains,
     Host(usize, HostSource),
     Link(usize),
     Process(usize),
@@ -97,6 +99,8 @@ pub(crate) struct Supervisor<'p> {
     pub(super) is_up: bool,
     pub(super) sweeps: OrphanSweeps,
     pub(super) recorder: Option<FlightRecorder>,
+    /// The measured chains, if there are some.
+    pub(super) chains: Option<ChainWatch>,
     /// Units that failed after they were ready.
     pub(super) failed: Vec<String>,
     pub(super) ending: Option<StopReason>,
@@ -166,6 +170,8 @@ impl<'p> Supervisor<'p> {
         let control =
             Control::listen(&socket, by_name).context(format!("listen at {}", socket.display()))?;
         network_guard.start_guard()?;
+        let chains = ChainWatch::start(plan, network_guard.directory());
+        let chains = chains.context("measure the chains")?;
         Ok(Self {
             plan,
             digest: digest(&plan.ddsl),
@@ -193,6 +199,7 @@ impl<'p> Supervisor<'p> {
             recorder: plan
                 .ring
                 .map(|ring| FlightRecorder::new(&plan.network, ring, &log_directory)),
+            chains,
             failed: Vec::new(),
             ending: None,
         })
@@ -338,6 +345,9 @@ impl<'p> Supervisor<'p> {
         if let Some((link, flags)) = self.network_guard.link() {
             add(Source::GuardLink, link.as_fd(), flags);
         }
+        if let Some(chains) = &self.chains {
+            add(Source::Chains, chains.descriptor(), PollFlags::IN);
+        }
         for (h, part, descriptor, flags) in self.hosts.descriptors() {
             add(Source::Host(h, part), descriptor, flags);
         }
@@ -405,6 +415,7 @@ impl<'p> Supervisor<'p> {
                 self.network_guard.turn();
                 self.check_memory();
             }
+            Source::Chains => self.chains_changed(),
             Source::Host(h, HostSource::Link) => self.read_host(h),
             Source::Host(h, HostSource::Socket(number)) => self.hosts.turn_socket(h, number),
             Source::Link(i) => self.units[i].read_link(self.report),

@@ -74,10 +74,12 @@ pub fn a_sample_reaches_every_subscriber(subject: &dyn Subject) {
         for header in &headers {
             publisher.publish(*header, b"beam").expect("to publish");
         }
+        let senders = publisher.senders();
         for receiver in receivers {
             let values = receiver.join().expect("a receiver");
             let sender = values[0].0.sender;
             assert_ne!(sender, 0, "the backend sets the sender");
+            assert!(senders.contains(&sender), "{sender} of {senders:?}");
             for ((came, body), header) in values.iter().zip(&headers) {
                 assert_eq!(body, b"beam");
                 // A backend converts time stamps of another clock.

@@ -163,6 +163,10 @@ impl Publisher for SharedPublisher {
         })))
     }
 
+    fn senders(&self) -> Vec<u128> {
+        vec![self.port.id().value()]
+    }
+
     fn peers(&self) -> usize {
         tool_ports::subscribers(&self.topic)
     }

@@ -193,6 +193,10 @@ impl Publisher for LocalPublisher {
         Ok(Some(self.lend(length)?))
     }
 
+    fn senders(&self) -> Vec<u128> {
+        vec![self.0.sender]
+    }
+
     fn peers(&self) -> usize {
         lock(&self.0.state).subscribers.len()
     }

@@ -66,6 +66,10 @@ impl Publisher for TopicPublisher {
         }))
     }
 
+    fn senders(&self) -> Vec<u128> {
+        vec![u128::from_be_bytes(self.port.guid)]
+    }
+
     fn peers(&self) -> usize {
         self.port.state().count()
     }

@@ -46,6 +46,10 @@ impl Publisher for RosPublisher {
         self.publisher.publish(header, body)
     }
 
+    fn senders(&self) -> Vec<u128> {
+        self.publisher.senders()
+    }
+
     fn peers(&self) -> usize {
         self.publisher.peers()
     }

@@ -1,5 +1,6 @@
 //! Requests of tools to a component, on `NAME.sock` in the run directory of its network.
 
+use crate::hops;
 use crate::observation;
 use crate::rpc::{Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
@@ -58,6 +59,16 @@ pub enum Request {
     Describe,
     /// Answered at once with [`Clocks`](crate::observation::Clocks).
     Clocks,
+    /// Notes the messages of chains for this client from now on, in place of what was noted for it
+    /// before; nothing without pairs. The end of the connection ends it. Answered with
+    /// [`Following`](crate::hops::Following).
+    Follow {
+        /// What may follow what.
+        pairs: Vec<hops::Pair>,
+    },
+    /// Takes what was noted since the last time. Answered at once with
+    /// [`Taken`](crate::hops::Taken).
+    Hops,
     /// Copies the messages of a slot to this client from now on, or no more: notifications
     /// [`Tapped`](crate::observation::Tapped) and `Dropped`. The end of the connection ends it.
     /// Answered with [`Done`].
@@ -99,7 +110,7 @@ pub enum Request {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 14] = [
+    const METHODS: [(&'static str, &'static str); 16] = [
         ("status", "{}"),
         ("parameters", r#"{} or {"paths": ["motors[0].max", …]}"#),
         (
@@ -117,6 +128,11 @@ impl Request {
         ("stop", "{}"),
         ("describe", "{}"),
         ("clocks", "{}"),
+        (
+            "follow",
+            r#"{"pairs": [{"input": {"slot", "operation"}, "output": {"slot", "operation"}, "way": "handler"|"compute"|"any"}, …]}"#,
+        ),
+        ("hops", "{}"),
         ("tap", r#"{"slot": "Laser", "on": true|false}"#),
         (
             "call",
@@ -133,6 +149,7 @@ impl Request {
         call.decode(&Self::METHODS, |request| match request {
             Self::ParametersSet { changes } => !changes.is_empty(),
             Self::Period { ms } => (0.1..=3.6e6).contains(ms),
+            Self::Follow { pairs } => pairs.len() <= hops::MOST_PAIRS,
             Self::Call { timeout_ms, .. } => (1..=600_000).contains(timeout_ms),
             _ => true,
         })

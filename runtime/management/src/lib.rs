@@ -11,14 +11,19 @@
 //! | [`link`] | a component and the supervisor that started it, on a socket at its standard input |
 //! | [`agent`] | a supervisor and its agent on another machine, over ssh |
 //!
+//! [`hops`] is what a component notes of messages on chains, [`chains`] what its supervisor makes of
+//! them.
+//!
 //! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC,
 //! [`Client`] sends requests and receives answers and notifications, [`Server`] receives requests
 //! and sends answers. [`Output`] is what waits for the other side of any connection.
 
 pub mod agent;
+pub mod chains;
 mod client;
 pub mod component;
 pub mod event;
+pub mod hops;
 pub mod lines;
 pub mod link;
 mod listener;

@@ -35,6 +35,8 @@ pub enum Request {
     /// Writes the ring of `record { ring 60s; }`. Answered with an empty [`CommandResult`] when
     /// the request is on the way to its recorder.
     Ring,
+    /// Answered with [`Chains`](crate::chains::Chains).
+    Chains,
     /// Starts components. Answered with [`CommandResult`] when they are ready, or cannot be.
     Start {
         /// Components, or groups with all that is in them; at least one.
@@ -98,11 +100,12 @@ impl Verb {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 8] = [
+    const METHODS: [(&'static str, &'static str); 9] = [
         ("status", "{}"),
         ("events", "{}"),
         ("down", "{}"),
         ("ring", "{}"),
+        ("chains", "{}"),
         ("start", r#"{"names": ["lidar", …]}"#),
         ("stop", r#"{"names": ["lidar", …]}"#),
         ("restart", r#"{"names": ["lidar", …]}"#),
@@ -119,7 +122,7 @@ impl Request {
                 !names.is_empty()
             }
             Self::Lifecycle { transition, .. } => *transition != Transition::Shutdown,
-            Self::Status | Self::Events | Self::Down | Self::Ring => true,
+            Self::Status | Self::Events | Self::Down | Self::Ring | Self::Chains => true,
         })
     }
 }

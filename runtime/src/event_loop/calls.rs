@@ -108,10 +108,13 @@ impl EventLoop<'_> {
         let (number, open) = &self.calls.clients[at];
         let (slot, name) = (*number, Arc::clone(open));
         let start = Instant::now();
-        if !self
+        let hops = self.connections.hops();
+        hops.begin();
+        let has_ended = self
             .component
-            .end_call(open.described, open.member.as_ref())
-        {
+            .end_call(open.described, open.member.as_ref());
+        hops.end(false);
+        if !has_ended {
             return false;
         }
         let took = start.elapsed();

@@ -362,7 +362,7 @@ impl<'a> EventLoop<'a> {
             connections,
             ..
         } = self;
-        let taps = connections.taps();
+        let (taps, hops) = (connections.taps(), connections.hops());
         let port = &mut ports[at];
         let slot = port.slot;
         let of = &port.of;
@@ -380,9 +380,13 @@ impl<'a> EventLoop<'a> {
         let taken = match &mut port.receiver {
             Receiver::Server(server) => server.serve(&mut |header, body, reply| {
                 came();
+                if idle.is_none() {
+                    hops.request(slot, of, &header, body);
+                }
                 result = taps.serve(slot, header, body, reply, |reply| {
                     answer(*component, of, idle, header, body, reply)
                 });
+                hops.handled();
             }),
             Receiver::Subscriber {
                 port, operation, ..
@@ -395,7 +399,9 @@ impl<'a> EventLoop<'a> {
                     if idle.is_some() {
                         return;
                     }
+                    hops.sample(slot, *operation, &header);
                     let received = receive(*component, of, *operation, header, body);
+                    hops.handled();
                     result = received.map_err(Into::into);
                 };
                 if keeps && port.can_keep() {
@@ -454,7 +460,10 @@ impl<'a> EventLoop<'a> {
     fn react(&mut self) {
         let runs = self.fatal.is_none() && !self.shared.wake_event.is_stopping();
         if runs && !self.is_gated() && self.idle_state().is_none() {
+            let hops = self.connections.hops();
+            hops.begin();
             let result = self.component.react();
+            hops.end(false);
             self.apply(result);
         }
     }
@@ -487,7 +496,10 @@ impl<'a> EventLoop<'a> {
             return;
         }
         let start = Instant::now();
+        let hops = self.connections.hops();
+        hops.begin();
         let result = self.component.compute();
+        hops.end(true);
         let took = start.elapsed();
         let is_overrun = self.is_overrun(took);
         let may_log = {

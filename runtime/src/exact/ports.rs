@@ -50,6 +50,10 @@ impl Publisher for Publishing {
         })
     }
 
+    fn senders(&self) -> Vec<u128> {
+        self.port.senders()
+    }
+
     fn peers(&self) -> usize {
         peers(&self.recorder, self.slot, self.operation, self.port.peers())
     }

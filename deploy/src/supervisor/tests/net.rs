@@ -99,6 +99,7 @@ impl Net {
             ddsl: "net.ddsl".into(),
             components,
             ring: None,
+            chains: Vec::new(),
         }));
         let options = Options {
             guard: Some(GuardCommand {

@@ -68,6 +68,7 @@ impl Bench {
             ddsl: "test.ddsl".into(),
             components,
             ring: None,
+            chains: Vec::new(),
         }
     }
 

@@ -155,6 +155,10 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 31] = [
             ("within", "The most time from its beginning to its end."),
             ("age", "The most age of the data in its effects."),
             ("transport", "The most time of a message on its way."),
+            (
+                "late",
+                "What is done if it is late: `warn`, `event`, `stop NAME`, `emergency NAME` or `fire NAME EVENT`.",
+            ),
         ],
     ),
     (

@@ -56,6 +56,7 @@ impl BatteryStatus<Context> for SpecificWorker {
             let what = format!("no answer to its own call: {error}");
             return Err(HardwareFailedException { what }.into());
         }
+        std::thread::sleep(ctx.params.delay);
         Ok(TBattery {
             percentage: ctx.params.level,
             ..TBattery::default()

@@ -41,7 +41,7 @@ const SLOT_OTHER: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "neighbour",
-    model_hash: 0xe34066af8f484303,
+    model_hash: 0x99fa35eef20cf7fb,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

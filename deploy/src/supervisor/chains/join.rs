@@ -1,0 +1,496 @@
+//! Joins what the components of one chain have noted: what one has sent, the next one has received
+//! from the same sender with the same number.
+//!
+//! It knows hops and times, and neither sockets nor threads, so its tests drive it alone. All times
+//! are nanoseconds of the monotonic clock of the supervisor.
+
+use crate::supervisor::chains::report::Measured;
+use rc_deploy_network::planned_chain::PlannedChain;
+use rc_management::hops::Kind;
+use std::collections::{HashMap, VecDeque};
+use std::time::Duration;
+
+/// How many messages are remembered on their way to one component.
+const MOST_OPEN: usize = 20_000;
+/// How long a message may be on its way, in addition to the worst case, before it counts as lost.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// The shortest time without any effect that breaks a chain.
+const BROKEN: Duration = Duration::from_secs(1);
+/// How long a chain is in time before a condition ends.
+const CALM: Duration = Duration::from_secs(5);
+
+/// A hop with the times of the supervisor's clock.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JoinedHop {
+    pub(super) sender: u32,
+    pub(super) kind: Kind,
+    pub(super) input: u32,
+    pub(super) output: u32,
+    /// When the input was sent, as its header says.
+    pub(super) sent: i64,
+    pub(super) begun: i64,
+    pub(super) used: i64,
+    pub(super) left: i64,
+}
+
+/// What the supervisor knows of a component on the chain.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Coverage {
+    /// Whether it has been followed at all.
+    pub(super) was_followed: bool,
+    /// Since when all of its hops are known; none while it is not followed.
+    pub(super) since: Option<i64>,
+    /// Whether it handles messages: a managed component that is not active does not.
+    pub(super) is_active: bool,
+    /// The greatest error of its times.
+    pub(super) uncertainty: u64,
+}
+
+/// A condition of a chain begins or ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    Begun { code: &'static str, text: String },
+    Ended { code: &'static str, text: String },
+}
+
+pub(super) const LATE: &str = "chain-late";
+pub(super) const OLD: &str = "chain-old";
+pub(super) const BROKEN_CODE: &str = "chain-broken";
+
+/// A sender and the number of its message.
+type Key = (u32, u32);
+
+/// The way of a message until now.
+#[derive(Clone, Debug)]
+struct Trace {
+    /// When the first message was sent.
+    began: i64,
+    /// For each component that it has passed: on the way, until the reaction, in the reaction.
+    parts: Vec<[i64; 3]>,
+    /// Whether no component on the way has used it twice.
+    is_first: bool,
+}
+
+/// A message on its way to a component, or in it.
+#[derive(Debug)]
+struct Open {
+    trace: Trace,
+    left: i64,
+    has_arrived: bool,
+    is_used: bool,
+}
+
+/// The messages to one component.
+#[derive(Debug, Default)]
+struct Stage {
+    open: HashMap<Key, Open>,
+    /// The order in which they were sent.
+    order: VecDeque<(i64, Key)>,
+    /// Hops whose message is not known yet: the sender is asked after the receiver.
+    early: VecDeque<JoinedHop>,
+    /// Which sender stands for all identities that one has. `None`: any sender begins the chain.
+    senders: Option<HashMap<u32, u32>>,
+    /// Of each sender, its newest message that has arrived, and when.
+    newest: HashMap<u32, (u32, i64)>,
+    /// When the last message arrived, and when the component sent the last one because of it.
+    arrived: Option<i64>,
+    sent_on: Option<i64>,
+}
+
+/// A condition that holds.
+#[derive(Debug)]
+struct Condition {
+    code: &'static str,
+    /// When it was last seen.
+    last: i64,
+}
+
+/// One chain.
+#[derive(Debug)]
+pub(super) struct Joiner {
+    plan: PlannedChain,
+    stages: Vec<Stage>,
+    pub(super) measured: Measured,
+    conditions: Vec<Condition>,
+    /// When the first message began after the last effect.
+    waits_since: Option<i64>,
+    /// When the last message began.
+    last_begun: Option<i64>,
+    /// When the last effect came, and the last one in time.
+    effect: Option<i64>,
+    in_time: Option<i64>,
+    changes: Vec<Change>,
+    patience: i64,
+    broken_after: i64,
+}
+
+fn nanoseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// Milliseconds with as many digits as a person reads.
+pub(super) fn text_of(nanoseconds: i64) -> String {
+    let ms = nanoseconds as f64 / 1e6;
+    match ms.abs() {
+        ms_abs if ms_abs >= 100.0 => format!("{ms:.0} ms"),
+        ms_abs if ms_abs >= 1.0 => format!("{ms:.1} ms"),
+        _ => format!("{ms:.3} ms"),
+    }
+}
+
+impl Joiner {
+    pub(super) fn new(plan: PlannedChain) -> Self {
+        let hops = plan.hops.len();
+        let worst = plan.hops.iter().filter_map(|hop| hop.worst);
+        let worst: Duration = worst.flatten().sum();
+        let slowest = worst.max(plan.within.unwrap_or_default());
+        let patience = PATIENCE.saturating_add(slowest.saturating_mul(2));
+        let has_source = plan.source.is_some();
+        let stages = (0..hops).map(|at| Stage {
+            senders: (at > 0 || has_source).then(HashMap::new),
+            ..Stage::default()
+        });
+        Self {
+            stages: stages.collect(),
+            measured: Measured::new(hops),
+            conditions: Vec::new(),
+            waits_since: None,
+            last_begun: None,
+            effect: None,
+            in_time: None,
+            changes: Vec::new(),
+            patience: nanoseconds(patience),
+            broken_after: nanoseconds(BROKEN.max(slowest.saturating_mul(4))),
+            plan,
+        }
+    }
+
+    pub(super) fn plan(&self) -> &PlannedChain {
+        &self.plan
+    }
+
+    /// The codes of the conditions that hold.
+    pub(super) fn conditions(&self) -> impl Iterator<Item = &'static str> {
+        self.conditions.iter().map(|condition| condition.code)
+    }
+
+    /// What has begun and ended since the last time.
+    pub(super) fn take_changes(&mut self) -> Vec<Change> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// The senders of the messages to the component at `hop` have these identities from now on.
+    pub(super) fn set_senders(&mut self, hop: usize, identities: &[u32]) {
+        let stage = self.stages.get_mut(hop);
+        let known = stage.and_then(|stage| stage.senders.as_mut());
+        if let (Some(known), Some(first)) = (known, identities.first()) {
+            // Messages of earlier runs may still be on their way; a few runs are enough.
+            if known.len() > 256 {
+                known.clear();
+            }
+            known.extend(identities.iter().map(|identity| (*identity, *first)));
+        }
+    }
+
+    /// A message that begins the chain was sent by `sender`, the first one of its identities.
+    pub(super) fn begin(&mut self, sender: u32, number: u32, at: i64) {
+        self.begins(at);
+        let trace = Trace {
+            began: at,
+            parts: Vec::new(),
+            is_first: true,
+        };
+        self.send(0, (sender, number), trace, at);
+    }
+
+    fn begins(&mut self, at: i64) {
+        self.measured.begun += 1;
+        self.waits_since.get_or_insert(at);
+        self.last_begun = self.last_begun.max(Some(at));
+    }
+
+    /// A message is on its way to the component at `hop`.
+    fn send(&mut self, hop: usize, key: Key, trace: Trace, left: i64) {
+        let stage = &mut self.stages[hop];
+        let open = Open {
+            trace,
+            left,
+            has_arrived: false,
+            is_used: false,
+        };
+        stage.open.insert(key, open);
+        stage.order.push_back((left, key));
+        if stage.order.len() > MOST_OPEN
+            && let Some((_, oldest)) = stage.order.pop_front()
+        {
+            stage.open.remove(&oldest);
+        }
+    }
+
+    /// Adds what the component at `hop` has noted. `own`: the first of the identities by which it
+    /// sends.
+    pub(super) fn add(&mut self, hop: usize, noted: JoinedHop, own: u32) {
+        let stage = &mut self.stages[hop];
+        let sender = match &stage.senders {
+            Some(known) => known.get(&noted.sender).copied(),
+            None => Some(noted.sender),
+        };
+        // Others may send this message, too, and are not on the chain.
+        let Some(sender) = sender else {
+            return;
+        };
+        let key = (sender, noted.input);
+        if stage.senders.is_none() && !stage.open.contains_key(&key) {
+            let at = if noted.sent == 0 {
+                noted.begun
+            } else {
+                noted.sent
+            };
+            // Data that are used for ever are forgotten as the beginning of anything.
+            if noted.left - at > self.patience {
+                return;
+            }
+            self.begin(sender, noted.input, at);
+        }
+        let stage = &mut self.stages[hop];
+        let Some(open) = stage.open.get_mut(&key) else {
+            if stage.early.len() < MOST_OPEN {
+                stage.early.push_back(noted);
+            }
+            return;
+        };
+        if !open.has_arrived {
+            open.has_arrived = true;
+            stage.arrived = stage.arrived.max(Some(noted.begun));
+            let newest = stage.newest.entry(sender);
+            let (number, at) = newest.or_insert((noted.input, noted.begun));
+            // Numbers have 32 bits, so they may begin anew.
+            let is_older = (number.wrapping_sub(noted.input) as i32) > 0;
+            if is_older && noted.begun > *at {
+                self.measured.hops[hop].swapped += 1;
+            } else if !is_older {
+                (*number, *at) = (noted.input, noted.begun);
+            }
+        }
+        let counts = &mut self.measured.hops[hop];
+        let ends_here = self.plan.hops[hop].output.is_none();
+        match noted.kind {
+            Kind::Kept => {}
+            Kind::Replaced => counts.replaced += 1,
+            Kind::Ended if !ends_here => counts.ended += 1,
+            Kind::Ended | Kind::Sent => {
+                let mut trace = open.trace.clone();
+                trace.is_first &= !open.is_used;
+                open.is_used = true;
+                trace.parts.push([
+                    noted.begun - open.left,
+                    noted.used - noted.begun,
+                    noted.left - noted.used,
+                ]);
+                stage.sent_on = stage.sent_on.max(Some(noted.left));
+                if hop + 1 == self.stages.len() {
+                    self.complete(&trace, noted.left);
+                } else {
+                    self.send(hop + 1, (own, noted.output), trace, noted.left);
+                }
+            }
+        }
+    }
+
+    /// Looks again at hops whose messages were not known. After all components of a round.
+    pub(super) fn add_early(&mut self, own: &[u32]) {
+        for hop in 0..self.stages.len() {
+            let early = std::mem::take(&mut self.stages[hop].early);
+            for noted in early {
+                self.add(hop, noted, own[hop]);
+            }
+        }
+    }
+
+    /// A message has come to the end.
+    fn complete(&mut self, trace: &Trace, end: i64) {
+        let age = end - trace.began;
+        self.waits_since = None;
+        self.effect = self.effect.max(Some(end));
+        self.measured.oldest = self.measured.oldest.max(age);
+        let uncertainty = i64::try_from(self.measured.uncertainty).unwrap_or(i64::MAX);
+        let exceeds = |limit: Option<Duration>| {
+            limit.is_some_and(|limit| age > nanoseconds(limit).saturating_add(uncertainty))
+        };
+        let is_late = trace.is_first && exceeds(self.plan.within);
+        let is_old = exceeds(self.plan.age);
+        if trace.is_first {
+            self.measured.complete(age, &trace.parts);
+        }
+        if is_late {
+            self.measured.late += 1;
+            let limit = self.plan.within.unwrap_or_default();
+            let text = format!(
+                "chain `{}` took {}, more than {}: {}",
+                self.plan.name,
+                text_of(age),
+                text_of(nanoseconds(limit)),
+                self.guilty(&trace.parts)
+            );
+            self.note(LATE, text, end);
+        }
+        if is_old {
+            self.measured.old += 1;
+            let limit = self.plan.age.unwrap_or_default();
+            let text = format!(
+                "an effect of chain `{}` is made of data that are {} old, more than {}: {}",
+                self.plan.name,
+                text_of(age),
+                text_of(nanoseconds(limit)),
+                self.guilty(&trace.parts)
+            );
+            self.note(OLD, text, end);
+        }
+        if !is_late && !is_old {
+            self.in_time = self.in_time.max(Some(end));
+        }
+    }
+
+    /// The component that took the most time beyond its worst case, in words.
+    fn guilty(&self, parts: &[[i64; 3]]) -> String {
+        let hops = self.plan.hops.iter().zip(parts);
+        let over = |worst: Option<[Duration; 3]>, total: i64| {
+            let worst: Duration = worst.into_iter().flatten().sum();
+            total - nanoseconds(worst)
+        };
+        let guilty = hops.max_by_key(|(hop, part)| over(hop.worst, part.iter().sum()));
+        let Some((hop, part)) = guilty else {
+            return String::new();
+        };
+        let [way, period, work] = part.map(text_of);
+        let total: i64 = part.iter().sum();
+        let worst = hop.worst.map(|worst| worst.into_iter().sum());
+        let expected = worst.map_or_else(String::new, |worst: Duration| {
+            format!(", at worst {}", text_of(nanoseconds(worst)))
+        });
+        let period = if part[1] > 0 {
+            format!(", {period} until `compute`")
+        } else {
+            String::new()
+        };
+        format!(
+            "{} of them at {} ({way} on the way{period}, {work} work{expected})",
+            text_of(total),
+            hop.input.component
+        )
+    }
+
+    fn note(&mut self, code: &'static str, text: String, at: i64) {
+        let mut known = self.conditions.iter_mut();
+        match known.find(|condition| condition.code == code) {
+            Some(condition) => condition.last = condition.last.max(at),
+            None => {
+                self.conditions.push(Condition { code, last: at });
+                self.changes.push(Change::Begun { code, text });
+            }
+        }
+    }
+
+    /// Ends a round: all components were asked at `now` or later. `source` and `coverage`: what is
+    /// known of the component that begins the chain, and of those on it.
+    pub(super) fn end_round(&mut self, now: i64, source: Option<Coverage>, coverage: &[Coverage]) {
+        self.find_lost(now, coverage);
+        let ends: Vec<&Coverage> = source.iter().chain(coverage).collect();
+        let (first, last) = (ends.first(), ends.last());
+        self.measured.uncertainty = match (first, last) {
+            (Some(first), Some(last)) => first.uncertainty.saturating_add(last.uncertainty),
+            _ => 0,
+        };
+        let is_judged = ends
+            .iter()
+            .all(|end| end.was_followed && (end.is_active || end.since.is_none()));
+        if is_judged {
+            self.find_broken(now, coverage);
+        } else {
+            self.waits_since = None;
+        }
+        self.end_conditions(now);
+    }
+
+    /// Counts messages that should have arrived.
+    fn find_lost(&mut self, now: i64, coverage: &[Coverage]) {
+        let until = now - self.patience;
+        for (hop, stage) in self.stages.iter_mut().enumerate() {
+            while stage.order.front().is_some_and(|(left, _)| *left < until) {
+                let Some((left, key)) = stage.order.pop_front() else {
+                    break;
+                };
+                let open = stage.open.remove(&key);
+                let is_known = coverage[hop].since.is_some_and(|since| since <= left);
+                if open.is_some_and(|open| !open.has_arrived) && is_known {
+                    self.measured.hops[hop].lost += 1;
+                }
+            }
+            stage.early.retain(|noted| noted.begun >= until);
+        }
+    }
+
+    /// Finds out whether messages begin, and none comes to the end.
+    fn find_broken(&mut self, now: i64, coverage: &[Coverage]) {
+        let Some(since) = self.waits_since else {
+            return;
+        };
+        let goes_on = self.last_begun.is_some_and(|last| last > since);
+        if now - since < self.broken_after || !goes_on {
+            return;
+        }
+        let since_text = text_of(now - since);
+        let stages = self.stages.iter().zip(&self.plan.hops).zip(coverage);
+        let after = |at: Option<i64>| at.is_some_and(|at| at >= since);
+        let mut why = None;
+        for ((stage, hop), coverage) in stages {
+            let input = &hop.input;
+            let (name, message) = (
+                &input.component,
+                format!("{}.{}", input.slot, input.operation),
+            );
+            if coverage.since.is_none() {
+                why = Some(format!("{name} does not answer"));
+            } else if !after(stage.arrived) {
+                why = Some(format!("{name} receives no {message}"));
+            } else if !after(stage.sent_on) {
+                why = Some(format!("{name} receives {message} and sends nothing"));
+            }
+            if why.is_some() {
+                break;
+            }
+        }
+        let why = why.unwrap_or_else(|| "its messages do not meet".to_owned());
+        let text = format!(
+            "chain `{}` has no effect since {since_text}: {why}",
+            self.plan.name
+        );
+        self.note(BROKEN_CODE, text, now);
+    }
+
+    /// Ends conditions that did not come again for a while.
+    fn end_conditions(&mut self, now: i64) {
+        let is_over = |condition: &mut Condition| {
+            let (calm, good) = match condition.code {
+                BROKEN_CODE => (0, self.effect),
+                _ => (nanoseconds(CALM), self.in_time),
+            };
+            now - condition.last > calm && good > Some(condition.last)
+        };
+        let over: Vec<Condition> = self.conditions.extract_if(.., is_over).collect();
+        for condition in over {
+            let text = if self.conditions.is_empty() {
+                format!("chain `{}` is in time again", self.plan.name)
+            } else {
+                String::new()
+            };
+            let code = condition.code;
+            self.changes.push(Change::Ended { code, text });
+        }
+    }
+
+    /// A component on the chain was started again.
+    pub(super) fn restarted(&mut self, hop: usize) {
+        self.measured.hops[hop].restarts += 1;
+    }
+}

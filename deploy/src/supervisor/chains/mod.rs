@@ -1,0 +1,118 @@
+//! The chains of a network: the supervisor takes what components note of their messages, joins it,
+//! and reports messages that are late, old, or do not come.
+//!
+//! A thread asks the components four times a second. The supervisor's loop takes what has changed.
+
+mod actions;
+mod collector;
+mod join;
+mod report;
+
+use crate::supervisor::supervise::Supervisor;
+use collector::Collector;
+use join::Change;
+use rc_deploy_network::plan::Plan;
+use rc_management::chains::Chains;
+use rc_management::event::{Event, Severity};
+use rc_middleware::{RunDirectory, WakeEvent};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The conditions of a chain.
+const CONDITIONS: [&str; 3] = [join::LATE, join::OLD, join::BROKEN_CODE];
+
+/// The thread that measures the chains, and what it has found.
+#[derive(Debug)]
+pub(super) struct ChainWatch {
+    collector: Arc<Mutex<Collector>>,
+    news: Receiver<News>,
+    reporter: NewsSender,
+    /// The thread ends when this is dropped.
+    _stop: Sender<()>,
+}
+
+/// What the loop of the supervisor is told.
+#[derive(Debug)]
+enum News {
+    /// A condition of the chain with this number begins or ends.
+    Changed(usize, Change),
+    /// What was done about a late chain.
+    Done(Event),
+}
+
+/// Tells the loop of the supervisor.
+#[derive(Clone, Debug)]
+struct NewsSender {
+    queue: Sender<News>,
+    wake: WakeEvent,
+}
+
+impl NewsSender {
+    fn send(&self, news: News) {
+        // Nobody listens any more if the network has ended.
+        if self.queue.send(news).is_ok() {
+            self.wake.wake();
+        }
+    }
+}
+
+impl ChainWatch {
+    /// Begins to measure the chains of a plan; `None` if it has none.
+    pub(super) fn start(plan: &Plan, directory: &RunDirectory) -> std::io::Result<Option<Self>> {
+        if plan.chains.is_empty() {
+            return Ok(None);
+        }
+        let (queue, news) = channel();
+        let reporter = NewsSender {
+            queue,
+            wake: WakeEvent::new()?,
+        };
+        let (stop, stopped) = channel();
+        let collector = collector::start(plan, directory, reporter.clone(), stopped)?;
+        Ok(Some(Self {
+            collector,
+            news,
+            reporter,
+            _stop: stop,
+        }))
+    }
+
+    /// Readable when something has changed.
+    pub(super) fn descriptor(&self) -> BorrowedFd<'_> {
+        self.reporter.wake.as_fd()
+    }
+
+    /// What was measured.
+    pub(super) fn status(&self) -> Chains {
+        let collector = self.collector.lock();
+        collector.unwrap_or_else(PoisonError::into_inner).status()
+    }
+}
+
+impl Supervisor<'_> {
+    /// Reports what has changed of the chains.
+    pub(super) fn chains_changed(&mut self) {
+        let Some(watch) = &self.chains else { return };
+        watch.reporter.wake.clear();
+        let news: Vec<News> = watch.news.try_iter().collect();
+        for news in news {
+            // While the network ends, messages stop for a good reason.
+            if self.ending.is_some() {
+                continue;
+            }
+            match news {
+                News::Changed(chain, Change::Begun { code, text }) => {
+                    self.chain_begins(chain, code, &text);
+                }
+                News::Changed(chain, Change::Ended { code, text }) => {
+                    self.troubles.end(code, &self.plan.chains[chain].name);
+                    if !text.is_empty() {
+                        self.network_event(Severity::Info, "chain-in-time", text);
+                    }
+                }
+                News::Done(event) => self.report.event(event),
+            }
+        }
+    }
+}
