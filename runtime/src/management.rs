@@ -472,6 +472,11 @@ impl Server {
             }
             Ok(Request::Describe) => ToolRequests::describe(&self.info),
             Ok(Request::Clocks) => ToolRequests::clocks(),
+            // Its connections, which have the senders, are not all open.
+            Ok(Request::Follow { .. }) if self.shared.status().state == State::Starting => {
+                let message = "starts, and is followed afterwards";
+                Err(Error::new(Error::WORKER_REFUSES, message))
+            }
             Ok(Request::Follow { pairs }) => self.tools.follow(&mut self.socket, client, &pairs),
             Ok(Request::Hops) => {
                 let lifecycle = self.shared.lifecycle.as_deref();

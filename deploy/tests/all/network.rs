@@ -5,6 +5,7 @@ mod by_hand;
 mod bytes;
 mod caller;
 mod camera;
+mod chains;
 mod changed;
 mod completion;
 mod converting;

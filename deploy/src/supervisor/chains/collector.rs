@@ -75,7 +75,7 @@ struct Followed {
 #[derive(Debug)]
 pub(super) struct Collector {
     components: Vec<Followed>,
-    joiners: Vec<Joiner>,
+    pub(super) joiners: Vec<Joiner>,
     places: Vec<Places>,
 }
 
@@ -200,6 +200,7 @@ impl Connection {
             self.pause = PAUSE;
             return Err(match error {
                 CallError::Io(_) | CallError::Closed => "does not run".to_owned(),
+                CallError::Refused(error) => error.message.clone(),
                 other => other.to_string(),
             });
         }

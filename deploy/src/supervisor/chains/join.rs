@@ -92,9 +92,9 @@ struct Stage {
     senders: Option<HashMap<u32, u32>>,
     /// Of each sender, its newest message that has arrived, and when.
     newest: HashMap<u32, (u32, i64)>,
-    /// When the last message arrived, and when the component sent the last one because of it.
-    arrived: Option<i64>,
-    sent_on: Option<i64>,
+    /// When the first message was sent after the last one that arrived, and how many were.
+    waits_since: Option<i64>,
+    waiting: u64,
 }
 
 /// A condition that holds.
@@ -112,12 +112,7 @@ pub(super) struct Joiner {
     stages: Vec<Stage>,
     pub(super) measured: Measured,
     conditions: Vec<Condition>,
-    /// When the first message began after the last effect.
-    waits_since: Option<i64>,
-    /// When the last message began.
-    last_begun: Option<i64>,
-    /// When the last effect came, and the last one in time.
-    effect: Option<i64>,
+    /// When the last effect in time came.
     in_time: Option<i64>,
     changes: Vec<Change>,
     patience: i64,
@@ -154,9 +149,6 @@ impl Joiner {
             stages: stages.collect(),
             measured: Measured::new(hops),
             conditions: Vec::new(),
-            waits_since: None,
-            last_begun: None,
-            effect: None,
             in_time: None,
             changes: Vec::new(),
             patience: nanoseconds(patience),
@@ -194,19 +186,13 @@ impl Joiner {
 
     /// A message that begins the chain was sent by `sender`, the first one of its identities.
     pub(super) fn begin(&mut self, sender: u32, number: u32, at: i64) {
-        self.begins(at);
+        self.measured.begun += 1;
         let trace = Trace {
             began: at,
             parts: Vec::new(),
             is_first: true,
         };
         self.send(0, (sender, number), trace, at);
-    }
-
-    fn begins(&mut self, at: i64) {
-        self.measured.begun += 1;
-        self.waits_since.get_or_insert(at);
-        self.last_begun = self.last_begun.max(Some(at));
     }
 
     /// A message is on its way to the component at `hop`.
@@ -218,6 +204,8 @@ impl Joiner {
             has_arrived: false,
             is_used: false,
         };
+        stage.waits_since.get_or_insert(left);
+        stage.waiting += 1;
         stage.open.insert(key, open);
         stage.order.push_back((left, key));
         if stage.order.len() > MOST_OPEN
@@ -261,7 +249,7 @@ impl Joiner {
         };
         if !open.has_arrived {
             open.has_arrived = true;
-            stage.arrived = stage.arrived.max(Some(noted.begun));
+            (stage.waits_since, stage.waiting) = (None, 0);
             let newest = stage.newest.entry(sender);
             let (number, at) = newest.or_insert((noted.input, noted.begun));
             // Numbers have 32 bits, so they may begin anew.
@@ -287,7 +275,6 @@ impl Joiner {
                     noted.used - noted.begun,
                     noted.left - noted.used,
                 ]);
-                stage.sent_on = stage.sent_on.max(Some(noted.left));
                 if hop + 1 == self.stages.len() {
                     self.complete(&trace, noted.left);
                 } else {
@@ -310,8 +297,6 @@ impl Joiner {
     /// A message has come to the end.
     fn complete(&mut self, trace: &Trace, end: i64) {
         let age = end - trace.began;
-        self.waits_since = None;
-        self.effect = self.effect.max(Some(end));
         self.measured.oldest = self.measured.oldest.max(age);
         let uncertainty = i64::try_from(self.measured.uncertainty).unwrap_or(i64::MAX);
         let exceeds = |limit: Option<Duration>| {
@@ -407,7 +392,9 @@ impl Joiner {
         if is_judged {
             self.find_broken(now, coverage);
         } else {
-            self.waits_since = None;
+            for stage in &mut self.stages {
+                (stage.waits_since, stage.waiting) = (None, 0);
+            }
         }
         self.end_conditions(now);
     }
@@ -430,40 +417,29 @@ impl Joiner {
         }
     }
 
-    /// Finds out whether messages begin, and none comes to the end.
+    /// Finds the first component to which messages are sent without arriving. One that handles
+    /// them and sends nothing may have a reason.
     fn find_broken(&mut self, now: i64, coverage: &[Coverage]) {
-        let Some(since) = self.waits_since else {
+        let mut stages = self.stages.iter().zip(&self.plan.hops).zip(coverage);
+        let broken = stages.find_map(|((stage, hop), coverage)| {
+            let since = stage.waits_since?;
+            let is_broken = stage.waiting > 1 && now - since >= self.broken_after;
+            is_broken.then_some((now - since, hop, coverage))
+        });
+        let Some((time, hop, coverage)) = broken else {
             return;
         };
-        let goes_on = self.last_begun.is_some_and(|last| last > since);
-        if now - since < self.broken_after || !goes_on {
-            return;
-        }
-        let since_text = text_of(now - since);
-        let stages = self.stages.iter().zip(&self.plan.hops).zip(coverage);
-        let after = |at: Option<i64>| at.is_some_and(|at| at >= since);
-        let mut why = None;
-        for ((stage, hop), coverage) in stages {
-            let input = &hop.input;
-            let (name, message) = (
-                &input.component,
-                format!("{}.{}", input.slot, input.operation),
-            );
-            if coverage.since.is_none() {
-                why = Some(format!("{name} does not answer"));
-            } else if !after(stage.arrived) {
-                why = Some(format!("{name} receives no {message}"));
-            } else if !after(stage.sent_on) {
-                why = Some(format!("{name} receives {message} and sends nothing"));
-            }
-            if why.is_some() {
-                break;
-            }
-        }
-        let why = why.unwrap_or_else(|| "its messages do not meet".to_owned());
+        let input = &hop.input;
+        let why = if coverage.since.is_some() {
+            format!("receives no {}.{}", input.slot, input.operation)
+        } else {
+            "does not answer".to_owned()
+        };
         let text = format!(
-            "chain `{}` has no effect since {since_text}: {why}",
-            self.plan.name
+            "chain `{}` is broken for {}: {} {why}",
+            self.plan.name,
+            text_of(time),
+            input.component
         );
         self.note(BROKEN_CODE, text, now);
     }
@@ -471,11 +447,12 @@ impl Joiner {
     /// Ends conditions that did not come again for a while.
     fn end_conditions(&mut self, now: i64) {
         let is_over = |condition: &mut Condition| {
-            let (calm, good) = match condition.code {
-                BROKEN_CODE => (0, self.effect),
-                _ => (nanoseconds(CALM), self.in_time),
-            };
-            now - condition.last > calm && good > Some(condition.last)
+            let since = now - condition.last;
+            if condition.code == BROKEN_CODE {
+                // Each round notes it anew.
+                return since > 0;
+            }
+            since > nanoseconds(CALM) && self.in_time > Some(condition.last)
         };
         let over: Vec<Condition> = self.conditions.extract_if(.., is_over).collect();
         for condition in over {

@@ -7,6 +7,8 @@ mod actions;
 mod collector;
 mod join;
 mod report;
+#[cfg(test)]
+mod tests;
 
 use crate::supervisor::supervise::Supervisor;
 use collector::Collector;

@@ -23,7 +23,7 @@ pub(super) struct Measured {
     pub(super) uncertainty: u64,
     pub(super) hops: Vec<HopCounts>,
     /// The last messages: how long each took, and its parts in each component.
-    last: VecDeque<(i64, Box<[[i64; 3]]>)>,
+    pub(super) last: VecDeque<(i64, Box<[[i64; 3]]>)>,
 }
 
 /// What was counted at one component.

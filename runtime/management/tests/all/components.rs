@@ -84,6 +84,11 @@ fn of_observation(golden: &mut Golden) {
 
 pub(crate) fn of_components(golden: &mut Golden) {
     use component::{Request, Role, State};
+    use rc_management::hops::{Following, Hop, Kind, Message, Pair, Taken, Way};
+    let message = || Message {
+        slot: text("LaserPub"),
+        operation: text("newScan"),
+    };
     golden.title("requests to a component");
     golden.message([
         Request::Status,
@@ -102,6 +107,21 @@ pub(crate) fn of_components(golden: &mut Golden) {
         Request::Stop,
         Request::Describe,
         Request::Clocks,
+        Request::Follow {
+            pairs: vec![
+                Pair {
+                    input: Some(message()),
+                    output: None,
+                    way: Way::Handler,
+                },
+                Pair {
+                    input: None,
+                    output: Some(message()),
+                    way: Way::Any,
+                },
+            ],
+        },
+        Request::Hops,
         Request::Tap {
             slot: text("laser"),
             on: true,
@@ -139,6 +159,24 @@ pub(crate) fn of_components(golden: &mut Golden) {
             dropped: 11,
         }),
     };
+    golden.result(&Following {
+        senders: vec![vec![7, 8], Vec::new()],
+    });
+    golden.result(&Taken {
+        active: true,
+        overwritten: 3,
+        hops: vec![Hop {
+            sender: 7,
+            pair: 1,
+            kind: Kind::Replaced,
+            input: 4,
+            output: 0,
+            sent: 10,
+            begun: 11,
+            used: 11,
+            left: 12,
+        }],
+    });
     golden.result(&component::Fired {
         states: vec![text("driving.forward")],
     });

@@ -95,6 +95,7 @@ fn of_supervisors(golden: &mut Golden) {
         Request::Events,
         Request::Down,
         Request::Ring,
+        Request::Chains,
         Request::Start { names: names() },
         Request::Stop { names: names() },
         Request::Restart { names: names() },
@@ -154,6 +155,44 @@ fn of_supervisors(golden: &mut Golden) {
         digest: Some(text("00000000000000ff")),
         changed: false,
         components: vec![component(ComponentState::Running)],
+    });
+    let times = Some(rc_management::chains::Times {
+        p50_ms: 1.0,
+        p99_ms: 2.0,
+        worst_ms: 3.5,
+    });
+    golden.result(&rc_management::chains::Chains {
+        chains: vec![rc_management::chains::ChainStatus {
+            name: text("brake"),
+            from: text("lidar.LaserPub.newScan"),
+            to: text("base.Base.stop"),
+            within_ms: Some(80.0),
+            age_ms: Some(120.0),
+            missing: vec![text("base does not run")],
+            begun: 9,
+            complete: 8,
+            late: 1,
+            old: 2,
+            coverage: 1.0,
+            times,
+            oldest_ms: Some(4.0),
+            uncertainty_ms: 0.25,
+            hops: vec![rc_management::chains::HopStatus {
+                component: text("base"),
+                receives: text("Base.stop"),
+                times,
+                way: times,
+                period: times,
+                work: times,
+                worst_case_ms: Some(5.5),
+                lost: 1,
+                replaced: 2,
+                ended: 3,
+                swapped: 4,
+                restarts: 5,
+            }],
+            conditions: vec![text("chain-late")],
+        }],
     });
     for state in [
         ComponentState::Waiting,
