@@ -160,9 +160,10 @@ impl Network {
                 );
                 let error = Diagnostic::error("bad-chain", event.span, message);
                 let known = external.iter().map(|known| known.text.as_str());
-                found.push(match external.is_empty() {
-                    true => error.help("list it after `external` in the .cdsl of the component"),
-                    false => error.suggest(&event.text, known),
+                found.push(if external.is_empty() {
+                    error.help("list it after `external` in the .cdsl of the component")
+                } else {
+                    error.suggest(&event.text, known)
                 });
             }
         }

@@ -9,7 +9,7 @@ use rc_management::component;
 use rc_management::event::{Event, Severity};
 use rc_management::supervisor::{Request, Verb};
 use rc_management::{CallError, Client};
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 
 /// How long a component may take to do what it is asked.
@@ -77,7 +77,7 @@ impl Supervisor<'_> {
     }
 }
 
-fn ask(socket: &PathBuf, request: &component::Request) -> Result<(), CallError> {
+fn ask(socket: &Path, request: &component::Request) -> Result<(), CallError> {
     let mut client = Client::connect(socket, LIMIT)?;
     let _: serde_json::Value = client.call(request, LIMIT)?;
     Ok(())

@@ -214,15 +214,14 @@ impl Connection {
 
     fn exchange(&mut self) -> Result<Answer, CallError> {
         let mut following = None;
-        let client = match &mut self.client {
-            Some(client) => client,
-            None => {
-                let mut client = Client::connect(&self.socket, LIMIT)?;
-                let pairs = self.pairs.clone();
-                let answer = client.call(&Request::Follow { pairs }, LIMIT)?;
-                following = Some((now(), answer));
-                self.client.insert(client)
-            }
+        let client = if let Some(client) = &mut self.client {
+            client
+        } else {
+            let mut client = Client::connect(&self.socket, LIMIT)?;
+            let pairs = self.pairs.clone();
+            let answer = client.call(&Request::Follow { pairs }, LIMIT)?;
+            following = Some((now(), answer));
+            self.client.insert(client)
         };
         let taken = client.call(&Request::Hops, LIMIT)?;
         Ok(Answer {

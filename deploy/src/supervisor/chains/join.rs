@@ -286,10 +286,10 @@ impl Joiner {
 
     /// Looks again at hops whose messages were not known. After all components of a round.
     pub(super) fn add_early(&mut self, own: &[u32]) {
-        for hop in 0..self.stages.len() {
+        for (hop, own) in own.iter().enumerate() {
             let early = std::mem::take(&mut self.stages[hop].early);
             for noted in early {
-                self.add(hop, noted, own[hop]);
+                self.add(hop, noted, *own);
             }
         }
     }
@@ -367,12 +367,11 @@ impl Joiner {
 
     fn note(&mut self, code: &'static str, text: String, at: i64) {
         let mut known = self.conditions.iter_mut();
-        match known.find(|condition| condition.code == code) {
-            Some(condition) => condition.last = condition.last.max(at),
-            None => {
-                self.conditions.push(Condition { code, last: at });
-                self.changes.push(Change::Begun { code, text });
-            }
+        if let Some(condition) = known.find(|condition| condition.code == code) {
+            condition.last = condition.last.max(at);
+        } else {
+            self.conditions.push(Condition { code, last: at });
+            self.changes.push(Change::Begun { code, text });
         }
     }
 

@@ -12,7 +12,7 @@ fn an_invalid_request_is_rejected_with_the_allowed_form() {
         (error.code, error.message)
     };
     assert_eq!(error("hello"), (-32700, text("this is not JSON")));
-    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `lifecycle`, `stop`, `describe`, `clocks`, `tap`, `call`, `sample`";
+    let unknown = "unknown method `dance`; there are `status`, `parameters`, `parameters_set`, `parameters_save`, `period`, `emergency`, `fire`, `lifecycle`, `stop`, `describe`, `clocks`, `follow`, `hops`, `tap`, `call`, `sample`";
     assert_eq!(error(r#"{"method":"dance"}"#), (-32601, text(unknown)));
     assert_eq!(error("[]").0, -32601);
     for (line, message) in [
