@@ -197,7 +197,7 @@ mod tests {
             network: "robot".to_owned(),
             chains: vec![chain],
         };
-        expect_test::expect![[r#"
+        expect_test::expect![[r"
             chain brake: lidar.LaserPub.newScan → base.Base.stop
                 p50 21.2 ms, p99 60.0 ms, worst 131 ms (within 80.0 ms) ± 0.250 ms; data at most 140 ms old
                 100 begun, 97 complete, 2 late, 0 old; 99 % followed
@@ -206,7 +206,7 @@ mod tests {
                 hop                        p50   p99  worst    way  period   work  worst case
                 avoider.LaserPub.newScan  20.0  58.0    130  0.100    19.0  0.900        52.0  3 lost, 1 restarts
                 base.LaserPub.newScan
-        "#]].assert_eq(&report.to_string());
+        "]].assert_eq(&report.to_string());
         report.chains.clear();
         assert!(
             report
