@@ -5,9 +5,11 @@ use crate::element::NodeId;
 use crate::error::Error;
 use crate::names::{Named, Symbol};
 use graph_schema::COMPOSED_BY;
+use std::collections::HashSet;
 
 impl Edit {
-    /// Adds a node with these edges, and with the parts that its type is composed by: each part is
+    /// Adds a node with these edges, and with the parts that its type, or one that it inherits from, is
+    /// composed by: each part is
     /// the node of its type with the same edges, or a new one, and an edge `composed_by` leads to it.
     /// What is there already is taken, also the node itself, so that the graph is the same whatever
     /// it had before. Without edges, the node and all parts are new.
@@ -25,21 +27,26 @@ impl Edit {
         // A composite may have composites as parts. The language refuses circles of them.
         let mut left = vec![(whole, kind)];
         let mut rounds = 0;
+        // With edges, a type has one node, whatever has it as a part.
+        let mut seen = HashSet::from([whole]);
         while let Some((whole, kind)) = left.pop() {
             rounds += 1;
             if rounds > crate::edit::MOST_STEPS {
                 return Err(Error::TooLarge(crate::edit::MOST_STEPS));
             }
             let schema = std::sync::Arc::clone(self.next.schema());
-            let entity = schema.entity(self.next.text(kind));
-            for part in entity.into_iter().flat_map(|entity| &entity.parts) {
+            let own = self.next.text(kind).to_owned();
+            let types = schema.ancestry(&own).filter_map(|name| schema.entity(name));
+            for part in types.flat_map(|entity| &entity.parts) {
                 let kind = self.name(part);
                 let node = self.with_edges(kind, &edges)?;
                 let composed_by = self.name(COMPOSED_BY);
                 if self.next.out(whole, composed_by).all(|part| part != node) {
                     self.add_edge(composed_by, whole, node)?;
                 }
-                left.push((node, kind));
+                if seen.insert(node) {
+                    left.push((node, kind));
+                }
             }
         }
         Ok(whole)

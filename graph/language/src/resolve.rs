@@ -323,17 +323,19 @@ impl Resolver {
         }
     }
 
-    /// Whether `part` is `whole`, or is a part of it over others.
+    /// Whether `part` is `whole` or one of its ancestors, or is a part of it over others. Parts are
+    /// inherited.
     fn has_part(&self, whole: &str, part: &str) -> bool {
         let mut seen = std::collections::HashSet::new();
         let mut left = vec![whole];
         while let Some(name) = left.pop() {
-            if name == part {
+            if self.schema.is_a(name, part) {
                 return true;
             }
             if seen.insert(name) {
-                let parts = self.schema.entity(name).map(|entity| &entity.parts);
-                left.extend(parts.into_iter().flatten().map(String::as_str));
+                let types = self.schema.ancestry(name);
+                let parts = types.filter_map(|name| self.schema.entity(name));
+                left.extend(parts.flat_map(|entity| &entity.parts).map(String::as_str));
             }
         }
         false

@@ -23,6 +23,38 @@ pub(crate) struct Match {
     pub(crate) condition: Option<Expr>,
 }
 
+impl Match {
+    /// Makes a condition of each attribute of the pattern that depends on a variable: a pattern may be
+    /// found in an order in which the variable has no value yet, a condition waits for it.
+    pub(crate) fn free_properties(&mut self) {
+        let mut parts = Vec::new();
+        let mut free = |variable: usize, properties: &mut Vec<(Name, Expr)>| {
+            for (name, value) in properties.extract_if(.., |(_, value)| value.has_variable()) {
+                let own = Expr::Property(Box::new(Expr::Variable(variable)), name);
+                parts.push(Expr::Binary(
+                    Operator::Equal,
+                    Box::new(own),
+                    Box::new(value),
+                ));
+            }
+        };
+        for chain in &mut self.chains {
+            for node in &mut chain.nodes {
+                free(node.variable, &mut node.properties);
+            }
+            for edge in chain.edges.iter_mut().filter(|edge| edge.length.is_none()) {
+                free(edge.variable, &mut edge.properties);
+            }
+        }
+        for part in parts {
+            self.condition = Some(match self.condition.take() {
+                Some(condition) => Expr::Binary(Operator::And, Box::new(condition), Box::new(part)),
+                None => part,
+            });
+        }
+    }
+}
+
 /// Nodes, and the edges between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
@@ -157,6 +189,12 @@ impl Expr {
                 items.iter().for_each(|item| item.variables(all));
             }
         }
+    }
+
+    pub(crate) fn has_variable(&self) -> bool {
+        let mut variables = Vec::new();
+        self.variables(&mut variables);
+        !variables.is_empty()
     }
 
     pub(crate) fn has_aggregate(&self) -> bool {

@@ -164,11 +164,13 @@ impl Parser<'_> {
         } else {
             None
         };
-        Ok(Match {
+        let mut pattern = Match {
             optional,
             chains,
             condition,
-        })
+        };
+        pattern.free_properties();
+        Ok(pattern)
     }
 
     /// A condition, in which nothing is counted or summed.
@@ -284,8 +286,14 @@ impl Parser<'_> {
             if self.sign("*") {
                 length = Some(self.length(star)?);
             }
+            let begin = self.span();
             properties = self.properties()?;
             self.need("]")?;
+            if length.is_some() && properties.iter().any(|(_, value)| value.has_variable()) {
+                let message = "an attribute of the edges of a path cannot depend on a variable";
+                let diagnostic = Diagnostic::error("query-syntax", begin, message);
+                return Err(diagnostic.help("write a literal or a parameter"));
+            }
         }
         self.need("-")?;
         let forth = self.sign(">");

@@ -1,6 +1,7 @@
 //! MM05 of `RobMoSys` D3.2: a pose is one node or three, and the graph is the same afterwards.
 
 use graph_exchange::{Document, check, graph_json};
+use property_graph::schema::Entity;
 use property_graph::{Edit, Error, Graph, NodeId, Time};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::collections::HashMap;
@@ -96,4 +97,49 @@ fn parts_of_other_frames_are_not_taken() {
     assert_eq!(now.count_of_type("Position"), 2);
     let composed_by = now.symbol("composed_by").expect("a relation");
     assert_eq!(now.out(pose, composed_by).count(), 2);
+}
+
+/// Parts are inherited, and a part that many have is added once.
+#[test]
+fn shared_and_inherited_parts_are_added_once() {
+    const LEVELS: usize = 22;
+    let mut schema = graph_language::builtin("geometry.gdsl").expect("a schema");
+    let entity = |name: String, parent: &str, parts: Vec<String>| Entity {
+        name,
+        parent: Some(parent.to_owned()),
+        parts,
+        ..Entity::default()
+    };
+    let at = |level: usize, side: char| format!("Level{level}{side}");
+    for level in 0..LEVELS {
+        let parts = match level + 1 {
+            LEVELS => Vec::new(),
+            next => vec![at(next, 'a'), at(next, 'b')],
+        };
+        for side in ['a', 'b'] {
+            let made = entity(at(level, side), "GeometricRelation", parts.clone());
+            schema.entities.push(made);
+        }
+    }
+    let stamped = entity("StampedPose".to_owned(), "Pose", Vec::new());
+    schema.entities.push(stamped);
+    let graph = Graph::new(schema.into(), 1);
+    let made = graph.change(Time::ZERO, |edit| {
+        let frame = edit.add_node("Frame")?;
+        edit.set(frame, "name", "hand")?;
+        edit.compose("Level0a", &[("of", frame), ("with_respect_to", frame)])?;
+        let added = edit.snapshot().node_count();
+        edit.compose("StampedPose", &[("of", frame), ("with_respect_to", frame)])?;
+        Ok::<_, Error>(added)
+    });
+    // The frame, the first one, and two of each level below.
+    assert_eq!(made, Ok(2 + 2 * (LEVELS - 1)));
+    let now = graph.snapshot();
+    assert_eq!(
+        [
+            now.count_of_type("Position"),
+            now.count_of_type("Orientation")
+        ],
+        [1, 1]
+    );
 }

@@ -305,6 +305,8 @@ entity Other { };
 entity A : R { composed_by B, Aa; };
 entity B : R { composed_by A, Other; };
 entity C : R { composed_by A, A; };
+entity D : R { composed_by E; };
+entity E : D { };
 "#
         ),
         &expect![[r#"
@@ -312,6 +314,7 @@ entity C : R { composed_by A, A; };
             a.gdsl:8:28: error[circular-entities]: `B` is composed by itself
             a.gdsl:8:31: error[wrong-port]: port `part` of `composed_by` is for R, found Other
             a.gdsl:9:31: error[duplicate-member]: `A` is there twice
+            a.gdsl:10:28: error[circular-entities]: `D` is composed by itself
         "#]],
     );
 }

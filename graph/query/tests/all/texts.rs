@@ -116,6 +116,19 @@ fn queries_find_what_they_say() {
             "Ada; Bob",
         ),
         ("MATCH (p:Child) RETURN p", "(Bob:Child)"),
+        // Wherever the search begins, an attribute that depends on a variable waits for it.
+        (
+            "MATCH (a:Person)-[:in]->(r:Room), (b:Child {age: a.age}) RETURN a.name, b.name",
+            "Bob Bob",
+        ),
+        (
+            "MATCH (a:Person)-[:in]->(r:Room), (b {name: a.name}) RETURN b.name ORDER BY b.name",
+            "Ada; Bob; Eve",
+        ),
+        (
+            "MATCH (a:Child)-[:in]->(r:Room), (b)-[e:in {since: a.age - 7}]->(r) RETURN b.name",
+            "Ada",
+        ),
         (
             "MATCH (p:Person) RETURN count(*) AS all, count(p.age) AS known, avg(p.age) AS mean",
             "3 2 21.5",
@@ -196,6 +209,12 @@ fn refused(text: &str, open: bool) -> String {
     let (query, found) = Query::prepare(&sources, source, &schema(open));
     assert_eq!(query.is_none(), found.has_errors(), "{text}");
     render(&sources, &found, Format::Short)
+}
+
+#[test]
+fn attributes_of_a_path_depend_on_no_variable() {
+    let text = "MATCH (a)-[:next*1..2 {since: a.age}]->(b) RETURN b";
+    assert!(refused(text, true).contains("a literal or a parameter"));
 }
 
 #[test]
