@@ -22,7 +22,7 @@ const MOST_NUMBERS: usize = 20_000;
 const MOST_STEPS: usize = 20_000;
 
 /// What printed code has beside solvers, and functions and types that it names.
-const TAKEN: [&str; 11] = [
+const TAKEN: [&str; 24] = [
     "joints",
     "lower",
     "upper",
@@ -33,7 +33,21 @@ const TAKEN: [&str; 11] = [
     "NamedTuple",
     "Sequence",
     "Callable",
+    // Built-in functions and types of Python that printed code names.
+    "abs",
+    "bool",
+    "dict",
+    "enumerate",
+    "float",
+    "int",
     "list",
+    "max",
+    "min",
+    "object",
+    "range",
+    "sum",
+    "tuple",
+    "zip",
 ];
 
 /// The arguments of printed functions that have the numbers of joints.
@@ -484,5 +498,37 @@ impl<'r> Resolver<'r> {
             expressed: expressed_chain,
         };
         Some((described(&identifier(&name), doc, shape), computed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TAKEN;
+
+    /// A solver of this name would take the place of a function that the loops call.
+    #[test]
+    fn names_of_python_that_loops_use_are_taken() {
+        let text = include_str!("print/inverse.py");
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let mut seen = 0;
+        for (at, _) in text.match_indices(['(', '[']) {
+            let before = &text[..at];
+            let start = before.trim_end_matches(is_word).len();
+            let (around, name) = before.split_at(start);
+            let is_builtin = name.starts_with(|c: char| c.is_ascii_lowercase())
+                && !around.ends_with(['.', '_'])
+                && !around.ends_with("def ");
+            let is_called =
+                text[at..].starts_with('(') || ["list", "tuple", "dict"].contains(&name);
+            // The function of the solver is an argument.
+            if is_builtin && is_called && name != "motion" {
+                assert!(
+                    TAKEN.contains(&name) || rc_formula::is_reserved(name),
+                    "{name}"
+                );
+                seen += 1;
+            }
+        }
+        assert!(seen > 10, "{seen}");
     }
 }

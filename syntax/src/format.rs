@@ -152,6 +152,10 @@ fn code_token(rest: &str) -> (TokenKind, usize) {
         }
         end += 1;
     }
+    // The language, which is a word to people.
+    if end == 1 && matches!(bytes[0], b'c' | b'C') && rest[end..].starts_with("++") {
+        end = 3;
+    }
     (TokenKind::Word, end)
 }
 

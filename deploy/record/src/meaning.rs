@@ -18,7 +18,7 @@ pub struct Converter {
     name: String,
     views: Vec<View>,
     /// How structures change, by the view and the name of the structure.
-    known: Mutex<BTreeMap<(usize, String), Arc<Change>>>,
+    known: Mutex<Known>,
 }
 
 /// A prototype that converts into the wanted one.
@@ -33,7 +33,15 @@ struct View {
     to: Vec<(String, Primitive, Option<String>)>,
     /// The member whose elements are values.
     sequence: Option<String>,
+    /// A member that the result does not have.
+    dropped: Option<String>,
 }
+
+/// How types change, by view and address of the type.
+type Known = BTreeMap<(usize, usize), (Arc<Struct>, Arc<Change>)>;
+
+/// The most types of which this is known at a time.
+const MOST_KNOWN: usize = 4096;
 
 /// Which names the members of a prototype have in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -303,10 +311,14 @@ impl Converter {
         naming: Naming,
         ty: &Arc<Struct>,
     ) -> Result<Arc<Change>, RecordError> {
-        let key = (at, ty.name.clone());
+        // Channels of one recording may have different types of one name. The kept type holds its address.
+        let key = (at, Arc::as_ptr(ty).addr());
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(change) = known.get(&key) {
+        if let Some((_, change)) = known.get(&key) {
             return Ok(Arc::clone(change));
+        }
+        if known.len() >= MOST_KNOWN {
+            known.clear();
         }
         let view = &self.views[at];
         let paths: Vec<Vec<String>> = view.from.iter().map(|path| named(path, naming)).collect();
@@ -325,13 +337,15 @@ impl Converter {
             (named(path, naming), leaf)
         });
         let fields = fields(leaves.collect());
-        let (ty, slots) = merged(ty, &[], &paths.into_iter().collect(), fields);
+        let dropped = view.dropped.iter().map(|path| named(path, naming));
+        let sources = paths.into_iter().chain(dropped).collect();
+        let (made, slots) = merged(ty, &[], &sources, fields);
         let change = Arc::new(Change {
             inputs,
-            ty: Arc::new(ty),
+            ty: Arc::new(made),
             slots,
         });
-        known.insert(key, Arc::clone(&change));
+        known.insert(key, (Arc::clone(ty), Arc::clone(&change)));
         Ok(change)
     }
 }
@@ -384,6 +398,12 @@ fn view(
         to: to.chain(their_spread).collect(),
         program: plan.program,
         sequence: own.sequence.clone(),
+        // It would stay in axes and units that the rest has no more.
+        dropped: own
+            .covariance
+            .as_ref()
+            .filter(|_| spread == 0)
+            .map(|of| of.member.clone()),
     })
 }
 

@@ -368,7 +368,7 @@ impl Spoiled {
             1 => with("periods 1s;"),
             2 => with("Communications { };"),
             3 => with("language fortran;"),
-            4 => text.replacen("Rust", "cpp", 1).into_bytes(),
+            4 => text.replacen("Rust", "ada", 1).into_bytes(),
             5 => text.replacen("Rust", "Rsut", 1).into_bytes(),
             6 => format!("import \"Missing.idsl\"; {text}").into_bytes(),
             7 => {
