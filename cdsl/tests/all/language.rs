@@ -238,7 +238,7 @@ fn syntax_errors_in_communications() {
             c.cdsl:3:1: error[unknown-communication]: expected a communication clause, found `provides` (did you mean `implements`? expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
             c.cdsl:4:1: error[unknown-communication]: expected a communication clause, found `implement` (did you mean `implements`? expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
             c.cdsl:5:12: error[syntax-error]: expected a name, found `;`
-            c.cdsl:6:16: error[syntax-error]: expected `(`, `,`, `;`, `[` or `{`, found `LaserPub`
+            c.cdsl:6:16: error[syntax-error]: expected `(`, `,`, `;`, `[`, `as` or `{`, found `LaserPub`
             c.cdsl:7:20: error[syntax-error]: expected a name, found `;`
             c.cdsl:8:23: error[unknown-middleware]: unknown middleware `iceoryx` (did you mean `iceoryx2`?)
             c.cdsl:9:1: error[unknown-communication]: expected a communication clause, found `Laser` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
@@ -313,8 +313,8 @@ fn syntax_errors_in_clauses() {
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
-            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
-            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
         "#]],
     );
     check(
@@ -590,7 +590,7 @@ fn optional_slots() {
         &expect![[r#"
             c.cdsl:3:18: error[optional-provider]: a slot that implements its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
             c.cdsl:3:55: error[optional-provider]: a slot that publishes its interface is always optional (remove `optional`: it is for slots that require or subscribe, whose peer may be missing)
-            c.cdsl:3:83: error[syntax-error]: expected `(`, `,`, `;`, `[` or `{`, found `Laser`
+            c.cdsl:3:83: error[syntax-error]: expected `(`, `,`, `;`, `[`, `as` or `{`, found `Laser`
         "#]],
     );
 }

@@ -7,6 +7,9 @@ use std::collections::HashSet;
 /// The most names that a wrong one is compared with.
 const MOST_CANDIDATES: usize = 1_000;
 
+/// How many candidates a message lists: the clauses of a component are the longest list.
+const MOST_LISTED: usize = 13;
+
 /// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -144,7 +147,7 @@ impl Diagnostic {
         if near.is_some() {
             return self.did_you_mean(name, near);
         }
-        if candidates.is_empty() || candidates.len() > 12 {
+        if candidates.is_empty() || candidates.len() > MOST_LISTED {
             return self;
         }
         let list: Vec<String> = candidates.iter().map(|c| format!("`{c}`")).collect();
