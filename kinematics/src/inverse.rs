@@ -85,7 +85,7 @@ pub struct RateLimits {
     pub upper: Vec<f64>,
     /// The greatest speeds; infinite where the robot says none.
     pub fastest: Vec<f64>,
-    /// How long velocities last, in s: no joint passes a limit meanwhile.
+    /// How long velocities last, in s: no joint that moves on its own passes a limit meanwhile.
     pub period: f64,
 }
 
