@@ -41,6 +41,9 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     if component.viewer.is_some() {
         refuse(found, language, "a window of InnerModel");
     }
+    for (file, _) in &component.kinematics {
+        refuse(found, file.span, "solvers of kinematics");
+    }
 }
 
 fn refuse(found: &mut Diagnostics, place: rc_diagnostics::Span, what: &str) {

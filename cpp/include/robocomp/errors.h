@@ -75,7 +75,8 @@ class WrongThread final : public Ice::Exception { using Ice::Exception::Exceptio
 // A function of the worker that failed: the component runs on, and counts it. The same holds for every
 // other exception.
 class WorkerError final : public Ice::Exception { using Ice::Exception::Exception; };
-// A worker throws it to bring its component into the state Emergency.
+// A worker throws it to bring its component into the state Emergency. From a handler, it only refuses
+// the request.
 class Emergency final : public Ice::Exception { using Ice::Exception::Exception; };
 // A worker throws it to end its component with exit code 3.
 class Fatal final : public Ice::Exception { using Ice::Exception::Exception; };

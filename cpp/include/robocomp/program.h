@@ -5,6 +5,7 @@
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <array>
 #include <csignal>
@@ -77,8 +78,14 @@ inline void print_stack() {
 }
 
 // Prints where a signal of the processor came from. What it calls is not meant for handlers of
-// signals, but the process ends anyway, and its supervisor kills one that hangs.
+// signals, and may hang, as in an allocation that was interrupted: then the alarm ends the process.
 inline void crashed(int signal) {
+  std::signal(SIGALRM, SIG_DFL);
+  sigset_t alarms;
+  sigemptyset(&alarms);
+  sigaddset(&alarms, SIGALRM);
+  pthread_sigmask(SIG_UNBLOCK, &alarms, nullptr);
+  alarm(2);
   std::fprintf(stderr, "error: the worker crashed: %s\n", strsignal(signal));
   print_stack();
   std::raise(signal);
@@ -205,7 +212,8 @@ template <class Specific>
 int run(const std::string& description, const std::string& folder, int count,
         const char* const* arguments) {
   static_assert(std::is_base_of_v<Worker, Specific>, "a worker inherits from GenericWorker");
-  return Program<Specific>().run(description, folder, count - 1, arguments + 1);
+  return Program<Specific>().run(description, folder, count > 0 ? count - 1 : 0,
+                                 count > 0 ? arguments + 1 : arguments);
 }
 
 }  // namespace rc

@@ -11,7 +11,7 @@ use rc_vocabulary::Middlewares;
 use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// The crate of the library, its folder in the framework, and its file.
 pub(crate) const CRATE: &str = "rc-cpp";
@@ -155,7 +155,8 @@ impl Program {
     }
 
     fn run(&self, mut command: Command) -> Result<(), Error> {
-        let status = command.status();
+        // It asks nothing.
+        let status = command.stdin(Stdio::null()).status();
         let status = status.map_err(cannot("start cmake".to_owned()))?;
         if status.success() {
             return Ok(());
