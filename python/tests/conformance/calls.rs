@@ -142,11 +142,15 @@ fn answer(header: Header, body: &[u8], reply: &mut dyn Reply) {
 }
 
 /// Serves until `ends`, or until a request waits after it `dies`.
-fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool) {
+fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool, idle: &AtomicBool) {
     while !ends.load(Ordering::Relaxed) {
         let woken = wait(&[server.descriptor()], LOOK) != 0;
-        if woken && dies.load(Ordering::Relaxed) {
-            return;
+        if dies.load(Ordering::Relaxed) {
+            // What woke it for an earlier call is over when nothing wakes it.
+            if woken && idle.load(Ordering::Relaxed) {
+                return;
+            }
+            idle.fetch_or(!woken, Ordering::Relaxed);
         }
         server.acknowledge(woken);
         while server.serve(&mut answer).expect("to serve") {}
@@ -159,14 +163,14 @@ pub(crate) fn calls_are_made(other: &OtherEnd) {
     let mut client = client(other, &*backend);
     let mut mirrored = |number| client.mirrored(number).expect("an answer");
     assert_eq!(mirrored(SOME), "NoServer");
-    let (ends, dies) = (AtomicBool::new(false), AtomicBool::new(false));
+    let [ends, dies, idle] = [(); 3].map(|()| AtomicBool::new(false));
     std::thread::scope(|scope| {
         scope.spawn(|| {
             let backend = other.network.join("mirror");
             let slot = &other.package;
             let endpoint = other.network.calls(slot, "Mirror", mirror::OPERATIONS);
             let mut server = backend.server(&endpoint).expect("a server");
-            serve(&mut *server, &ends, &dies);
+            serve(&mut *server, &ends, &dies, &idle);
         });
         let _stop = Stop(&ends);
         until("the component finds the mirror", || {
@@ -185,6 +189,7 @@ pub(crate) fn calls_are_made(other: &OtherEnd) {
         // A late reply is none to the next call.
         assert_eq!(mirrored(MOST), "");
         dies.store(true, Ordering::Relaxed);
+        until("the mirror is idle", || idle.load(Ordering::Relaxed));
         assert_eq!(mirrored(MOST), "ServerDied");
     });
     until("the mirror is gone", || mirrored(SOME) == "NoServer");
