@@ -8,6 +8,7 @@
 
 pub mod cargo_workspace;
 mod collisions;
+mod component_names;
 pub mod configuration;
 mod cpp;
 pub mod dependencies;
@@ -18,6 +19,7 @@ pub mod generate;
 pub mod generation;
 mod generator;
 pub mod interface_crate;
+mod kinematics;
 pub mod load;
 mod machine_names;
 mod markdown;

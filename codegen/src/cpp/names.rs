@@ -1,6 +1,7 @@
 //! How names of the description languages become names of C++: they stay as they are, as
 //! RoboComp's generated headers have them. Words of C++ get the prefix that Ice gives them.
 
+use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
 
@@ -157,17 +158,11 @@ pub(crate) fn component(name: &str) -> Result<(), &'static str> {
         "src",
         "test",
     ];
-    let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        Err("it must begin with a letter")
-    } else if !name.chars().all(follows) {
-        Err("it must consist of letters, digits and `_`")
-    } else if name.len() > 64 {
-        Err("it is longer than 64 characters")
-    } else if is_word(name) {
+    component_names::fits(name)?;
+    if is_word(name) {
         Err("it is a word of C++")
     } else if TAKEN.contains(&name) {
-        Err("cmake has a target of this name")
+        Err("cmake has a target of this name, or a component a folder")
     } else {
         Ok(())
     }

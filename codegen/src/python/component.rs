@@ -6,6 +6,7 @@ use super::machine::{self, Machine};
 use super::parameters::{self, Parameters};
 use super::testing::{self, Testing};
 use super::{documentation, handlers, layout, names};
+use crate::kinematics::Kinematics;
 use crate::view;
 use crate::view::library::Kind;
 use handlers::Handler;
@@ -187,25 +188,6 @@ impl Component<'_> {
     }
 }
 
-/// The solvers of a robot in Python.
-#[derive(Debug, Serialize)]
-pub(crate) struct Kinematics<'a> {
-    pub(crate) field: String,
-    robot: &'a str,
-    #[serde(skip)]
-    pub(crate) text: &'a str,
-}
-
-impl<'a> Kinematics<'a> {
-    fn of(view: &'a view::component::Kinematics) -> Self {
-        Self {
-            field: names::snake(&view.name),
-            robot: &view.robot,
-            text: &view.python,
-        }
-    }
-}
-
 fn sorted<'a>(stems: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut stems: Vec<&str> = stems.collect();
     stems.sort_unstable();
@@ -256,7 +238,11 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         types: modules,
         interfaces,
         parameters: view.parameters.as_ref().map(parameters::of),
-        kinematics: view.kinematics.iter().map(Kinematics::of).collect(),
+        kinematics: view
+            .kinematics
+            .iter()
+            .map(|one| Kinematics::of(one, names::snake(&one.name), &one.python))
+            .collect(),
         machine,
         imports,
         exports,

@@ -4,6 +4,7 @@
 //! `snake_case`. Keywords of Python and names that generated code uses itself get a `_` at the end.
 //! The wire keeps the names of the IDSL.
 
+use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
 use rc_python_names::{BUILTINS, KEYWORDS, clear, plain};
@@ -120,14 +121,8 @@ pub(super) fn hides_module(stem: &str) -> bool {
 /// The reason for which it cannot.
 pub(crate) fn component(name: &str) -> Result<(), &'static str> {
     let package = package(name);
-    let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        Err("it must begin with a letter")
-    } else if !name.chars().all(follows) {
-        Err("it must consist of letters, digits and `_`")
-    } else if name.len() > 64 {
-        Err("it is longer than 64 characters")
-    } else if KEYWORDS.contains(&package.as_str()) || KEYWORDS.contains(&name) {
+    component_names::fits(name)?;
+    if KEYWORDS.contains(&package.as_str()) || KEYWORDS.contains(&name) {
         Err("it is a word of Python")
     } else if STANDARD.lines().any(|module| module == package) {
         Err("Python has a module of this name")

@@ -8,6 +8,7 @@ use super::names;
 use super::operation_names::{answer_name, error_name};
 use super::worker;
 use super::{parameters, qos, shapes, testing, types};
+use crate::kinematics::Kinematics;
 use crate::view;
 use crate::view::component::Time;
 use crate::view::library::Interface;
@@ -265,7 +266,11 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: type_modules(view, &exports),
         interface_modules: interface_modules(view, &exports),
         parameters: view.parameters.as_ref().map(parameters::of),
-        kinematics: view.kinematics.iter().map(Kinematics::of).collect(),
+        kinematics: view
+            .kinematics
+            .iter()
+            .map(|one| Kinematics::of(one, names::snake(&one.name), &one.rust))
+            .collect(),
         machine: view.machine.as_ref().map(machine::of),
         more_traits: more_traits(view, &mut asynchronous),
         reexports: reexports(view, &slots, &traits, &asynchronous),
@@ -282,25 +287,6 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         handlers,
         slots,
         traits,
-    }
-}
-
-/// The solvers of a robot in Rust.
-#[derive(Debug, Serialize)]
-pub(crate) struct Kinematics<'a> {
-    pub(crate) field: String,
-    robot: &'a str,
-    #[serde(skip)]
-    pub(crate) text: &'a str,
-}
-
-impl<'a> Kinematics<'a> {
-    fn of(view: &'a view::component::Kinematics) -> Self {
-        Self {
-            field: names::snake(&view.name),
-            robot: &view.robot,
-            text: &view.rust,
-        }
     }
 }
 

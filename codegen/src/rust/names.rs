@@ -4,6 +4,7 @@
 //! Rust and names that generated code uses itself get a `_` at the end. The wire keeps the names of
 //! the IDSL.
 
+use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
 use std::collections::BTreeSet;
@@ -166,14 +167,8 @@ const PACKAGES: [(&str, &str); 11] = [
 /// The reason for which it cannot.
 pub fn component(name: &str) -> Result<(), &'static str> {
     let package = package(name);
-    let follows = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        Err("it must begin with a letter")
-    } else if !name.chars().all(follows) {
-        Err("it must consist of letters, digits and `_`")
-    } else if name.len() > 64 {
-        Err("it is longer than 64 characters")
-    } else if WORDS.contains(&package.as_str()) || WORDS.contains(&name) {
+    component_names::fits(name)?;
+    if WORDS.contains(&package.as_str()) || WORDS.contains(&name) {
         Err("it is a word of Rust")
     } else if package.starts_with("rc_") {
         Err("crates of this project begin with `rc_`")

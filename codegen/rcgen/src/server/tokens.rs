@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// The kinds of words, in the order in which the protocol numbers them here.
-pub(super) const KINDS: [&str; 15] = [
+pub(super) const KINDS: [&str; 14] = [
     "namespace",
     "type",
     "enumMember",
@@ -25,7 +25,6 @@ pub(super) const KINDS: [&str; 15] = [
     "number",
     "comment",
     "decorator",
-    "macro",
 ];
 
 /// The modifiers, in their order.

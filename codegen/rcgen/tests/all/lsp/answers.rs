@@ -168,7 +168,6 @@ fn each_word_has_its_colour() {
         "number",
         "comment",
         "decorator",
-        "macro",
     ];
     for file in ALL {
         let answer = session.of_file("semanticTokens/full", file);
