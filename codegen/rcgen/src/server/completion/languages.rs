@@ -1,8 +1,8 @@
 //! Suggestions in interfaces, components, networks and parameters.
 
 use super::{
-    FILE, FileLoader, INSIDE, INTERFACE, Item, Kind, Loader, Names, PROPERTY, Path, STATEMENTS,
-    STRUCT, Server, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths, words,
+    FILE, FileLoader, INSIDE, INTERFACE, Item, Kind, Loader, Names, PROPERTY, Path, PathBuf,
+    STATEMENTS, STRUCT, Server, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths, words,
 };
 use crate::server::context::Context;
 use rc_cdsl::model::Role;
@@ -189,11 +189,16 @@ impl Server {
     /// All interfaces of the workspace, and those that come with the program; one that is not imported
     /// brings its import along.
     fn interfaces(&self, target: &Target<'_>) -> Vec<Item> {
-        let imported = target.names.imported();
         let loader = FileLoader::new(&self.include);
+        // The names of the file may be those of an earlier text, which imported something else.
+        let imported = imports_in(target.text);
+        let found = imported
+            .iter()
+            .filter_map(|name| loader.find(target.path, name, "idsl").ok());
+        let imported_files: Vec<PathBuf> = found.map(|found| key(&found.path)).collect();
         let mut items = Vec::new();
         for (path, names) in self.files("idsl") {
-            let known = imported.iter().any(|symbol| symbol.file == *path);
+            let known = imported_files.contains(path);
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let own = target.path.parent().unwrap_or(Path::new(""));
             // By its name alone, if that leads to it.
@@ -209,7 +214,7 @@ impl Server {
             }
         }
         for (file, text) in load::all_shipped() {
-            let imported = target.text.contains(&format!("\"{file}\""));
+            let known = imported.contains(&file);
             let mut sources = SourceMap::new();
             let source = sources.add(file, text);
             let (parsed, _) = rc_idsl::parse(&sources, source);
@@ -221,7 +226,7 @@ impl Server {
                 doc.push("It comes with this program.".to_owned());
                 let item = Item::new(INTERFACE, name.as_str(), doc.join("\n"));
                 items.push(Item {
-                    import: (!imported).then(|| import_of(target.text, file)),
+                    import: (!known).then(|| import_of(target.text, file)),
                     detail: format!("interface {name}"),
                     ..item
                 });
@@ -296,6 +301,15 @@ impl Server {
             _ => Vec::new(),
         }
     }
+}
+
+/// The files that a text imports, as it writes them.
+fn imports_in(text: &str) -> Vec<&str> {
+    let tokens = rc_syntax::tokens(text);
+    let imports = tokens
+        .windows(2)
+        .filter(|two| two[0].text.eq_ignore_ascii_case("import"));
+    imports.map(|two| two[1].text.trim_matches('"')).collect()
 }
 
 /// The edit that imports a file: behind the last import and a comment of its line, or before the

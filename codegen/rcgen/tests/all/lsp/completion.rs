@@ -173,6 +173,11 @@ fn an_interface_brings_its_import_along() {
     let file = "brain/brain.cdsl";
     let text =
         "// The brain.\nComponent brain\n{\n    Communications\n    {\n        requires Gr▮\n";
+    // The names of the whole text are known, which imports `Grip`.
+    session.editor.ask(
+        "textDocument/documentSymbol",
+        &json!({ "textDocument": { "uri": session.editor.uri(file) } }),
+    );
     session.editor.change(file, &text.replace(CURSOR, ""));
     let answer = session.editor.ask(
         "textDocument/completion",
