@@ -10,6 +10,7 @@ use super::{Export, Machine, Part, Source, seconds, time};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_deploy_network::plan::{Component, Policy};
+use rc_deploy_network::process_name;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -40,8 +41,8 @@ pub(super) fn files(source: &Source<'_>) -> Export {
             ));
         }
     }
-    if source.parts().any(|part| part.component.priority.is_some()) {
-        notes.push("real-time priorities are set by `chrt`, which the image needs, within the limit `rtprio`".to_owned());
+    if source.parts().any(|part| part.highest_priority().is_some()) {
+        notes.push("real-time priorities of processes are set by `chrt`, which the image needs, within the limit `rtprio`".to_owned());
     }
     if source
         .parts()
@@ -146,7 +147,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     if !part.needs.is_empty() {
         let all = part.needs.iter().fold(Map::default(), |all, need| {
             all.with(
-                &need.replace('.', "-"),
+                &process_name(&need.component.name),
                 Map::default().with("condition", "service_healthy"),
             )
         });
@@ -177,7 +178,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
         let all: Vec<String> = component.cpu.iter().map(u16::to_string).collect();
         out = out.with("cpuset", all.join(","));
     }
-    if let Some(priority) = component.priority {
+    if let Some(priority) = part.highest_priority() {
         out = out.with(
             "ulimits",
             Map::default().with("rtprio", u64::from(priority)),

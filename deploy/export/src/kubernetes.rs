@@ -1,4 +1,4 @@
-//! Kubernetes manifests: one Pod for each component, so that each has its own policy. All Pods of a
+//! Kubernetes manifests: one Pod for each process, so that each has its own policy. All Pods of a
 //! machine run on one node and share /dev/shm, which iceoryx2 needs, and which contains the run
 //! directory for `--probe`.
 //!
@@ -62,8 +62,8 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
             ));
         }
     }
-    if source.parts().any(|part| part.component.priority.is_some()) {
-        notes.push("real-time priorities are set by `chrt`, which the image needs, and as root with CAP_SYS_NICE: so all Pods run as root".to_owned());
+    if source.parts().any(|part| part.highest_priority().is_some()) {
+        notes.push("real-time priorities of processes are set by `chrt`, which the image needs, and as root with CAP_SYS_NICE: so all Pods run as root".to_owned());
     }
     if source.parts().any(|part| !part.component.cpu.is_empty()) {
         notes.push("processors are chosen by `taskset`, which the image needs; the scheduler of Kubernetes knows nothing of it".to_owned());
@@ -111,7 +111,8 @@ fn images(source: &Source<'_>, name: &str) -> Vec<(PathBuf, dockerfile::Image)> 
 
 /// The user of all Pods. Real-time priorities need root.
 fn user(source: &Source<'_>) -> u64 {
-    let urgent = source.parts().any(|part| part.component.priority.is_some());
+    let mut parts = source.parts();
+    let urgent = parts.any(|part| part.highest_priority().is_some());
     if urgent { 0 } else { 1000 }
 }
 
@@ -271,23 +272,18 @@ fn pod(source: &Source<'_>, machine: &Machine<'_>, part: &Part<'_>) -> Map {
             .with("runAsGroup", user),
     );
     out = out.with("terminationGracePeriodSeconds", seconds(component.stop));
-    let waits: Vec<Map> = part
-        .needs
-        .iter()
-        .enumerate()
-        .map(|(at, need)| {
-            let mut command = part.probe(source.network);
-            if let Some(name) = command.last_mut() {
-                *name = need.replace('.', "-");
-            }
-            command.extend(["--wait".to_owned(), WAIT.to_owned()]);
-            container(source, &format!("wait-{}", at + 1)).with("command", literals(&command))
-        })
-        .collect();
+    let needed = part.needs.iter().flat_map(|need| &need.probed);
+    let waits = needed.enumerate().map(|(at, need)| {
+        let mut command = part.probe_other(source.network, &need.name);
+        command.extend(["--wait".to_owned(), WAIT.to_owned()]);
+        container(source, &format!("wait-{}", at + 1)).with("command", literals(&command))
+    });
+    let waits: Vec<Map> = waits.collect();
     if !waits.is_empty() {
-        let all: Vec<&str> = part.needs.clone();
+        let needs = part.needs.iter().map(|need| need.component.name.as_str());
+        let needs: Vec<&str> = needs.collect();
         out = out.commented(
-            &format!("after {}", all.join(", ")),
+            &format!("after {}", needs.join(", ")),
             "initContainers",
             waits,
         );
@@ -358,7 +354,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
     if !env.is_empty() {
         out = out.with("env", env);
     }
-    if component.priority.is_some() {
+    if part.highest_priority().is_some() {
         let add = Map::default().with("add", vec!["SYS_NICE"]);
         out = out.with("securityContext", Map::default().with("capabilities", add));
     }

@@ -6,9 +6,11 @@
 mod compose;
 mod dockerfile;
 mod kubernetes;
+mod processes;
 mod systemd;
 mod yaml;
 
+use processes::{Probed, Process};
 use rc_cdsl::model::Middleware;
 use rc_codegen::Files;
 use rc_ddsl::model::Host;
@@ -56,21 +58,25 @@ pub struct Export {
     pub notes: Vec<String>,
 }
 
-/// A machine and its components.
+/// A machine and its processes.
 struct Machine<'n> {
     /// `None`: the machine of rcdeploy.
     host: Option<&'n Host>,
     parts: Vec<Part<'n>>,
 }
 
-/// A component of an export.
+/// A process of an export: a component of its own, or several.
 struct Part<'n> {
     component: &'n Component,
     /// `arm-left-motor`.
     name: String,
-    /// The components that must be ready first: of the same machine, and of others.
-    needs: Vec<&'n str>,
-    needs_elsewhere: Vec<&'n str>,
+    /// The components that it is probed by.
+    probed: &'n [Probed],
+    /// The highest priority that a thread sets for itself.
+    thread_priority: Option<u8>,
+    /// The processes that must be ready first: of the same machine, and of others.
+    needs: Vec<&'n Process>,
+    needs_elsewhere: Vec<&'n Process>,
     /// The groups that it is in, from outside to inside.
     groups: Vec<String>,
     /// Configuration, and the files that its parameters name.
@@ -109,6 +115,7 @@ pub fn export(
     for managed in components.filter(|component| component.managed) {
         managed.args.push("--active".to_owned());
     }
+    let processes = processes::all(&plan);
     let source = Source {
         network: network.name(),
         file: network
@@ -119,7 +126,7 @@ pub fn export(
             .into_owned(),
         image,
         user,
-        machines: machines(network, &plan),
+        machines: machines(network, &plan, &processes),
         has_ring: plan.ring.is_some(),
     };
     for part in source.parts() {
@@ -136,46 +143,42 @@ pub fn export(
     Ok(export)
 }
 
-fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
-    let needs = plan.needs();
+fn machines<'n>(network: &'n Network, plan: &Plan, processes: &'n [Process]) -> Vec<Machine<'n>> {
     let deployment = &network.deployment;
-    let hosts: Vec<Option<&Host>> = deployment
-        .instances
-        .iter()
-        .map(|i| deployment.remote_host(i))
-        .collect();
-    let names: Vec<Option<&str>> = hosts
-        .iter()
-        .map(|h| h.map(|h| h.name.text.as_str()))
-        .collect();
-    let mut machines: Vec<Machine<'n>> = Vec::new();
     // The plan has the components in the order of the deployment.
-    for (at, (component, instance)) in plan
-        .components
-        .iter()
-        .zip(&deployment.instances)
-        .enumerate()
-    {
-        let (here, elsewhere): (Vec<usize>, Vec<usize>) = needs[at]
+    let first = |process: &Process| &deployment.instances[process.members[0]];
+    let hosts = processes.iter().map(first);
+    let hosts: Vec<Option<&Host>> = hosts.map(|of| deployment.remote_host(of)).collect();
+    let names = hosts.iter().map(|host| host.map(|h| h.name.text.as_str()));
+    let names: Vec<Option<&str>> = names.collect();
+    let mut machines: Vec<Machine<'n>> = Vec::new();
+    for (at, process) in processes.iter().enumerate() {
+        let (here, elsewhere): (Vec<usize>, Vec<usize>) = process
+            .needs
             .iter()
             .partition(|need| names[**need] == names[at]);
-        let name = |need: usize| plan.components[need].name.as_str();
-        let groups = deployment
-            .enclosing(instance.group)
-            .map(|group| process_name(&deployment.groups[group].path));
-        let mut groups: Vec<String> = groups.collect();
-        groups.reverse();
-        let chosen = network.middlewares_of(at);
+        let needed = |needs: Vec<usize>| needs.into_iter().map(|need| &processes[need]).collect();
+        let uses = |middleware| {
+            let mut members = process.members.iter();
+            members.any(|member| network.middlewares_of(*member).contains(&middleware))
+        };
+        let members = process.members.iter();
+        let files: BTreeSet<PathBuf> = members
+            .flat_map(|member| network.files(*member, &plan.components[*member]))
+            .collect();
         let part = Part {
-            component,
-            name: process_name(&component.name),
-            needs: here.into_iter().map(name).collect(),
-            needs_elsewhere: elsewhere.into_iter().map(name).collect(),
-            groups,
-            files: network.files(at, component),
-            memory: chosen.contains(&Middleware::Iceoryx2),
-            dds: chosen.contains(&Middleware::Dds),
-            language: network.projects[at]
+            component: &process.component,
+            name: process_name(&process.component.name),
+            probed: &process.probed,
+            thread_priority: process.thread_priority,
+            needs: needed(here),
+            needs_elsewhere: needed(elsewhere),
+            groups: groups(network, process),
+            files: files.into_iter().collect(),
+            memory: uses(Middleware::Iceoryx2),
+            dds: uses(Middleware::Dds),
+            // All components of a process of several ones are in Rust.
+            language: network.projects[process.members[0]]
                 .as_deref()
                 .and_then(rc_codegen::Project::language),
         };
@@ -190,6 +193,24 @@ fn machines<'n>(network: &'n Network, plan: &'n Plan) -> Vec<Machine<'n>> {
         }
     }
     machines
+}
+
+/// The groups that all components of a process are in, from outside to inside.
+fn groups(network: &Network, process: &Process) -> Vec<String> {
+    let deployment = &network.deployment;
+    let of_each = process.members.iter().map(|at| {
+        let groups = deployment.enclosing(deployment.instances[*at].group);
+        let groups = groups.map(|group| process_name(&deployment.groups[group].path));
+        let mut groups: Vec<String> = groups.collect();
+        groups.reverse();
+        groups
+    });
+    let common = of_each.reduce(|all, other| {
+        let both = all.into_iter().zip(other);
+        let both = both.take_while(|(one, other)| one == other);
+        both.map(|(group, _)| group).collect()
+    });
+    common.unwrap_or_default()
 }
 
 impl Source<'_> {
@@ -214,7 +235,13 @@ impl Source<'_> {
         for part in self.parts() {
             for need in &part.needs_elsewhere {
                 notes.push(format!(
-                    "{} is to start after {need}, which runs on another machine: it does not wait there",
+                    "{} is to start after {}, which runs on another machine: it does not wait there",
+                    part.component.name, need.component.name
+                ));
+            }
+            if part.component.thread.is_some() {
+                notes.push(format!(
+                    "{} is a process of several components: the lines of all are in one log, each with its component's name",
                     part.component.name
                 ));
             }
@@ -245,14 +272,28 @@ impl Source<'_> {
 }
 
 impl Part<'_> {
-    /// The command that probes a running component.
+    /// The command that probes the running components of this process.
     fn probe(&self, network: &str) -> Vec<String> {
+        let mut command = vec![self.component.executable.to_string_lossy().into_owned()];
+        for probed in self.probed {
+            command.extend(probe(network, probed.word.as_deref(), &probed.name));
+        }
+        command
+    }
+
+    /// The command that probes one component of another process.
+    fn probe_other(&self, network: &str, name: &str) -> Vec<String> {
+        let word = self.probed.first().and_then(|own| own.word.as_deref());
         let program = self.component.executable.to_string_lossy().into_owned();
-        let words = ["--probe", "--network", network, "--name", &self.name];
         [program]
             .into_iter()
-            .chain(words.map(str::to_owned))
+            .chain(probe(network, word, name))
             .collect()
+    }
+
+    /// The highest real-time priority in this process.
+    fn highest_priority(&self) -> Option<u8> {
+        self.component.priority.max(self.thread_priority)
     }
 
     /// Refuses components in Python and C++ in a container: what lies beside their programs is in no
@@ -275,16 +316,8 @@ impl Part<'_> {
         ))
     }
 
-    /// Refuses threads, and paths that are not text or contain control characters: no format can
-    /// hold them.
+    /// Refuses paths that are not text or contain control characters: no format can hold them.
     fn check(&self) -> Result<(), String> {
-        if let Some(thread) = &self.component.thread {
-            return Err(format!(
-                "`{}` is a thread of process `{}`, and an export starts one process for each component: the supervisor of rcdeploy \
-                 gives each thread its link and its log; leave `process` out, or start the network by `rcdeploy up`",
-                self.component.name, thread.process
-            ));
-        }
         for path in [&self.component.executable, &self.component.directory] {
             let text = path
                 .to_str()
@@ -299,6 +332,14 @@ impl Part<'_> {
         }
         Ok(())
     }
+}
+
+/// The arguments that probe a component; `word` is the name by which the program of a process of
+/// several components knows one of its own, which does it.
+fn probe(network: &str, word: Option<&str>, name: &str) -> Vec<String> {
+    let member = word.iter().flat_map(|word| ["--member", word]);
+    let probe = ["--probe", "--network", network, "--name", name];
+    member.chain(probe).map(str::to_owned).collect()
 }
 
 /// A time in the syntax of systemd and Compose.

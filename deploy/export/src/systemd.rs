@@ -1,4 +1,4 @@
-//! systemd units: a service for each component, a target for each group and for the network.
+//! systemd units: a service for each process, a target for each group and for the network.
 //!
 //! - `After=` and `Wants=`: a component starts when those that it needs have reported that they are
 //!   ready (`Type=notify`). Not `Requires=`, with which a restart of one would restart all that
@@ -10,6 +10,7 @@ use super::{Export, Machine, Part, Source, time};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_deploy_network::plan::{Policy, Restart};
+use rc_deploy_network::process_name;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -27,7 +28,7 @@ pub(super) fn units(source: &Source<'_>) -> Export {
     {
         notes.push("the limit of starts counts the first start as well, which is why it is one more than in the network".to_owned());
     }
-    if source.parts().any(|part| part.component.priority.is_some()) {
+    if source.parts().any(|part| part.highest_priority().is_some()) {
         notes.push("real-time priorities of user units need `LimitRTPRIO=` of user@.service, or the user's `rtprio` in /etc/security/limits.conf".to_owned());
     }
     notes.push(
@@ -143,7 +144,10 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> String {
     line("PartOf", target_of(network, &part.groups));
     for word in ["Wants", "After"] {
         for need in &part.needs {
-            line(word, unit(network, &need.replace('.', "-"), "service"));
+            line(
+                word,
+                unit(network, &process_name(&need.component.name), "service"),
+            );
         }
     }
     line("OnFailure", format!("robocomp-{network}.failed.target"));
@@ -196,6 +200,9 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> String {
     if let Some(priority) = component.priority {
         line("CPUSchedulingPolicy", "fifo".to_owned());
         line("CPUSchedulingPriority", priority.to_string());
+    }
+    if let Some(priority) = part.thread_priority {
+        line("LimitRTPRIO", priority.to_string());
     }
     out
 }

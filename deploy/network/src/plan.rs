@@ -160,6 +160,26 @@ impl Component {
 }
 
 impl Component {
+    /// What the program of a process of several components is told of this one, which the program
+    /// knows as `word`, and which starts when the components `after` are ready.
+    pub fn thread_arguments(&self, word: &str, after: &[String]) -> Vec<String> {
+        let mut options = vec![("--member", word.to_owned())];
+        if !after.is_empty() {
+            options.push(("--after", after.join(",")));
+        }
+        if !self.cpu.is_empty() {
+            let cpu: Vec<String> = self.cpu.iter().map(u16::to_string).collect();
+            options.push(("--cpu", cpu.join(",")));
+        }
+        if let Some(priority) = self.priority {
+            options.push(("--priority", priority.to_string()));
+        }
+        options.push(("--stop", self.stop.as_secs_f64().to_string()));
+        let options = options.into_iter();
+        let options = options.flat_map(|(option, value)| [option.to_owned(), value]);
+        options.chain(self.args.iter().cloned()).collect()
+    }
+
     /// Name of its process: its own one has its name.
     pub fn process(&self) -> &str {
         let thread = self.thread.as_ref();

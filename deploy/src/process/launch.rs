@@ -116,20 +116,8 @@ impl LocalProcess {
         let mut handed: Vec<OwnedFd> = Vec::new();
         for thread in threads {
             command.envs(&thread.component.env);
-            command.args(["--member", thread.word]);
-            if !thread.after.is_empty() {
-                command.args(["--after", &thread.after.join(",")]);
-            }
             let component = thread.component;
-            if !component.cpu.is_empty() {
-                let cpu: Vec<String> = component.cpu.iter().map(u16::to_string).collect();
-                command.args(["--cpu", &cpu.join(",")]);
-            }
-            if let Some(priority) = component.priority {
-                command.args(["--priority", &priority.to_string()]);
-            }
-            command.args(["--stop", &component.stop.as_secs_f64().to_string()]);
-            command.args(&component.args);
+            command.args(component.thread_arguments(thread.word, &thread.after));
             if component.exact {
                 command.arg("--record").arg(exact_recording(thread.log));
             }

@@ -76,14 +76,23 @@ fn the_program_of_a_process_runs_its_components_with_the_arguments_of_the_plan()
     let mut command = Command::new(program(&network, "left"));
     let name = format!("shared-{}", std::process::id());
     let ours = |component: &rc_deploy::Component| component.executable == program(&network, "left");
+    let mut probe = Command::new(program(&network, "left"));
     let mut components = plan.components.iter().enumerate();
     while let Some((at, component)) = components.find(|(_, component)| ours(component)) {
         let word = network.member_word(at).expect("a component of a process");
-        command.args(["--member", &word]);
-        let args = component.args.iter();
+        let args = component.thread_arguments(&word, &[]);
         // The network of this test alone.
-        command.args(args.map(|arg| if arg == "shared" { &name } else { arg }));
+        let args = args
+            .iter()
+            .map(|arg| if arg == "shared" { &name } else { arg });
+        command.args(args);
+        probe.args(["--member", &word, "--probe", "--network", &name]);
+        probe.args(["--name", &component.name]);
     }
+    // As the exports of a network do it.
+    probe.env("XDG_RUNTIME_DIR", folder.path());
+    let mut is_ready = || probe.output().expect("it starts").status.success();
+    assert!(!is_ready());
     let log = folder.path().join("log");
     let mut child = command
         .env("XDG_RUNTIME_DIR", folder.path())
@@ -104,9 +113,14 @@ fn the_program_of_a_process_runs_its_components_with_the_arguments_of_the_plan()
         }
         std::thread::sleep(Duration::from_millis(10));
     }
+    while !is_ready() {
+        assert!(start.elapsed() < LIMIT, "{}", printed());
+        std::thread::sleep(Duration::from_millis(10));
+    }
     kill_process(Pid::from_child(&child), Signal::TERM).expect("it runs");
     let status = child.wait().expect("a child");
     assert!(status.success(), "{status}: {}", printed());
+    assert!(!is_ready());
 }
 
 #[test]

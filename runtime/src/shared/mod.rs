@@ -121,6 +121,9 @@ fn run(
         let named = |error| StartError::Usage(format!("{}: {error}", member.of.name()));
         tasks.push(parsed.map_err(named)?);
     }
+    if tasks.len() > 1 && tasks.iter().all(|task| matches!(task, Task::Probe(..))) {
+        return Ok(probe(members, program));
+    }
     let all = tasks.len();
     let arguments: Vec<Arguments> = tasks
         .into_iter()
@@ -135,10 +138,19 @@ fn run(
             return Ok((member.of.alone)(member.args, program.to_owned()));
         }
         return Err(StartError::Usage(
-            "--help, --version, --check, --probe and --replay take one component".to_owned(),
+            "--help, --version, --check and --replay take one component, --probe one or all"
+                .to_owned(),
         ));
     }
     Process::new(members.into_iter().zip(arguments).collect(), program)?.run()
+}
+
+/// Asks the running components one after another, until one is not ready. Returns the exit code.
+fn probe(members: Vec<Member>, program: &Path) -> u8 {
+    let mut codes = members
+        .into_iter()
+        .map(|member| (member.of.alone)(member.args, program.to_owned()));
+    codes.find(|code| *code != 0).unwrap_or(0)
 }
 
 /// What a component has of its process.

@@ -2,7 +2,8 @@
 
 use super::{
     FILE, FileLoader, INSIDE, INTERFACE, Item, Kind, Loader, Names, PROPERTY, Path, PathBuf,
-    STATEMENTS, STRUCT, Server, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths, words,
+    STATEMENTS, STRUCT, Server, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths,
+    words,
 };
 use crate::server::context::Context;
 use rc_cdsl::model::Role;
