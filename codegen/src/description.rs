@@ -8,6 +8,9 @@ use crate::view::component::{Slot, Time};
 use rc_vocabulary::Role;
 use serde_json::{Value, json};
 
+/// How deep a slot, a type or a state lies in a description.
+const ROW: usize = 2;
+
 /// The last part of the names of a state's functions.
 pub(crate) fn state_suffix(state: &str) -> String {
     names::snake(state).trim_end_matches('_').to_owned()
@@ -50,7 +53,7 @@ pub(crate) fn of(view: &view::Component, guest: &Guest) -> Result<String, serde_
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;
     }
-    Ok(rc_configuration::json_text(&all))
+    Ok(rc_configuration::json_text(&all, ROW))
 }
 
 fn nanoseconds(time: Time) -> u64 {

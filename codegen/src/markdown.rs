@@ -3,10 +3,10 @@
 use crate::templates::{self, TemplateError};
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
-use crate::view::parameters::{Parameter, Parameters, Rule};
+use crate::view::parameters::{Holds, Parameter, Parameters, Rule};
 use crate::view::types::Type;
 use crate::view::{Component, Slot};
-use rc_vocabulary::duration;
+use rc_vocabulary::{Role, duration};
 use serde::Serialize;
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -70,16 +70,18 @@ fn slots(component: &Component) -> Vec<SlotPage<'_>> {
 }
 
 fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
+    // What others offer is documented by them.
+    let offers = matches!(slot.role, Role::Implements | Role::Publishes);
     let operations = interface.operations.iter().map(|operation| OperationRow {
         signature: code(&signature(operation)),
-        doc: &operation.doc,
-        facts: facts(operation),
+        doc: if offers { &operation.doc } else { &[] },
+        facts: if offers { facts(operation) } else { Vec::new() },
     });
     SlotPage {
         name: code(&slot.name),
         role: slot.role.word(),
         interface: code(&format!("{}::{}", interface.module, interface.name)),
-        doc: &interface.doc,
+        doc: if offers { &interface.doc } else { &[] },
         available: slot.available.iter().map(|state| code(state)).collect(),
         operations: operations.collect(),
     }
@@ -219,13 +221,15 @@ fn add<'a>(
         scope.push(&parameter.name);
         let path = format!("parameters.{}", scope.join("."));
         let (heading, about) = match (parameter.kind, &parameter.length) {
-            ("list", Some(length)) => (
+            (Holds::List, Some(length)) => (
                 format!("[[{path}]]"),
                 format!("A list, {length}; each has a head of its own."),
             ),
-            _ => (format!("[{path}]"), String::new()),
+            (Holds::Values(_) | Holds::Group | Holds::List, _) => {
+                (format!("[{path}]"), String::new())
+            }
         };
-        if matches!(parameter.kind, "group" | "list") {
+        if parameter.kind.has_members() {
             let section = Section {
                 heading: code(&heading),
                 doc: &parameter.doc,
@@ -241,9 +245,9 @@ fn add<'a>(
 
 fn row(parameter: &Parameter) -> Option<Row> {
     let ty = match (parameter.kind, &parameter.length) {
-        ("group" | "list", _) => return None,
-        (kind, None) => kind.to_owned(),
-        (kind, Some(length)) => format!("array of {kind}, {length}"),
+        (Holds::Group | Holds::List, _) => return None,
+        (Holds::Values(ty), None) => ty.word().to_owned(),
+        (Holds::Values(ty), Some(length)) => format!("array of {}, {length}", ty.word()),
     };
     let choices = parameter.choices.iter().map(|value| cell(&code(value)));
     let choices: Vec<String> = choices.collect();

@@ -179,7 +179,7 @@ impl<'a> CompatibilityChecker<'a> {
         provider: Endpoint,
         found: &mut Diagnostics,
     ) -> bool {
-        if here == Middleware::Iceoryx2
+        if !here.can().joins_machines
             && let Some((one, other)) = self.hosts_apart(consumer, provider)
         {
             let message = format!(

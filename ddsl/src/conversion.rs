@@ -4,10 +4,11 @@
 use crate::image::image_items;
 use crate::meaning::{Chosen, Meaning, Meanings, Unmeant, chosen, has_prefix, prototype};
 use crate::units::End;
-use rc_conversion::{Item, Number, Part, Place, Plan};
+use rc_conversion::{Item, Part, Place, Plan};
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_quantity::{Conversion as Factor, Unit};
+use rc_vocabulary::Class;
 use std::collections::HashSet;
 use std::fmt;
 use std::rc::Rc;
@@ -68,9 +69,9 @@ impl fmt::Display for Converted {
 /// What a number costs and loses: `1 operation a number`.
 pub(crate) fn effort(factor: &Factor, number: Primitive) -> String {
     let count = factor.factor().operations();
-    let rounded = match kind(number) {
-        Some(Number::F32 | Number::F64) | None => "",
-        Some(_) => ", rounded to whole numbers",
+    let rounded = match number.class() {
+        Class::Float | Class::Bool => "",
+        Class::Signed | Class::Unsigned => ", rounded to whole numbers",
     };
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} operation{plural} a number{rounded}")
@@ -198,23 +199,6 @@ pub(crate) fn plan(
     let text = out.plan.to_string();
     let fits = out.plan.is_empty() || text.parse::<Plan>().is_ok();
     if fits { Ok(out) } else { Err(NoPlan::TooLarge) }
-}
-
-/// The type of a number. `None` for a `bool`.
-pub(crate) fn kind(primitive: Primitive) -> Option<Number> {
-    Some(match primitive {
-        Primitive::Bool => return None,
-        Primitive::I8 => Number::I8,
-        Primitive::U8 => Number::U8,
-        Primitive::I16 => Number::I16,
-        Primitive::U16 => Number::U16,
-        Primitive::I32 => Number::I32,
-        Primitive::U32 => Number::U32,
-        Primitive::I64 => Number::I64,
-        Primitive::U64 => Number::U64,
-        Primitive::F32 => Number::F32,
-        Primitive::F64 => Number::F64,
-    })
 }
 
 /// The conversion between the units of two members. `None` if their numbers are equal.
@@ -438,7 +422,7 @@ impl<'a> Pair<'a> {
             &self.to.library.ty(to).kind,
         )
         else {
-            return Ok(vec![Item::Numbers(1, Number::I32, None)]);
+            return Ok(vec![Item::Numbers(1, Primitive::I32, None)]);
         };
         let path = self.from.library.type_path(from);
         let whole = (Some(from), Some(to));
@@ -497,8 +481,8 @@ impl<'a> Pair<'a> {
         }
         Ok(match (from, to) {
             (Type::Primitive(number), _) => {
-                let own = kind(*number).unwrap_or(Number::U8);
-                let Some((factor, (unit, wanted))) = factor.filter(|_| kind(*number).is_some())
+                let own = number.number().unwrap_or(Primitive::U8);
+                let Some((factor, (unit, wanted))) = factor.filter(|_| number.number().is_some())
                 else {
                     return Ok(vec![Item::Numbers(1, own, None)]);
                 };
@@ -556,11 +540,11 @@ impl<'a> Pair<'a> {
 }
 
 /// A number, or an array of so many numbers.
-pub(crate) fn numbers(library: &Library, ty: &Type) -> Option<(Option<u32>, Number)> {
+pub(crate) fn numbers(library: &Library, ty: &Type) -> Option<(Option<u32>, Primitive)> {
     match ty {
-        Type::Primitive(number) => Some((None, kind(*number)?)),
+        Type::Primitive(number) => Some((None, number.number()?)),
         Type::Array(element, count) => match library.resolved(element) {
-            Type::Primitive(number) => Some((Some(*count), kind(*number)?)),
+            Type::Primitive(number) => Some((Some(*count), number.number()?)),
             _ => None,
         },
         _ => None,

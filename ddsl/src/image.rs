@@ -1,6 +1,6 @@
 //! The plan for values that travel in place, as memory images.
 
-use crate::conversion::{ChosenPair, Known, Marks, Pair, between, kind, numbers, unmark};
+use crate::conversion::{ChosenPair, Known, Marks, Pair, between, numbers, unmark};
 use crate::meaning::chosen;
 use rc_conversion::Item;
 use rc_idsl::model::{Layout, Member, Type, TypeDeclKind, TypeId};
@@ -147,7 +147,7 @@ impl Image {
         }
         match (from, to) {
             (Type::Primitive(number), _) => {
-                if let (Some(own), Some(factor)) = (kind(*number), factor) {
+                if let (Some(own), Some(factor)) = (number.number(), factor) {
                     self.skip_to(offset);
                     self.items.push(Item::Numbers(1, own, Some(factor)));
                     self.at = offset + own.size();

@@ -312,9 +312,9 @@ impl Deployment {
         let process = |instance: &Instance| instance.process.as_ref().map(|name| name.text.clone());
         let shared = process(one).filter(|own| process(other).as_ref() == Some(own));
         if shared.is_some() {
-            Middleware::Local
+            Middleware::IN_PROCESS
         } else if self.are_apart(one, other) {
-            one.auto.unwrap_or(Middleware::Dds)
+            one.auto.unwrap_or(Middleware::BETWEEN_HOSTS)
         } else {
             Middleware::DEFAULT
         }

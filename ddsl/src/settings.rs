@@ -11,7 +11,7 @@ use rc_vocabulary::{Key, Kind, Scalar, Value, ValueError, duration, unknown_key_
 /// The word by which connections choose their middleware themselves.
 const AUTO: &str = "auto";
 /// What connects hosts after `auto`, unless `remote` names another one.
-const REMOTE: Middleware = Middleware::Dds;
+const REMOTE: Middleware = Middleware::BETWEEN_HOSTS;
 
 /// The middleware and the settings of a block. Components in it inherit them.
 #[derive(Clone, Debug)]

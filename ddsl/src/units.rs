@@ -1,7 +1,7 @@
 //! Whether the two ends of a connection mean the same. The wire and its hashes know no units and no
 //! prototypes, so ends whose types are equal can differ in them.
 
-use crate::conversion::{Conversion, NoPlan, effort, kind, plan};
+use crate::conversion::{Conversion, NoPlan, effort, plan};
 use crate::meaning::{
     Ambiguous, Chosen, Meanings, Unmeant, chosen, described, has_prefix, prototype,
 };
@@ -461,7 +461,7 @@ impl<'a> Comparison<'a, '_> {
 /// arrays and dictionaries. `None` if there are none.
 fn numbers(library: &Library, ty: &Type) -> Option<Primitive> {
     match library.resolved(ty) {
-        Type::Primitive(number) => kind(*number).map(|_| *number),
+        Type::Primitive(number) => number.number().map(|_| *number),
         Type::Sequence(element, _) | Type::Array(element, _) => numbers(library, element),
         Type::Dictionary(_, value) => numbers(library, value),
         Type::Named(_) | Type::String(_) => None,

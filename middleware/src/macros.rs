@@ -35,6 +35,63 @@ macro_rules! cdr_struct {
     };
 }
 
+/// Implements [`Cdr`](crate::Cdr) for an enumeration of these values: an int32 on the wire.
+///
+/// ```
+/// use rc_middleware::{DecodeError, Reader, Writer};
+///
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// enum Voice {
+///     Low = 0,
+///     High = 7,
+/// }
+/// rc_middleware::cdr_enum!(Voice: Low, High);
+///
+/// let mut writer = Writer::default();
+/// writer.put(&Voice::High);
+/// let bytes = writer.into_bytes();
+/// assert_eq!(bytes, [7, 0, 0, 0]);
+/// assert_eq!(Reader::new(&bytes).get(), Ok(Voice::High));
+/// let unknown = DecodeError::NoSuchValue { what: "Voice", value: 1 };
+/// assert_eq!(Reader::new(&[1, 0, 0, 0]).get::<Voice>(), Err(unknown));
+/// ```
+#[macro_export]
+macro_rules! cdr_enum {
+    ($name:ident: $($value:ident),+ $(,)?) => {
+        impl $crate::Cdr for $name {
+            fn encode(&self, writer: &mut $crate::Writer<'_>) {
+                writer.put(&(*self as i32));
+            }
+
+            fn decode(
+                reader: &mut $crate::Reader<'_>,
+            ) -> ::std::result::Result<Self, $crate::DecodeError> {
+                match reader.get::<i32>()? {
+                    $(number if number == Self::$value as i32 => ::std::result::Result::Ok(Self::$value),)+
+                    number => ::std::result::Result::Err($crate::DecodeError::NoSuchValue {
+                        what: ::std::stringify!($name),
+                        value: i64::from(number),
+                    }),
+                }
+            }
+        }
+    };
+}
+
+/// Makes a structure an error whose text is that of [`Debug`]: an exception of the IDSL.
+#[macro_export]
+macro_rules! exception {
+    ($name:ident) => {
+        impl ::std::fmt::Display for $name {
+            fn fmt(&self, f: &mut ::std::fmt::Formatter<'_>) -> ::std::fmt::Result {
+                ::std::write!(f, "{self:?}")
+            }
+        }
+
+        impl ::std::error::Error for $name {}
+    };
+}
+
 /// Implements [`InPlace`](crate::InPlace) for a structure whose members have the trait: the second
 /// name is that of the type that owns its values.
 ///
@@ -108,15 +165,23 @@ macro_rules! in_place_struct {
 /// rc_middleware::cdr_struct!(Full: what);
 ///
 /// const FULL: i32 = 7;
-/// rc_middleware::call_error!(FullOrCall: Full(Full) = FULL);
+/// rc_middleware::call_error!(FullOrCall: Full(Full) = FULL; PutError "put");
 ///
-/// let error = FullOrCall::from(Full { what: "no room".to_owned() });
+/// let error: PutError = FullOrCall::from(Full { what: "no room".to_owned() });
 /// assert_eq!(error.to_string(), "no room");
 /// assert!(matches!(FullOrCall::from(CallError::Stopping), FullOrCall::Call(_)));
 /// ```
 #[macro_export]
 macro_rules! call_error {
-    ($name:ident: $($variant:ident($exception:ty) = $case:expr),+ $(,)?) => {
+    (
+        $name:ident: $($variant:ident($exception:ty) = $case:expr),+ $(,)?;
+        $($alias:ident $operation:literal),+ $(,)?
+    ) => {
+        $(
+            #[doc = ::std::concat!("The errors of `", $operation, "`.")]
+            pub type $alias = $name;
+        )+
+
         /// An error of the operations that throw these exceptions.
         #[derive(Clone, Debug, PartialEq)]
         pub enum $name {

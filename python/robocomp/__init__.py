@@ -49,12 +49,9 @@ _load_native()
 from robocomp._client import Network, connect  # noqa: E402
 from robocomp._component import (  # noqa: E402
     Component,
-    ParamChange,
     check_worker,
-    default,
     embed,
     main,
-    required,
 )
 from robocomp._context import (  # noqa: E402
     Client,
@@ -93,6 +90,13 @@ from robocomp._errors import (  # noqa: E402
 from robocomp._native import Loan, Member, View  # noqa: E402
 from robocomp._link import Link  # noqa: E402
 from robocomp._struct import Struct  # noqa: E402
+from robocomp._worker import (  # noqa: E402
+    ManagedWorker,
+    ParamChange,
+    Worker,
+    default,
+    required,
+)
 
 __all__ = [
     "CallError",
@@ -109,6 +113,7 @@ __all__ = [
     "Loan",
     "Machine",
     "MalformedReply",
+    "ManagedWorker",
     "Member",
     "MemberError",
     "MiddlewareError",
@@ -131,6 +136,7 @@ __all__ = [
     "TimeSource",
     "Unavailable",
     "View",
+    "Worker",
     "WorkerError",
     "WrongThread",
     "check_worker",

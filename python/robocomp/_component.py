@@ -9,15 +9,13 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from robocomp import _native
 from robocomp._context import Context
 from robocomp._errors import StartError
-
-_F = TypeVar("_F", bound=Callable[..., Any])
 
 # The exit codes of components.
 _NOT_STARTED = 3
@@ -40,32 +38,6 @@ class Component:
     """The base class of the worker."""
     folder: str
     """The folder of the component. Its `etc/config.toml` is the default configuration."""
-
-
-@dataclass(frozen=True, slots=True)
-class ParamChange:
-    """A parameter that changed while the component runs."""
-
-    path: str
-    """The path, as `motors[2].max`."""
-    old: Any
-    """The value before."""
-    new: Any
-    """The value now."""
-    secret: bool
-    """Whether the values are never shown."""
-
-
-def default(function: _F) -> _F:
-    """Marks a function of the generated worker that the runtime need not call."""
-    function._robocomp_default = True  # type: ignore[attr-defined]
-    return function
-
-
-def required(function: _F) -> _F:
-    """Marks a function of the generated worker that the user has to write."""
-    function._robocomp_required = True  # type: ignore[attr-defined]
-    return function
 
 
 def main(component: Component, worker: str | type, args: Sequence[str] | None = None) -> int:

@@ -7,13 +7,9 @@ from typing import Any
 import numpy as np
 
 from robocomp._classes import distinct, snake_case
+from robocomp._native import primitives
 
-_NUMBERS = {
-    **dict.fromkeys(("int8", "int16", "int32", "int64"), int),
-    **dict.fromkeys(("uint8", "uint16", "uint32", "uint64"), int),
-    **dict.fromkeys(("float32", "float64"), float),
-    "bool": bool,
-}
+_NUMBERS = primitives()
 
 
 def annotation(text: str, types: Mapping[str, type]) -> Any:

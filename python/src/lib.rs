@@ -48,7 +48,7 @@ mod _native {
     #[pymodule_export]
     use super::member::Member;
     #[pymodule_export]
-    use super::names::name_of;
+    use super::names::{name_of, primitives};
     #[pymodule_export]
     use super::publisher::Publisher;
     #[pymodule_export]

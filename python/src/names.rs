@@ -2,6 +2,23 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt};
+use rc_vocabulary::{Class, Primitive};
+
+/// The types of Python for numbers and `bool`, by the words of descriptions.
+#[pyfunction]
+pub(crate) fn primitives(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let types = PyDict::new(py);
+    for one in Primitive::ALL {
+        let ty = match one.class() {
+            Class::Bool => py.get_type::<PyBool>(),
+            Class::Signed | Class::Unsigned => py.get_type::<PyInt>(),
+            Class::Float => py.get_type::<PyFloat>(),
+        };
+        types.set_item(one.word(), ty)?;
+    }
+    Ok(types)
+}
 
 /// A name as generated code has it. `kind` says what is named.
 #[pyfunction]

@@ -45,7 +45,7 @@ pub(crate) fn changes<'py>(
     py: Python<'py>,
     changes: &[ParamChange],
 ) -> PyResult<Bound<'py, PyList>> {
-    let class = py.import("robocomp._component")?.getattr("ParamChange")?;
+    let class = py.import("robocomp._worker")?.getattr("ParamChange")?;
     let changes = changes.iter().map(|change| {
         let (old, new) = (
             value_object(py, &change.old)?,

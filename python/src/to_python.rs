@@ -101,19 +101,7 @@ impl Types {
     }
 }
 
-/// The name of a number's type in `NumPy`.
-pub(crate) fn dtype(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "?",
-        Primitive::I8 => "<i1",
-        Primitive::U8 => "<u1",
-        Primitive::I16 => "<i2",
-        Primitive::U16 => "<u2",
-        Primitive::I32 => "<i4",
-        Primitive::U32 => "<u4",
-        Primitive::I64 => "<i8",
-        Primitive::U64 => "<u8",
-        Primitive::F32 => "<f4",
-        Primitive::F64 => "<f8",
-    }
+/// The name of a number's type in `NumPy`: little endian.
+pub(crate) fn dtype(primitive: Primitive) -> String {
+    format!("<{}", primitive.letter())
 }

@@ -10,6 +10,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// The running component, as its worker sees it.
+///
+/// ```ignore
+/// fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+///     tracing::info!("{} runs every {:?}", ctx.name(), ctx.period());
+///     Ok(())
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Core {
     name: String,

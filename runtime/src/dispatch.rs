@@ -14,6 +14,45 @@ use rc_middleware::typed::{Done, Ended, HandlerError, Request, TypedClient};
 use rc_middleware::{Member, Reader};
 use std::ops::DerefMut;
 
+/// Lets a generated context dereference to the [`Core`] in its field `core`.
+#[macro_export]
+macro_rules! deref_to_core {
+    ($context:ty) => {
+        impl ::std::ops::Deref for $context {
+            type Target = $crate::Core;
+
+            fn deref(&self) -> &$crate::Core {
+                &self.core
+            }
+        }
+
+        impl ::std::ops::DerefMut for $context {
+            fn deref_mut(&mut self) -> &mut $crate::Core {
+                &mut self.core
+            }
+        }
+    };
+}
+
+/// Declares the functions that run a component, over its context and the trait of its handlers.
+#[macro_export]
+macro_rules! entry_points {
+    ($context:ty, $handlers:ident) => {
+        /// Runs the component with the command line of this process until it ends.
+        pub fn run<W: $handlers>() -> ::std::process::ExitCode {
+            $crate::adapter::run::<W, $context>()
+        }
+
+        /// Runs the component on a thread of this process, with a command line as for its binary:
+        /// for tests.
+        pub fn embed<W: $handlers>(
+            args: &[&str],
+        ) -> ::std::result::Result<$crate::Embedded, $crate::StartError> {
+            $crate::adapter::embed::<W, $context>(args)
+        }
+    };
+}
+
 /// The context of a worker, which generated code declares: parameters, clients and publishers.
 pub trait WorkerContext: DerefMut<Target = Core> + Sized {
     /// Opens the clients and publishers.

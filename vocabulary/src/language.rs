@@ -14,6 +14,34 @@ pub enum Language {
     Cpp,
 }
 
+/// What components of a language need beside their program, for messages that refuse them where it
+/// is not.
+#[derive(Debug)]
+pub struct Needs {
+    /// What a process has for one component only.
+    pub own: &'static str,
+    /// The code of a finding about components that share a process.
+    pub shared: &'static str,
+    /// The code of a finding about components on other hosts.
+    pub elsewhere: &'static str,
+    /// What an image of a container lacks.
+    pub missing: &'static str,
+}
+
+static PYTHON_NEEDS: Needs = Needs {
+    own: "an interpreter",
+    shared: "process-interpreter",
+    elsewhere: "python-elsewhere",
+    missing: "no interpreter and no packages",
+};
+
+static CPP_NEEDS: Needs = Needs {
+    own: "a program",
+    shared: "process-program",
+    elsewhere: "cpp-elsewhere",
+    missing: "no library of robocomp",
+};
+
 words!(Language);
 
 impl Language {
@@ -61,6 +89,24 @@ impl Language {
         match self {
             Self::Rust | Self::Cpp => false,
             Self::Python => true,
+        }
+    }
+
+    /// The name, for messages.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Rust => "Rust",
+            Self::Python => "Python",
+            Self::Cpp => "C++",
+        }
+    }
+
+    /// What components need beside their program. `None` if cargo links all of it.
+    pub fn needs(self) -> Option<&'static Needs> {
+        match self {
+            Self::Rust => None,
+            Self::Python => Some(&PYTHON_NEEDS),
+            Self::Cpp => Some(&CPP_NEEDS),
         }
     }
 

@@ -45,7 +45,7 @@ mod word;
 
 pub use key::{Key, key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
-pub use language::Language;
+pub use language::{Language, Needs};
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware, Middlewares};
 pub use parameter::{ParameterChange, ParameterStatus};

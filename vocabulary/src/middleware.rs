@@ -37,6 +37,8 @@ pub struct Capabilities {
     /// Whether its peers are nodes of ROS 2. Then it has the names, types, parameters and command
     /// line of ROS 2.
     pub has_nodes: bool,
+    /// How its connections are dashed in a drawing: lengths of dashes and gaps. Empty: not.
+    pub dashes: &'static str,
     /// The option behind which a component takes the arguments of nodes, up to `--`.
     pub node_arguments: Option<&'static str>,
 }
@@ -52,6 +54,7 @@ static ICEORYX2_CAN: Capabilities = Capabilities {
     joins_machines: false,
     shares_memory: true,
     has_nodes: false,
+    dashes: "",
     node_arguments: None,
 };
 
@@ -64,6 +67,7 @@ static DDS_CAN: Capabilities = Capabilities {
     joins_machines: true,
     shares_memory: false,
     has_nodes: false,
+    dashes: "7 3",
     node_arguments: None,
 };
 
@@ -76,6 +80,7 @@ static ROS2_CAN: Capabilities = Capabilities {
     joins_machines: true,
     shares_memory: false,
     has_nodes: true,
+    dashes: "2 3",
     node_arguments: Some("--ros-args"),
 };
 
@@ -88,6 +93,7 @@ static LOCAL_CAN: Capabilities = Capabilities {
     joins_machines: false,
     shares_memory: false,
     has_nodes: false,
+    dashes: "9 3 2 3",
     node_arguments: None,
 };
 
@@ -102,6 +108,12 @@ impl Middleware {
 
     /// The middleware where nothing else is said.
     pub const DEFAULT: Self = Self::Iceoryx2;
+
+    /// The middleware between hosts where nothing else is said.
+    pub const BETWEEN_HOSTS: Self = Self::Dds;
+
+    /// The middleware inside one process.
+    pub const IN_PROCESS: Self = Self::Local;
 
     /// What it can do.
     pub fn can(self) -> &'static Capabilities {

@@ -42,6 +42,24 @@ pub enum Class {
     Float,
 }
 
+/// What there is to know of one type: all that layers below and above say of it.
+struct Row {
+    /// The word with its size, which canonical texts and ROS 2 have.
+    word: &'static str,
+    /// The other words of the IDSL.
+    aliases: &'static [&'static str],
+    class: Class,
+    /// In bytes.
+    size: u32,
+    rust: &'static str,
+    /// The type of C, which is in C++'s namespace `std` if it ends in `_t`.
+    c: &'static str,
+    /// The type of OMG IDL. `long` is not used: it has 64 bits in IDSL and 32 in OMG IDL.
+    idl: &'static str,
+    /// The letter in Python's module `struct`, in `NumPy`, and in the texts of plans.
+    letter: char,
+}
+
 words!(Primitive);
 
 impl Primitive {
@@ -61,32 +79,58 @@ impl Primitive {
     ];
 
     /// The word for it, in files and in JSON.
+    #[inline]
     pub fn word(self) -> &'static str {
-        self.row().0
+        self.row().word
     }
 
-    /// The word with its size, which canonical texts and ROS 2 have; the other words of the IDSL;
-    /// the meaning, and the size in bytes.
-    const fn row(self) -> (&'static str, &'static [&'static str], Class, u32) {
+    #[rustfmt::skip]
+    const fn row(self) -> &'static Row {
+        use Class::{Bool, Float, Signed, Unsigned};
         match self {
-            Self::Bool => ("bool", &[], Class::Bool, 1),
-            Self::I8 => ("int8", &[], Class::Signed, 1),
-            Self::U8 => ("uint8", &["byte"], Class::Unsigned, 1),
-            Self::I16 => ("int16", &["short"], Class::Signed, 2),
-            Self::U16 => ("uint16", &[], Class::Unsigned, 2),
-            Self::I32 => ("int32", &["int"], Class::Signed, 4),
-            Self::U32 => ("uint32", &[], Class::Unsigned, 4),
-            Self::I64 => ("int64", &["long"], Class::Signed, 8),
-            Self::U64 => ("uint64", &[], Class::Unsigned, 8),
-            Self::F32 => ("float32", &["float"], Class::Float, 4),
-            Self::F64 => ("float64", &["double"], Class::Float, 8),
+            Self::Bool => &Row { word: "bool", aliases: &[], class: Bool, size: 1, rust: "bool", c: "bool", idl: "boolean", letter: '?' },
+            Self::I8 => &Row { word: "int8", aliases: &[], class: Signed, size: 1, rust: "i8", c: "int8_t", idl: "int8", letter: 'b' },
+            Self::U8 => &Row { word: "uint8", aliases: &["byte"], class: Unsigned, size: 1, rust: "u8", c: "uint8_t", idl: "octet", letter: 'B' },
+            Self::I16 => &Row { word: "int16", aliases: &["short"], class: Signed, size: 2, rust: "i16", c: "int16_t", idl: "int16", letter: 'h' },
+            Self::U16 => &Row { word: "uint16", aliases: &[], class: Unsigned, size: 2, rust: "u16", c: "uint16_t", idl: "uint16", letter: 'H' },
+            Self::I32 => &Row { word: "int32", aliases: &["int"], class: Signed, size: 4, rust: "i32", c: "int32_t", idl: "int32", letter: 'i' },
+            Self::U32 => &Row { word: "uint32", aliases: &[], class: Unsigned, size: 4, rust: "u32", c: "uint32_t", idl: "uint32", letter: 'I' },
+            Self::I64 => &Row { word: "int64", aliases: &["long"], class: Signed, size: 8, rust: "i64", c: "int64_t", idl: "int64", letter: 'q' },
+            Self::U64 => &Row { word: "uint64", aliases: &[], class: Unsigned, size: 8, rust: "u64", c: "uint64_t", idl: "uint64", letter: 'Q' },
+            Self::F32 => &Row { word: "float32", aliases: &["float"], class: Float, size: 4, rust: "f32", c: "float", idl: "float", letter: 'f' },
+            Self::F64 => &Row { word: "float64", aliases: &["double"], class: Float, size: 8, rust: "f64", c: "double", idl: "double", letter: 'd' },
         }
+    }
+
+    /// The type of Rust.
+    pub fn rust(self) -> &'static str {
+        self.row().rust
+    }
+
+    /// The type of C, of `stdint.h` for an integer.
+    pub fn c(self) -> &'static str {
+        self.row().c
+    }
+
+    /// The type of OMG IDL.
+    pub fn idl(self) -> &'static str {
+        self.row().idl
+    }
+
+    /// The letter in Python's module `struct`, in `NumPy`, and in the texts of plans.
+    pub fn letter(self) -> char {
+        self.row().letter
+    }
+
+    /// The type of a letter.
+    pub fn from_letter(letter: char) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.letter() == letter)
     }
 
     /// All words of the IDSL with their types: first those without a size.
     pub fn idsl_words() -> impl Iterator<Item = (&'static str, Self)> {
         let all = || Self::ALL.into_iter();
-        let short = all().flat_map(|one| one.row().1.iter().map(move |word| (*word, one)));
+        let short = all().flat_map(|one| one.row().aliases.iter().map(move |word| (*word, one)));
         short.chain(all().map(|one| (one.word(), one)))
     }
 
@@ -97,18 +141,20 @@ impl Primitive {
     }
 
     /// What its bits mean.
+    #[inline]
     pub fn class(self) -> Class {
-        self.row().2
+        self.row().class
     }
 
     /// The size on the wire and in memory, in bytes. It is also the alignment.
+    #[inline]
     pub fn size(self) -> usize {
-        self.row().3 as usize
+        self.row().size as usize
     }
 
     /// The least and the greatest number of an integer type. `None` for other types.
     pub fn limits(self) -> Option<(i128, i128)> {
-        let bits = 8 * self.row().3;
+        let bits = 8 * self.row().size;
         match self.class() {
             Class::Signed => Some((-(1 << (bits - 1)), (1 << (bits - 1)) - 1)),
             Class::Unsigned => Some((0, (1 << bits) - 1)),
@@ -116,7 +162,23 @@ impl Primitive {
         }
     }
 
+    /// The first type with the same bits: that for systems which have numbers only.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        let same = |one: &Self| one.class() == self.class() && one.size() == self.size();
+        Self::ALL.into_iter().find(same).unwrap_or(self)
+    }
+
+    /// Itself if it is a type of numbers. `None` for `bool`.
+    pub fn number(self) -> Option<Self> {
+        match self.class() {
+            Class::Bool => None,
+            Class::Signed | Class::Unsigned | Class::Float => Some(self),
+        }
+    }
+
     /// Whether it is a floating-point type.
+    #[inline]
     pub fn is_float(self) -> bool {
         self.class() == Class::Float
     }
@@ -140,6 +202,7 @@ mod tests {
         for one in Primitive::ALL {
             assert_eq!(Primitive::from_idsl(one.word()), Some(one));
             assert_eq!(Primitive::from_word(one.word()), Some(one));
+            assert_eq!(Primitive::from_letter(one.letter()), Some(one));
         }
         assert_eq!(Primitive::from_idsl("double"), Some(Primitive::F64));
         assert_eq!(Primitive::from_word("double"), None);

@@ -5,7 +5,7 @@ use crate::view;
 use crate::view::documentation;
 use crate::view::library::{self, Kind, Module};
 use crate::view::members::Member;
-use crate::view::types::Type;
+use crate::view::types::{Declared, Type};
 use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -27,7 +27,7 @@ pub(crate) struct Header {
 #[derive(Debug, Serialize)]
 struct Constant {
     doc: Vec<String>,
-    ty: &'static str,
+    ty: String,
     name: String,
     value: String,
 }
@@ -107,7 +107,7 @@ fn header(view: &view::Component, module: &Module) -> Header {
         doc: constant.doc.clone(),
         ty: match constant.ty.resolved() {
             Type::Primitive { name } => types::primitive(*name),
-            _ => "std::string_view",
+            _ => "std::string_view".to_owned(),
         },
         name: names::own(&constant.name),
         value: types::value(&constant.value),
@@ -238,11 +238,11 @@ fn field(view: &view::Component, member: &Member) -> Field {
             Type::Named {
                 module, name, of, ..
             },
-        ) if *of == "enum" => first(view, module, name).unwrap_or_default(),
+        ) if *of == Declared::Enum => first(view, module, name).unwrap_or_default(),
         (None, Type::Array { element, length }) => match element.resolved() {
             Type::Named {
                 module, name, of, ..
-            } if *of == "enum" => {
+            } if *of == Declared::Enum => {
                 let first = first(view, module, name).unwrap_or_default();
                 format!("rc::filled<{length}>({first})")
             }

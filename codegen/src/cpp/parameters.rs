@@ -3,6 +3,8 @@
 use super::names;
 use crate::type_names;
 use crate::view;
+use crate::view::parameters::Holds;
+use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -39,6 +41,20 @@ pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
     }
 }
 
+/// The type of one value.
+fn scalar(ty: Type) -> &'static str {
+    match ty {
+        Type::Bool => "bool",
+        Type::Int => "std::int32_t",
+        Type::Long => "std::int64_t",
+        Type::Float => "float",
+        Type::Double => "double",
+        Type::String => "std::string",
+        Type::Duration => "std::chrono::nanoseconds",
+        Type::Path => "std::filesystem::path",
+    }
+}
+
 #[derive(Default)]
 struct Structs {
     done: Vec<Struct>,
@@ -54,25 +70,19 @@ impl Structs {
 
     fn member(&mut self, owner: &str, parameter: &view::Parameter) -> Member {
         let ty = match parameter.kind {
-            "bool" => "bool".to_owned(),
-            "int" => "std::int32_t".to_owned(),
-            "long" => "std::int64_t".to_owned(),
-            "float" => "float".to_owned(),
-            "double" => "double".to_owned(),
-            "string" => "std::string".to_owned(),
-            "duration" => "std::chrono::nanoseconds".to_owned(),
-            "path" => "std::filesystem::path".to_owned(),
-            kind => {
+            Holds::Values(ty) => scalar(ty).to_owned(),
+            Holds::Group | Holds::List => {
                 let group = type_names::group(&mut self.names, owner, &parameter.name);
-                let doc = match kind {
-                    "list" => format!("One element of `{}`.", parameter.name),
-                    _ => format!("The group `{}`.", parameter.name),
+                let doc = if parameter.kind == Holds::List {
+                    format!("One element of `{}`.", parameter.name)
+                } else {
+                    format!("The group `{}`.", parameter.name)
                 };
                 self.add(group.clone(), doc, &parameter.members);
                 group
             }
         };
-        let many = parameter.array || parameter.kind == "list";
+        let many = parameter.array || parameter.kind == Holds::List;
         let mut doc = parameter.doc.clone();
         doc.push(format!("Allowed: {}.", parameter.allowed));
         Member {

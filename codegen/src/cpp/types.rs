@@ -2,30 +2,20 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::Type;
+use crate::view::types::{Declared, Type};
 use rc_vocabulary::Primitive;
 
 /// A number or a `bool`.
-pub(super) fn primitive(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "std::int8_t",
-        Primitive::U8 => "std::uint8_t",
-        Primitive::I16 => "std::int16_t",
-        Primitive::U16 => "std::uint16_t",
-        Primitive::I32 => "std::int32_t",
-        Primitive::U32 => "std::uint32_t",
-        Primitive::I64 => "std::int64_t",
-        Primitive::U64 => "std::uint64_t",
-        Primitive::F32 => "float",
-        Primitive::F64 => "double",
-    }
+pub(super) fn primitive(primitive: Primitive) -> String {
+    let c = primitive.c();
+    let space = if c.ends_with("_t") { "std::" } else { "" };
+    format!("{space}{c}")
 }
 
 /// The type of a value.
 pub(super) fn of(ty: &Type) -> String {
     match ty {
-        Type::Primitive { name } => primitive(*name).to_owned(),
+        Type::Primitive { name } => primitive(*name),
         Type::Text { .. } => "std::string".to_owned(),
         Type::Sequence { element, .. } => format!("std::vector<{}>", of(element)),
         Type::Array { element, length } => format!("std::array<{}, {length}>", of(element)),
@@ -48,8 +38,11 @@ pub(super) fn input(member: &Member) -> String {
     let ty = of_member(member);
     let by_value = match member.ty.resolved() {
         Type::Primitive { .. } => true,
-        Type::Named { of, .. } => *of == "enum",
-        _ => false,
+        Type::Named { of, .. } => *of == Declared::Enum,
+        Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. } => false,
     };
     if by_value && !member.optional {
         ty
@@ -100,6 +93,12 @@ fn number(primitive: Primitive, text: &str) -> String {
         Primitive::I64 => format!("INT64_C({text})"),
         Primitive::U64 => format!("UINT64_C({text})"),
         Primitive::U32 => format!("{text}u"),
-        _ => text.to_owned(),
+        Primitive::Bool
+        | Primitive::I8
+        | Primitive::U8
+        | Primitive::I16
+        | Primitive::U16
+        | Primitive::I32
+        | Primitive::F64 => text.to_owned(),
     }
 }

@@ -4,7 +4,7 @@ use super::rpc_names;
 use super::scope::{Scope, escaped};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
-use rc_idsl::model::{Enumerator, Module, ModuleId, Primitive, Type, TypeDeclKind, TypeId};
+use rc_idsl::model::{Enumerator, Module, ModuleId, Type, TypeDeclKind, TypeId};
 use rc_syntax::Name;
 use std::collections::HashMap;
 
@@ -142,7 +142,7 @@ impl Names {
     /// The notation of a type, and the array sizes after the name of its member.
     pub(super) fn ty(&self, library: &Library, ty: &Type) -> (String, String) {
         match ty {
-            Type::Primitive(primitive) => (word(*primitive).to_owned(), String::new()),
+            Type::Primitive(primitive) => (primitive.idl().to_owned(), String::new()),
             Type::String(None) => ("string".to_owned(), String::new()),
             Type::String(Some(bound)) => (format!("string<{bound}>"), String::new()),
             Type::Sequence(element, bound) => {
@@ -167,22 +167,5 @@ pub(super) fn sequence(element: &str, bound: Option<u32>) -> String {
         Some(bound) => format!("sequence<{space}{element}, {bound}>"),
         None if element.ends_with('>') => format!("sequence<{space}{element} >"),
         None => format!("sequence<{space}{element}>"),
-    }
-}
-
-/// The name of a primitive type. `long` is not used: it has 64 bits in IDSL and 32 in OMG IDL.
-fn word(primitive: Primitive) -> &'static str {
-    match primitive {
-        Primitive::Bool => "boolean",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "octet",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float",
-        Primitive::F64 => "double",
     }
 }

@@ -5,7 +5,7 @@ use super::{documentation, layout, names, types};
 use crate::view;
 use crate::view::library::{Kind, Module, TypeDecl};
 use crate::view::members::Member;
-use crate::view::types::Type;
+use crate::view::types::{Declared, Type};
 use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -184,7 +184,7 @@ impl<'a> Types<'a> {
             Type::Named {
                 module,
                 name,
-                of: "struct",
+                of: Declared::Struct,
                 ..
             } if self.viewed.insert((module.clone(), name.clone())) => {
                 let decl = self.decl(module, name);

@@ -3,6 +3,8 @@
 use super::{documentation, names};
 use crate::type_names;
 use crate::view;
+use crate::view::parameters::Holds;
+use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -73,31 +75,32 @@ impl Classes {
     fn field(&mut self, owner: &str, parameter: &view::Parameter) -> Field {
         let key = &parameter.name;
         let mut group = String::new();
-        if matches!(parameter.kind, "group" | "list") {
+        if parameter.kind.has_members() {
             group = type_names::group(&mut self.names, owner, key);
-            let doc = match parameter.kind {
-                "list" => format!("One element of `{key}`."),
-                _ => format!("The group `{key}`."),
+            let doc = if parameter.kind == Holds::List {
+                format!("One element of `{key}`.")
+            } else {
+                format!("The group `{key}`.")
             };
             self.add(group.clone(), &[doc], &parameter.members);
         }
         let ty = match parameter.kind {
-            "bool" => "bool",
-            "int" | "long" => "int",
-            "float" | "double" => "float",
-            "string" => "str",
-            "duration" => "_datetime.timedelta",
-            "path" => "_pathlib.Path",
-            _ => group.as_str(),
+            Holds::Values(Type::Bool) => "bool",
+            Holds::Values(Type::Int | Type::Long) => "int",
+            Holds::Values(Type::Float | Type::Double) => "float",
+            Holds::Values(Type::String) => "str",
+            Holds::Values(Type::Duration) => "_datetime.timedelta",
+            Holds::Values(Type::Path) => "_pathlib.Path",
+            Holds::Group | Holds::List => group.as_str(),
         };
         let literal = super::types::text(key);
         let value = format!("values[{literal}]");
         let make = match parameter.kind {
-            "path" => "_pathlib.Path".to_owned(),
-            "group" | "list" => format!("{group}.from_values"),
-            _ => String::new(),
+            Holds::Values(Type::Path) => "_pathlib.Path".to_owned(),
+            Holds::Values(_) => String::new(),
+            Holds::Group | Holds::List => format!("{group}.from_values"),
         };
-        let many = parameter.array || parameter.kind == "list";
+        let many = parameter.array || parameter.kind == Holds::List;
         let read = match (make.as_str(), many) {
             ("", true) => format!("list({value})"),
             ("", false) => value,

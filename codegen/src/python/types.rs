@@ -2,7 +2,7 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::Type;
+use crate::view::types::{Declared, Type};
 use rc_vocabulary::{Class, Primitive};
 
 /// How a named type is written, from its module and its name in the IDSL.
@@ -55,7 +55,7 @@ pub(crate) fn dtype(ty: &Type) -> Option<&'static str> {
     };
     Some(match name.class() {
         Class::Bool => "bool_",
-        Class::Signed | Class::Unsigned | Class::Float => name.word(),
+        Class::Signed | Class::Unsigned | Class::Float => name.plain().word(),
     })
 }
 
@@ -103,7 +103,7 @@ pub(crate) fn of_type(ty: &Type, path: Path, first: &dyn Fn(&str, &str) -> Strin
         Type::Named {
             module,
             name,
-            of: "enum",
+            of: Declared::Enum,
             ..
         } => Default::Value(format!("{}.{}", path(module, name), first(module, name))),
         Type::Named { module, name, .. } => Default::New(format!("{}()", path(module, name))),

@@ -62,6 +62,6 @@ impl FieldType {
 impl Element {
     /// The type of a primitive. `byte` and `char` are not used: they are aliases of `uint8`.
     pub(super) fn primitive(primitive: Primitive) -> Self {
-        Self::Word(primitive.word())
+        Self::Word(primitive.plain().word())
     }
 }

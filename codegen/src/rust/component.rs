@@ -70,7 +70,7 @@ pub(crate) struct Component<'a> {
     /// Whether the context names the end of a slot that is not asynchronous.
     names_interfaces: bool,
     /// Types of the quality of service that slots name.
-    qos_types: BTreeSet<&'static str>,
+    qos_types: BTreeSet<String>,
 }
 
 /// A middleware that a component uses.
@@ -471,11 +471,9 @@ fn reexports(
     let mut paths: Vec<String> = [
         "adapter::{Handlers, embed, run}",
         "context::Context",
-        "rc_runtime::network_time",
         "rc_runtime::middleware::{CallError, InPlace, SendError}",
-        "rc_runtime::tracing",
         "rc_runtime::middleware::typed::{HandlerError, Request}",
-        "rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError}",
+        "rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing}",
     ]
     .map(str::to_owned)
     .to_vec();

@@ -238,7 +238,7 @@ fn part_view<'a>(
 
 fn item(home: &str, of: &Item) -> String {
     match of {
-        Item::Number { name } => types::primitive(*name).to_owned(),
+        Item::Number { name } => name.rust().to_owned(),
         Item::Bool => "rc_middleware::in_place::Bool".to_owned(),
         Item::Bytes => "u8".to_owned(),
         Item::Array { element, length } => format!("[{}; {length}]", item(home, element)),

@@ -41,6 +41,8 @@ pub(crate) struct Interface<'a> {
 struct ErrorEnum {
     name: String,
     throws: Vec<Exception>,
+    /// The names of the error and of the operation, for each operation.
+    operations: Vec<(String, String)>,
 }
 
 #[derive(Debug, Serialize)]
@@ -73,10 +75,8 @@ pub(super) struct Operation<'a> {
     /// The name of the tuple, and its types; empty where it is none.
     pub(super) answer: String,
     answer_types: Vec<String>,
-    /// The error under the name of the operation, and the enum that it is; empty if it throws
-    /// nothing.
+    /// The error under the name of the operation; empty if it throws nothing.
     error: String,
-    error_enum: String,
     throws: Vec<Exception>,
     /// The structure of a sample, and of a result, in shared memory; else empty.
     sample_in_place: String,
@@ -129,10 +129,10 @@ pub(super) fn of(interface: &view::Interface) -> Interface<'_> {
     let methods = all.clone().map(|o| names::method(&o.name));
     let mut functions: BTreeSet<String> = methods.collect();
     let mut variants = BTreeSet::new();
-    let mut operations: Vec<Operation> = all
+    let operations: Vec<Operation> = all
         .map(|o| operation(interface, o, &path, &mut functions, &mut variants))
         .collect();
-    let errors = errors(interface, &mut operations);
+    let errors = errors(interface, &operations);
     let codecs: Vec<&Codecs> = operations.iter().map(|o| &o.codecs).collect();
     let shapes = shapes::all(interface, &codecs);
     Interface {
@@ -166,29 +166,27 @@ pub(super) fn operations<'a>(
         .collect()
 }
 
-/// Gives the operations that throw the same exceptions one error.
-fn errors(interface: &view::Interface, operations: &mut [Operation]) -> Vec<ErrorEnum> {
+/// One error for all operations that throw the same exceptions.
+fn errors(interface: &view::Interface, operations: &[Operation]) -> Vec<ErrorEnum> {
     let mut taken = shapes::own_names(interface);
     let mut errors: Vec<(Vec<String>, ErrorEnum)> = Vec::new();
-    for operation in operations.iter_mut().filter(|o| !o.throws.is_empty()) {
+    for operation in operations.iter().filter(|o| !o.throws.is_empty()) {
         // A set: the order in the IDSL does not matter.
         let mut throws: Vec<String> = operation.throws.iter().map(|e| e.ty.clone()).collect();
         throws.sort();
-        let known = errors.iter().find(|(set, _)| *set == throws);
-        operation.error_enum = if let Some((_, error)) = known {
-            error.name.clone()
-        } else {
-            let variants = operation.throws.iter().map(|e| bare(&e.variant));
-            let variants: Vec<&str> = variants.collect();
-            let name = names::free(format!("{}OrCall", variants.join("Or")), &mut taken);
-            let throws = (throws, operation.throws.clone());
-            let error = ErrorEnum {
-                name: name.clone(),
-                throws: throws.1,
-            };
-            errors.push((throws.0, error));
-            name
+        let own = (operation.error.clone(), operation.name.to_owned());
+        if let Some((_, error)) = errors.iter_mut().find(|(set, _)| *set == throws) {
+            error.operations.push(own);
+            continue;
+        }
+        let variants = operation.throws.iter().map(|e| bare(&e.variant));
+        let variants: Vec<&str> = variants.collect();
+        let error = ErrorEnum {
+            name: names::free(format!("{}OrCall", variants.join("Or")), &mut taken),
+            throws: operation.throws.clone(),
+            operations: vec![own],
         };
+        errors.push((throws, error));
     }
     errors.into_iter().map(|(_, error)| error).collect()
 }
@@ -332,7 +330,6 @@ fn operation<'a>(
         } else {
             error_name(&of.name)
         },
-        error_enum: String::new(),
         throws: throws.collect(),
         sample_in_place: placed(of.sample_in_place.as_ref(), path),
         result_in_place: placed(of.result_in_place.as_ref(), path),

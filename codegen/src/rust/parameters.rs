@@ -3,6 +3,8 @@
 use super::names;
 use crate::type_names;
 use crate::view;
+use crate::view::parameters::Holds;
+use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -79,26 +81,27 @@ impl Structs {
     fn field(&mut self, owner: &str, parameter: &view::Parameter) -> Field {
         let key = &parameter.name;
         let mut group = String::new();
-        if !parameter.members.is_empty() || matches!(parameter.kind, "group" | "list") {
+        if parameter.kind.has_members() {
             group = type_names::group(&mut self.names, owner, key);
-            let doc = match parameter.kind {
-                "list" => format!("One element of `{key}`."),
-                _ => format!("The group `{key}`."),
+            let doc = if parameter.kind == Holds::List {
+                format!("One element of `{key}`.")
+            } else {
+                format!("The group `{key}`.")
             };
             self.add(group.clone(), vec![doc], &parameter.members);
         }
         let (ty, read, cast) = match parameter.kind {
-            "bool" => ("bool", "bool", ""),
-            "int" => ("i32", "int", "i32"),
-            "long" => ("i64", "int", ""),
-            "float" => ("f32", "float", "f32"),
-            "double" => ("f64", "float", ""),
-            "string" => ("String", "text", ""),
-            "duration" => ("std::time::Duration", "duration", ""),
-            "path" => ("std::path::PathBuf", "path", ""),
-            _ => (group.as_str(), "", ""),
+            Holds::Values(Type::Bool) => ("bool", "bool", ""),
+            Holds::Values(Type::Int) => ("i32", "int", "i32"),
+            Holds::Values(Type::Long) => ("i64", "int", ""),
+            Holds::Values(Type::Float) => ("f32", "float", "f32"),
+            Holds::Values(Type::Double) => ("f64", "float", ""),
+            Holds::Values(Type::String) => ("String", "text", ""),
+            Holds::Values(Type::Duration) => ("std::time::Duration", "duration", ""),
+            Holds::Values(Type::Path) => ("std::path::PathBuf", "path", ""),
+            Holds::Group | Holds::List => (group.as_str(), "", ""),
         };
-        let list = parameter.kind == "list";
+        let list = parameter.kind == Holds::List;
         let ty = if parameter.array || list {
             format!("Vec<{ty}>")
         } else {

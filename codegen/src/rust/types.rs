@@ -2,8 +2,7 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::Type;
-use rc_vocabulary::Primitive;
+use crate::view::types::{Declared, Type};
 
 /// How the path of a named type is written, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
@@ -40,7 +39,7 @@ pub(crate) fn in_crate() -> impl Fn(&str, &str) -> String {
 /// A type that owns its value.
 pub(crate) fn owned(ty: &Type, path: Path) -> String {
     match ty {
-        Type::Primitive { name } => primitive(*name).to_owned(),
+        Type::Primitive { name } => name.rust().to_owned(),
         Type::Text { .. } => "String".to_owned(),
         Type::Sequence { element, .. } => format!("Vec<{}>", owned(element, path)),
         Type::Array { element, length } => format!("[{}; {length}]", owned(element, path)),
@@ -80,25 +79,12 @@ pub(crate) fn borrowed(parameter: &Member, path: Path) -> String {
 pub(crate) fn is_small(ty: &Type) -> bool {
     matches!(
         ty.resolved(),
-        Type::Primitive { .. } | Type::Named { of: "enum", .. }
+        Type::Primitive { .. }
+            | Type::Named {
+                of: Declared::Enum,
+                ..
+            }
     )
-}
-
-/// The type of Rust for a primitive one.
-pub(crate) fn primitive(of: Primitive) -> &'static str {
-    match of {
-        Primitive::Bool => "bool",
-        Primitive::I8 => "i8",
-        Primitive::U8 => "u8",
-        Primitive::I16 => "i16",
-        Primitive::U16 => "u16",
-        Primitive::I32 => "i32",
-        Primitive::U32 => "u32",
-        Primitive::I64 => "i64",
-        Primitive::U64 => "u64",
-        Primitive::F32 => "f32",
-        Primitive::F64 => "f64",
-    }
 }
 
 /// A value that owns itself; a text is a `String`.

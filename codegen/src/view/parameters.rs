@@ -1,7 +1,7 @@
 //! The parameters of a component.
 
-use rc_configuration::model::{self, Kind, Type};
-use serde::Serialize;
+use rc_configuration::model::{self, Kind};
+use serde::{Serialize, Serializer};
 
 /// All parameters.
 #[derive(Debug, Serialize)]
@@ -30,6 +30,37 @@ pub struct Rule {
     pub message: String,
 }
 
+/// What a parameter holds; in JSON the word of its type, `group` or `list`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Holds {
+    /// A value of a type, or an array of them.
+    Values(model::Type),
+    /// A group of parameters.
+    Group,
+    /// A list of groups.
+    List,
+}
+
+impl Holds {
+    /// Whether it has parameters of its own.
+    pub fn has_members(self) -> bool {
+        match self {
+            Self::Values(_) => false,
+            Self::Group | Self::List => true,
+        }
+    }
+}
+
+impl Serialize for Holds {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Values(ty) => ty.serialize(to),
+            Self::Group => to.serialize_str("group"),
+            Self::List => to.serialize_str("list"),
+        }
+    }
+}
+
 /// A parameter, a group or a list of groups.
 #[derive(Debug, Serialize)]
 pub struct Parameter {
@@ -37,8 +68,8 @@ pub struct Parameter {
     pub name: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
-    /// `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`; `group` or `list`.
-    pub kind: &'static str,
+    /// What it holds.
+    pub kind: Holds,
     /// Whether the value is an array.
     pub array: bool,
     /// The number of elements of an array or a list, as documents print it.
@@ -83,16 +114,16 @@ pub(super) fn of(parameters: &model::Parameters) -> Parameters {
 
 fn one(parameter: &model::Parameter) -> Parameter {
     let (kind, length, members) = match &parameter.kind {
-        Kind::Scalar { ty, array } => (word(*ty), *array, [].as_slice()),
-        Kind::Group(members) => ("group", None, members.as_slice()),
-        Kind::List { length, parameters } => ("list", Some(*length), parameters.as_slice()),
+        Kind::Scalar { ty, array } => (Holds::Values(*ty), *array, [].as_slice()),
+        Kind::Group(members) => (Holds::Group, None, members.as_slice()),
+        Kind::List { length, parameters } => (Holds::List, Some(*length), parameters.as_slice()),
     };
     let default = parameter.default.as_ref();
     Parameter {
         name: parameter.name.clone(),
         doc: parameter.doc.clone(),
         kind,
-        array: length.is_some() && kind != "list",
+        array: length.is_some() && !kind.has_members(),
         length: length.map(model::Length::described),
         unit: parameter.unit.clone(),
         range: parameter.range.as_ref().map(model::Range::described),
@@ -109,18 +140,5 @@ fn one(parameter: &model::Parameter) -> Parameter {
         secret: parameter.secret,
         allowed: parameter.allowed(),
         members: members.iter().map(one).collect(),
-    }
-}
-
-fn word(ty: Type) -> &'static str {
-    match ty {
-        Type::Bool => "bool",
-        Type::Int => "int",
-        Type::Long => "long",
-        Type::Float => "float",
-        Type::Double => "double",
-        Type::String => "string",
-        Type::Duration => "duration",
-        Type::Path => "path",
     }
 }

@@ -5,6 +5,20 @@ use rc_idsl::model::{self, TypeDeclKind, TypeId};
 use rc_vocabulary::Primitive;
 use serde::Serialize;
 
+/// How a type with a name is declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Declared {
+    /// Numbers with names.
+    Enum,
+    /// Members in order.
+    Struct,
+    /// A structure that operations throw.
+    Exception,
+    /// Another name of a type.
+    Alias,
+}
+
 /// A type where it is used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
@@ -46,8 +60,8 @@ pub enum Type {
         module: String,
         /// Name in the IDSL.
         name: String,
-        /// `enum`, `struct`, `exception` or `alias`.
-        of: &'static str,
+        /// How it is declared.
+        of: Declared,
         /// The type behind an alias.
         target: Option<Box<Type>>,
     },
@@ -101,10 +115,10 @@ pub(super) fn of_type(library: &Library, ty: &model::Type) -> Type {
 pub(super) fn named(library: &Library, id: TypeId) -> Type {
     let decl = library.ty(id);
     let (of, target) = match &decl.kind {
-        TypeDeclKind::Enum(_) => ("enum", None),
-        TypeDeclKind::Struct(_) => ("struct", None),
-        TypeDeclKind::Exception(_) => ("exception", None),
-        TypeDeclKind::Alias(target) => ("alias", Some(Box::new(of_type(library, target)))),
+        TypeDeclKind::Enum(_) => (Declared::Enum, None),
+        TypeDeclKind::Struct(_) => (Declared::Struct, None),
+        TypeDeclKind::Exception(_) => (Declared::Exception, None),
+        TypeDeclKind::Alias(target) => (Declared::Alias, Some(Box::new(of_type(library, target)))),
     };
     Type::Named {
         module: library.module(decl.module).name.text.clone(),

@@ -12,40 +12,7 @@ namespace {
 const char description[] = R"rc_json({
   "machine": {
     "actions": [],
-    "chart": {
-      "actions": [{"Send":{"delay":10000000000,"event":6,"id":0}},{"Cancel":0},{"Send":{"delay":5000000000,"event":7,"id":1}},{"Cancel":1}],
-      "blocks": [{"end":1,"start":0},{"end":2,"start":1},{"end":3,"start":2},{"end":4,"start":3}],
-      "communication_error": 65535,
-      "events": ["go","battery.full","stop","battery.low","obstacle","clear","stuck","again"],
-      "execution_error": 65535,
-      "fireable": 8,
-      "functions": [],
-      "guards": [],
-      "histories": 0,
-      "lists": [0,5,0,4,1,5,2,3,3,4,2,3,4,7,5,6,6,8,5,6,7,7,3,11,1,10,1,3,6,10],
-      "name": "avoider",
-      "states": [{"done":65535,"end":12,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":13,"kind":"Compound","name":"avoider","parent":65535,"path":"","transitions":{"end":0,"start":0}},{"done":65535,"end":12,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Parallel","name":"on","parent":0,"path":"on","transitions":{"end":0,"start":0}},{"done":65535,"end":9,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":14,"kind":"Compound","name":"motion","parent":1,"path":"on.motion","transitions":{"end":0,"start":0}},{"done":65535,"end":4,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"idle","parent":2,"path":"on.motion.idle","transitions":{"end":2,"start":0}},{"done":65535,"end":5,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"charging","parent":2,"path":"on.motion.charging","transitions":{"end":4,"start":2}},{"done":65535,"end":9,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":15,"kind":"Compound","name":"driving","parent":2,"path":"on.motion.driving","transitions":{"end":6,"start":4}},{"done":65535,"end":7,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"cruising","parent":5,"path":"on.motion.driving.cruising","transitions":{"end":7,"start":6}},{"done":65535,"end":8,"entry":{"end":1,"start":0},"exit":{"end":2,"start":1},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"turning","parent":5,"path":"on.motion.driving.turning","transitions":{"end":9,"start":7}},{"done":65535,"end":9,"entry":{"end":3,"start":2},"exit":{"end":4,"start":3},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"blocked","parent":5,"path":"on.motion.driving.blocked","transitions":{"end":11,"start":9}},{"done":65535,"end":12,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":16,"kind":"Compound","name":"battery","parent":1,"path":"on.battery","transitions":{"end":11,"start":11}},{"done":65535,"end":11,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"charged","parent":9,"path":"on.battery.charged","transitions":{"end":12,"start":11}},{"done":65535,"end":12,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"low","parent":9,"path":"on.battery.low","transitions":{"end":13,"start":12}}],
-      "texts": [],
-      "transitions": [
-        {"actions":{"end":4,"start":4},"condition":{"In":10},"domain":2,"internal":false,"source":3,"targets":{"end":2,"start":1},"through_history":false,"trigger":{"Events":{"end":1,"start":0}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":3,"targets":{"end":4,"start":3},"through_history":false,"trigger":{"Events":{"end":3,"start":2}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":4,"targets":{"end":6,"start":5},"through_history":false,"trigger":{"Events":{"end":5,"start":4}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":4,"targets":{"end":8,"start":7},"through_history":false,"trigger":{"Events":{"end":7,"start":6}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":10,"start":9},"through_history":false,"trigger":{"Events":{"end":9,"start":8}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":12,"start":11},"through_history":false,"trigger":{"Events":{"end":11,"start":10}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":6,"targets":{"end":14,"start":13},"through_history":false,"trigger":{"Events":{"end":13,"start":12}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":7,"targets":{"end":16,"start":15},"through_history":false,"trigger":{"Events":{"end":15,"start":14}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":7,"targets":{"end":18,"start":17},"through_history":false,"trigger":{"Events":{"end":17,"start":16}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":8,"targets":{"end":20,"start":19},"through_history":false,"trigger":{"Events":{"end":19,"start":18}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":8,"targets":{"end":22,"start":21},"through_history":false,"trigger":{"Events":{"end":21,"start":20}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":9,"internal":false,"source":10,"targets":{"end":24,"start":23},"through_history":false,"trigger":{"Events":{"end":23,"start":22}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":9,"internal":false,"source":11,"targets":{"end":26,"start":25},"through_history":false,"trigger":{"Events":{"end":25,"start":24}}},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":65535,"internal":false,"source":0,"targets":{"end":27,"start":26},"through_history":false,"trigger":"Eventless"},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":0,"internal":false,"source":2,"targets":{"end":28,"start":27},"through_history":false,"trigger":"Eventless"},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":29,"start":28},"through_history":false,"trigger":"Eventless"},
-        {"actions":{"end":4,"start":4},"condition":"Always","domain":0,"internal":false,"source":9,"targets":{"end":30,"start":29},"through_history":false,"trigger":"Eventless"}
-      ]
-    },
+    "chart": {"actions":[{"Send":{"delay":10000000000,"event":6,"id":0}},{"Cancel":0},{"Send":{"delay":5000000000,"event":7,"id":1}},{"Cancel":1}],"blocks":[{"end":1,"start":0},{"end":2,"start":1},{"end":3,"start":2},{"end":4,"start":3}],"communication_error":65535,"events":["go","battery.full","stop","battery.low","obstacle","clear","stuck","again"],"execution_error":65535,"fireable":8,"functions":[],"guards":[],"histories":0,"lists":[0,5,0,4,1,5,2,3,3,4,2,3,4,7,5,6,6,8,5,6,7,7,3,11,1,10,1,3,6,10],"name":"avoider","states":[{"done":65535,"end":12,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":13,"kind":"Compound","name":"avoider","parent":65535,"path":"","transitions":{"end":0,"start":0}},{"done":65535,"end":12,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Parallel","name":"on","parent":0,"path":"on","transitions":{"end":0,"start":0}},{"done":65535,"end":9,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":14,"kind":"Compound","name":"motion","parent":1,"path":"on.motion","transitions":{"end":0,"start":0}},{"done":65535,"end":4,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"idle","parent":2,"path":"on.motion.idle","transitions":{"end":2,"start":0}},{"done":65535,"end":5,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"charging","parent":2,"path":"on.motion.charging","transitions":{"end":4,"start":2}},{"done":65535,"end":9,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":15,"kind":"Compound","name":"driving","parent":2,"path":"on.motion.driving","transitions":{"end":6,"start":4}},{"done":65535,"end":7,"entry":{"end":0,"start":0},"exit":{"end":0,"start":0},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"cruising","parent":5,"path":"on.motion.driving.cruising","transitions":{"end":7,"start":6}},{"done":65535,"end":8,"entry":{"end":1,"start":0},"exit":{"end":2,"start":1},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"turning","parent":5,"path":"on.motion.driving.turning","transitions":{"end":9,"start":7}},{"done":65535,"end":9,"entry":{"end":3,"start":2},"exit":{"end":4,"start":3},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"blocked","parent":5,"path":"on.motion.driving.blocked","transitions":{"end":11,"start":9}},{"done":65535,"end":12,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":16,"kind":"Compound","name":"battery","parent":1,"path":"on.battery","transitions":{"end":11,"start":11}},{"done":65535,"end":11,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"charged","parent":9,"path":"on.battery.charged","transitions":{"end":12,"start":11}},{"done":65535,"end":12,"entry":{"end":4,"start":4},"exit":{"end":4,"start":4},"histories":{"end":0,"start":0},"history":65535,"initial":65535,"kind":"Atomic","name":"low","parent":9,"path":"on.battery.low","transitions":{"end":13,"start":12}}],"texts":[],"transitions":[{"actions":{"end":4,"start":4},"condition":{"In":10},"domain":2,"internal":false,"source":3,"targets":{"end":2,"start":1},"through_history":false,"trigger":{"Events":{"end":1,"start":0}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":3,"targets":{"end":4,"start":3},"through_history":false,"trigger":{"Events":{"end":3,"start":2}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":4,"targets":{"end":6,"start":5},"through_history":false,"trigger":{"Events":{"end":5,"start":4}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":4,"targets":{"end":8,"start":7},"through_history":false,"trigger":{"Events":{"end":7,"start":6}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":10,"start":9},"through_history":false,"trigger":{"Events":{"end":9,"start":8}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":12,"start":11},"through_history":false,"trigger":{"Events":{"end":11,"start":10}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":6,"targets":{"end":14,"start":13},"through_history":false,"trigger":{"Events":{"end":13,"start":12}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":7,"targets":{"end":16,"start":15},"through_history":false,"trigger":{"Events":{"end":15,"start":14}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":7,"targets":{"end":18,"start":17},"through_history":false,"trigger":{"Events":{"end":17,"start":16}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":8,"targets":{"end":20,"start":19},"through_history":false,"trigger":{"Events":{"end":19,"start":18}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":5,"internal":false,"source":8,"targets":{"end":22,"start":21},"through_history":false,"trigger":{"Events":{"end":21,"start":20}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":9,"internal":false,"source":10,"targets":{"end":24,"start":23},"through_history":false,"trigger":{"Events":{"end":23,"start":22}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":9,"internal":false,"source":11,"targets":{"end":26,"start":25},"through_history":false,"trigger":{"Events":{"end":25,"start":24}}},{"actions":{"end":4,"start":4},"condition":"Always","domain":65535,"internal":false,"source":0,"targets":{"end":27,"start":26},"through_history":false,"trigger":"Eventless"},{"actions":{"end":4,"start":4},"condition":"Always","domain":0,"internal":false,"source":2,"targets":{"end":28,"start":27},"through_history":false,"trigger":"Eventless"},{"actions":{"end":4,"start":4},"condition":"Always","domain":2,"internal":false,"source":5,"targets":{"end":29,"start":28},"through_history":false,"trigger":"Eventless"},{"actions":{"end":4,"start":4},"condition":"Always","domain":0,"internal":false,"source":9,"targets":{"end":30,"start":29},"through_history":false,"trigger":"Eventless"}]},
     "external": [0,2],
     "guards": [],
     "states": ["","on","motion","idle","charging","driving","cruising","turning","blocked","battery","charged","low"]
@@ -56,12 +23,7 @@ const char description[] = R"rc_json({
   "name": "avoider_cpp",
   "parameters": {
     "name": "avoider",
-    "parameters": [
-      {"default":{"float":700.0},"doc":["Nothing ahead may come nearer."],"editable":true,"kind":{"scalar":{"type":"float"}},"name":"safe_distance","range":{"max":{"float":3000.0},"min":{"float":150.0}},"unit":"mm"},
-      {"default":{"float":400.0},"editable":true,"kind":{"scalar":{"type":"float"}},"name":"speed","range":{"max":{"float":1500.0},"min":{"float":0.0}},"unit":"mm/s"},
-      {"default":{"float":0.8},"editable":true,"kind":{"scalar":{"type":"float"}},"name":"turn_speed","range":{"max":{"float":3.0},"min":{"float":0.1}},"unit":"rad/s"},
-      {"default":{"bool":false},"doc":["Takes a scan only when the base has carried out the last command. With the simulator's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"name":"lockstep"}
-    ]
+    "parameters": [{"default":{"float":700.0},"doc":["Nothing ahead may come nearer."],"editable":true,"kind":{"scalar":{"type":"float"}},"name":"safe_distance","range":{"max":{"float":3000.0},"min":{"float":150.0}},"unit":"mm"},{"default":{"float":400.0},"editable":true,"kind":{"scalar":{"type":"float"}},"name":"speed","range":{"max":{"float":1500.0},"min":{"float":0.0}},"unit":"mm/s"},{"default":{"float":0.8},"editable":true,"kind":{"scalar":{"type":"float"}},"name":"turn_speed","range":{"max":{"float":3.0},"min":{"float":0.1}},"unit":"rad/s"},{"default":{"bool":false},"doc":["Takes a scan only when the base has carried out the last command. With the simulator's lockstep a run is then the","same on every machine."],"kind":{"scalar":{"type":"bool"}},"name":"lockstep"}]
   },
   "period_ns": 50000000,
   "simulates_time": false,
@@ -71,78 +33,10 @@ const char description[] = R"rc_json({
     {"interface":"BatteryStatus","middleware":"iceoryx2","name":"BatteryStatus","operations":[{"name":"getBatteryState"}],"qos":{},"role":"requires","type_hash":"066a7d0aeff2706f","type_name":"RoboCompBatteryStatus::BatteryStatus"}
   ],
   "types": [
-    {
-      "interfaces": [
-        {
-          "name": "GenericBase",
-          "operations": [
-            {"hash":"c99f6e5c029830b3","id":1652238603,"name":"getBaseState","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
-            {"hash":"384af5071b78f7fc","id":1764853400,"name":"getBasePose","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]}
-          ]
-        }
-      ],
-      "module": "RoboCompGenericBase",
-      "types": [
-        {"exception":[{"name":"what","type":"string"}],"name":"HardwareFailedException"},
-        {"name":"TBaseState","struct":[{"name":"x","type":"float32","unit":"mm"},{"name":"correctedX","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"correctedZ","type":"float32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"},{"name":"correctedAlpha","type":"float32","unit":"rad"},{"name":"advVx","type":"float32","unit":"mm/s"},{"name":"advVz","type":"float32","unit":"mm/s"},{"name":"rotV","type":"float32","unit":"rad/s"},{"name":"isMoving","type":"bool"}]}
-      ]
-    },
-    {
-      "interfaces": [
-        {
-          "name": "Laser",
-          "operations": [
-            {"hash":"94aaf70d43c7deec","id":-1813133903,"name":"getLaserData","pattern":"query","result":"sequence<RoboCompLaser::TData>"},
-            {"hash":"6c4954ac5c18af2c","id":84382437,"name":"getLaserAndBStateData","outputs":[{"name":"bState","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","result":"sequence<RoboCompLaser::TData>"},
-            {"hash":"33d972a9fa76c3fb","id":1941542868,"name":"getLaserConfData","pattern":"query","result":"RoboCompLaser::LaserConfData"}
-          ]
-        }
-      ],
-      "module": "RoboCompLaser",
-      "types": [
-        {"name":"LaserConfData","struct":[{"name":"driver","type":"string"},{"name":"device","type":"string"},{"name":"staticConf","type":"int32"},{"name":"maxMeasures","type":"int32"},{"name":"maxDegrees","type":"int32","unit":"deg"},{"name":"maxRange","type":"int32","unit":"mm"},{"name":"minRange","type":"int32","unit":"mm"},{"name":"iniRange","type":"int32"},{"name":"endRange","type":"int32"},{"name":"cluster","type":"int32"},{"name":"sampleRate","type":"int32","unit":"ms"},{"name":"angleRes","type":"float32","unit":"rad"},{"name":"angleIni","type":"float32","unit":"rad"}]},
-        {"name":"TData","struct":[{"name":"angle","type":"float32","unit":"rad"},{"name":"dist","type":"float32","unit":"mm"}]},
-        {"alias":"sequence<RoboCompLaser::TData>","name":"TLaserData"}
-      ]
-    },
-    {
-      "interfaces": [
-        {
-          "name": "DifferentialRobot",
-          "operations": [
-            {"hash":"7fb65cee8ac42b04","id":1652238603,"name":"getBaseState","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
-            {"hash":"22e81f5648ef3638","id":1764853400,"name":"getBasePose","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},
-            {"hash":"8b562d9b6ea758ed","id":1094106188,"name":"getMechParams","pattern":"query","result":"RoboCompDifferentialRobot::TMechParams"},
-            {"hash":"a402e8c2e63c6d3f","id":813783100,"inputs":[{"name":"adv","type":"float32","unit":"mm/s"},{"name":"rot","type":"float32","unit":"rad/s"}],"name":"setSpeedBase","pattern":"command"},
-            {"hash":"0cce038f4d7aee28","id":1982418655,"name":"stopBase","pattern":"command"},
-            {"hash":"94826cdc9adc89d4","id":1723657111,"name":"resetOdometer","pattern":"command"},
-            {"hash":"ecfa26b2d69af9f8","id":-2082011004,"inputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"name":"setOdometer","pattern":"command"},
-            {"hash":"59b1980be6f94abd","id":-163556198,"inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"name":"setOdometerPose","pattern":"command"},
-            {"hash":"390b47dab13646fd","id":-595828834,"inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"name":"correctOdometer","pattern":"command"}
-          ]
-        }
-      ],
-      "module": "RoboCompDifferentialRobot",
-      "types": [
-        {"name":"TMechParams","struct":[{"name":"wheelRadius","type":"int32","unit":"mm"},{"name":"axisLength","type":"int32","unit":"mm"},{"name":"encoderSteps","type":"int32"},{"name":"gearRatio","type":"int32"},{"name":"temp","type":"float32","unit":"Celsius"},{"name":"device","type":"string"},{"name":"handler","type":"string"},{"name":"maxVelAdv","type":"float32","unit":"mm/s"},{"name":"maxVelRot","type":"float32","unit":"rad/s"}]}
-      ]
-    },
-    {
-      "interfaces": [
-        {
-          "name": "BatteryStatus",
-          "operations": [
-            {"hash":"066a7d0aeff2706f","id":-127508420,"name":"getBatteryState","pattern":"query","result":"RoboCompBatteryStatus::TBattery","throws":[["RoboCompBatteryStatus::HardwareFailedException",1023798054]]}
-          ]
-        }
-      ],
-      "module": "RoboCompBatteryStatus",
-      "types": [
-        {"exception":[{"name":"what","type":"string"}],"name":"HardwareFailedException"},
-        {"enum":[["Charging",0],["Charged",1],["Disconnected",2]],"name":"BatteryStates"},
-        {"name":"TBattery","struct":[{"name":"percentage","type":"float32"},{"name":"state","type":"RoboCompBatteryStatus::BatteryStates"},{"name":"voltage","type":"float32","unit":"V"},{"name":"current","type":"float32","unit":"A"}]}
-      ]
-    }
+    {"interfaces":[{"name":"GenericBase","operations":[{"hash":"c99f6e5c029830b3","id":1652238603,"name":"getBaseState","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},{"hash":"384af5071b78f7fc","id":1764853400,"name":"getBasePose","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]}]}],"module":"RoboCompGenericBase","types":[{"exception":[{"name":"what","type":"string"}],"name":"HardwareFailedException"},{"name":"TBaseState","struct":[{"name":"x","type":"float32","unit":"mm"},{"name":"correctedX","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"correctedZ","type":"float32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"},{"name":"correctedAlpha","type":"float32","unit":"rad"},{"name":"advVx","type":"float32","unit":"mm/s"},{"name":"advVz","type":"float32","unit":"mm/s"},{"name":"rotV","type":"float32","unit":"rad/s"},{"name":"isMoving","type":"bool"}]}]},
+    {"interfaces":[{"name":"Laser","operations":[{"hash":"94aaf70d43c7deec","id":-1813133903,"name":"getLaserData","pattern":"query","result":"sequence<RoboCompLaser::TData>"},{"hash":"6c4954ac5c18af2c","id":84382437,"name":"getLaserAndBStateData","outputs":[{"name":"bState","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","result":"sequence<RoboCompLaser::TData>"},{"hash":"33d972a9fa76c3fb","id":1941542868,"name":"getLaserConfData","pattern":"query","result":"RoboCompLaser::LaserConfData"}]}],"module":"RoboCompLaser","types":[{"name":"LaserConfData","struct":[{"name":"driver","type":"string"},{"name":"device","type":"string"},{"name":"staticConf","type":"int32"},{"name":"maxMeasures","type":"int32"},{"name":"maxDegrees","type":"int32","unit":"deg"},{"name":"maxRange","type":"int32","unit":"mm"},{"name":"minRange","type":"int32","unit":"mm"},{"name":"iniRange","type":"int32"},{"name":"endRange","type":"int32"},{"name":"cluster","type":"int32"},{"name":"sampleRate","type":"int32","unit":"ms"},{"name":"angleRes","type":"float32","unit":"rad"},{"name":"angleIni","type":"float32","unit":"rad"}]},{"name":"TData","struct":[{"name":"angle","type":"float32","unit":"rad"},{"name":"dist","type":"float32","unit":"mm"}]},{"alias":"sequence<RoboCompLaser::TData>","name":"TLaserData"}]},
+    {"interfaces":[{"name":"DifferentialRobot","operations":[{"hash":"7fb65cee8ac42b04","id":1652238603,"name":"getBaseState","outputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},{"hash":"22e81f5648ef3638","id":1764853400,"name":"getBasePose","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"pattern":"query","throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]},{"hash":"8b562d9b6ea758ed","id":1094106188,"name":"getMechParams","pattern":"query","result":"RoboCompDifferentialRobot::TMechParams"},{"hash":"a402e8c2e63c6d3f","id":813783100,"inputs":[{"name":"adv","type":"float32","unit":"mm/s"},{"name":"rot","type":"float32","unit":"rad/s"}],"name":"setSpeedBase","pattern":"command"},{"hash":"0cce038f4d7aee28","id":1982418655,"name":"stopBase","pattern":"command"},{"hash":"94826cdc9adc89d4","id":1723657111,"name":"resetOdometer","pattern":"command"},{"hash":"ecfa26b2d69af9f8","id":-2082011004,"inputs":[{"name":"state","type":"RoboCompGenericBase::TBaseState"}],"name":"setOdometer","pattern":"command"},{"hash":"59b1980be6f94abd","id":-163556198,"inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"name":"setOdometerPose","pattern":"command"},{"hash":"390b47dab13646fd","id":-595828834,"inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"name":"correctOdometer","pattern":"command"}]}],"module":"RoboCompDifferentialRobot","types":[{"name":"TMechParams","struct":[{"name":"wheelRadius","type":"int32","unit":"mm"},{"name":"axisLength","type":"int32","unit":"mm"},{"name":"encoderSteps","type":"int32"},{"name":"gearRatio","type":"int32"},{"name":"temp","type":"float32","unit":"Celsius"},{"name":"device","type":"string"},{"name":"handler","type":"string"},{"name":"maxVelAdv","type":"float32","unit":"mm/s"},{"name":"maxVelRot","type":"float32","unit":"rad/s"}]}]},
+    {"interfaces":[{"name":"BatteryStatus","operations":[{"hash":"066a7d0aeff2706f","id":-127508420,"name":"getBatteryState","pattern":"query","result":"RoboCompBatteryStatus::TBattery","throws":[["RoboCompBatteryStatus::HardwareFailedException",1023798054]]}]}],"module":"RoboCompBatteryStatus","types":[{"exception":[{"name":"what","type":"string"}],"name":"HardwareFailedException"},{"enum":[["Charging",0],["Charged",1],["Disconnected",2]],"name":"BatteryStates"},{"name":"TBattery","struct":[{"name":"percentage","type":"float32"},{"name":"state","type":"RoboCompBatteryStatus::BatteryStates"},{"name":"voltage","type":"float32","unit":"V"},{"name":"current","type":"float32","unit":"A"}]}]}
   ]
 })rc_json";
 

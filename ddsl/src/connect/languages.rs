@@ -14,17 +14,15 @@ impl Connector<'_> {
                 let component = self.components.get(*at).copied().flatten();
                 let language = component.map(|component| component.language.text.as_str());
                 let language = language.and_then(Language::from_file);
-                let (needs, code) = match language {
-                    Some(Language::Python) => ("an interpreter", "process-interpreter"),
-                    Some(Language::Cpp) => ("a program", "process-program"),
-                    Some(Language::Rust) | None => continue,
+                let Some(needs) = language.and_then(Language::needs) else {
+                    continue;
                 };
                 let instance = &self.deployment.instances[*at];
                 let message = format!(
-                    "`{}` needs {needs} of its own, and cannot be a thread of process `{}`",
-                    instance.path, process.path
+                    "`{}` needs {} of its own, and cannot be a thread of process `{}`",
+                    instance.path, needs.own, process.path
                 );
-                let error = Diagnostic::error(code, instance.name.span, message)
+                let error = Diagnostic::error(needs.shared, instance.name.span, message)
                     .label(process.name.span, "the process")
                     .help("run it in a process of its own: leave `process` out of the component");
                 self.found.push(error);

@@ -158,9 +158,9 @@ fn machines<'n>(network: &'n Network, plan: &Plan, processes: &'n [Process]) -> 
             .iter()
             .partition(|need| names[**need] == names[at]);
         let needed = |needs: Vec<usize>| needs.into_iter().map(|need| &processes[need]).collect();
-        let uses = |middleware| {
+        let uses = |is_meant: &dyn Fn(&Middleware) -> bool| {
             let mut members = process.members.iter();
-            members.any(|member| network.middlewares_of(*member).contains(&middleware))
+            members.any(|member| network.middlewares_of(*member).iter().any(is_meant))
         };
         let members = process.members.iter();
         let files: BTreeSet<PathBuf> = members
@@ -175,8 +175,8 @@ fn machines<'n>(network: &'n Network, plan: &Plan, processes: &'n [Process]) -> 
             needs_elsewhere: needed(elsewhere),
             groups: groups(network, process),
             files: files.into_iter().collect(),
-            memory: uses(Middleware::Iceoryx2),
-            dds: uses(Middleware::Dds),
+            memory: uses(&|one| one.can().shares_memory),
+            dds: uses(&|one| *one == Middleware::Dds),
             // All components of a process of several ones are in Rust.
             language: network.projects[process.members[0]]
                 .as_deref()
@@ -299,11 +299,11 @@ impl Part<'_> {
     /// Refuses components in Python and C++ in a container: what lies beside their programs is in no
     /// image.
     fn check_language(&self, engine: Engine) -> Result<(), String> {
-        let (language, missing) = match self.language {
-            Some(Language::Python) => ("Python", "no interpreter and no packages"),
-            Some(Language::Cpp) => ("C++", "no library of robocomp"),
-            Some(Language::Rust) | None => return Ok(()),
+        let needs = self.language.and_then(Language::needs);
+        let Some((language, needs)) = self.language.zip(needs) else {
+            return Ok(());
         };
+        let (language, missing) = (language.title(), needs.missing);
         if engine == Engine::Systemd {
             return Ok(());
         }

@@ -16,6 +16,7 @@ use machines::Machines;
 use rc_deploy_network::topology::Kind;
 use rc_drawing::{forks, path, text, width, xml};
 use rc_graph_layout::{Layout, Net, Point, Port};
+use rc_vocabulary::Middleware;
 use std::collections::BTreeMap;
 
 /// Around all.
@@ -41,12 +42,7 @@ impl Level {
 
 /// The dash pattern of a middleware. Empty: a solid line.
 fn dashes(middleware: &str) -> &'static str {
-    match middleware {
-        "iceoryx2" => "",
-        "dds" => "7 3",
-        "ros2" => "2 3",
-        _ => "9 3 2 3",
-    }
+    Middleware::from_word(middleware).map_or("1 3", |known| known.can().dashes)
 }
 
 /// All lines that come from one slot.

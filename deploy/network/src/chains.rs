@@ -7,7 +7,7 @@ mod search;
 use crate::bounds::{self, Arrival, Cost, Hop, Rate, Way};
 use crate::model::Network;
 use flow::{Direction, Flow};
-use rc_cdsl::model::{Middleware, Role};
+use rc_cdsl::model::Role;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Chain, ChainPoint, Late};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -368,10 +368,12 @@ impl Network {
             .map(|project| &project.component.slots[to.slot]);
         let middleware = slot.and_then(|slot| slot.backend).unwrap_or(own.middleware);
         let apart = from.is_some_and(|from| self.deployment.are_apart(&instances[from], own));
-        let assumed = match middleware {
-            _ if apart => hosts,
-            Middleware::Dds | Middleware::Ros2 => network,
-            _ => memory,
+        let assumed = if apart {
+            hosts
+        } else if middleware.can().joins_machines {
+            network
+        } else {
+            memory
         };
         declared
             .unwrap_or(assumed)

@@ -121,8 +121,8 @@ impl Network {
         let common: Vec<Middleware> = match (one.auto, other.auto) {
             // Tools hear the time of a process in shared memory.
             (Some(_), Some(_)) => match self.deployment.fastest(one, other) {
-                Middleware::Local => vec![Middleware::DEFAULT],
-                fastest => vec![fastest],
+                fastest if fastest.can().joins_processes => vec![fastest],
+                _ => vec![Middleware::DEFAULT],
             },
             (Some(_), None) => own.clone(),
             (None, Some(_)) => theirs.clone(),
@@ -133,9 +133,12 @@ impl Network {
         };
         let mut reasons = Vec::new();
         for backend in common {
-            let apart = backend == Middleware::Iceoryx2 && self.deployment.are_apart(one, other);
+            let joins = backend.can().joins_machines;
+            let apart = !joins && self.deployment.are_apart(one, other);
             if apart {
-                reasons.push("they are on different hosts, which iceoryx2 does not connect".into());
+                reasons.push(format!(
+                    "they are on different hosts, which {backend} does not connect"
+                ));
             } else if domain(one, backend) != domain(other, backend) {
                 reasons.push(format!(
                     "they are in different domains of {}",

@@ -6,7 +6,7 @@
 //! in any order.
 
 use crate::model::Network;
-use rc_cdsl::model::{Middleware, Role};
+use rc_cdsl::model::Role;
 use rc_ddsl::Endpoint as End;
 use rc_ddsl::model::Host;
 use rc_idsl::canonical::{interface_hash, operation_hash};
@@ -57,7 +57,7 @@ impl Network {
             (Some(on), Some(host)) => on.is_same(host),
             (on, host) => on.is_none() && host.is_none(),
         };
-        if !is_there || !followers.any(|(_, backend)| *backend == Middleware::Iceoryx2) {
+        if !is_there || !followers.any(|(_, backend)| backend.can().shares_memory) {
             return;
         }
         let Ok(address) = network_time::address(self.name()) else {
@@ -66,7 +66,7 @@ impl Network {
         let (topic, calls) = (network_time::topic_types(), network_time::call_types());
         let depth = Qos::PUBLISHER.depth;
         let followers = time.followers.iter();
-        let users = followers.filter(|(_, backend)| *backend == Middleware::Iceoryx2);
+        let users = followers.filter(|(_, backend)| backend.can().shares_memory);
         let users = users.map(|(at, _)| *at).chain([time.source]);
         let users: Vec<String> = users
             .map(|at| self.deployment.instances[at].path.clone())
@@ -104,7 +104,7 @@ impl Network {
                 continue;
             };
             let over = self.middlewares(End { instance, slot });
-            if !over.contains(&Middleware::Iceoryx2) {
+            if !over.iter().any(|one| one.can().shares_memory) {
                 continue;
             }
             let (library, slot) = (&project.component.library, &project.component.slots[slot]);

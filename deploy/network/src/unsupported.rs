@@ -10,11 +10,12 @@ impl Network {
     /// copied.
     pub(crate) fn refuse_languages_elsewhere(&self, found: &mut Diagnostics) {
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
-            let (language, code) = match project.as_deref().and_then(Project::language) {
-                Some(Language::Python) => ("Python", "python-elsewhere"),
-                Some(Language::Cpp) => ("C++", "cpp-elsewhere"),
-                Some(Language::Rust) | None => continue,
+            let language = project.as_deref().and_then(Project::language);
+            let needs = language.and_then(Language::needs);
+            let Some((language, needs)) = language.zip(needs) else {
+                continue;
             };
+            let (language, code) = (language.title(), needs.elsewhere);
             let host = self.deployment.remote_host(instance).zip(instance.host);
             if let Some((host, (_, span))) = host {
                 let message = format!(

@@ -6,6 +6,7 @@ use crate::reader::{Channel, Message};
 use rc_middleware::Encoding;
 use rc_values::description::{Kind, Member, Module, NamedType};
 use rc_values::{Catalog, Struct, Type, Value};
+use rc_vocabulary::Primitive;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -156,8 +157,8 @@ fn element_type(
     }
     Ok(match ty {
         "byte" | "char" => "uint8".to_owned(),
-        "bool" | "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint32" | "int64"
-        | "uint64" | "float32" | "float64" | "string" => ty.to_owned(),
+        "string" => ty.to_owned(),
+        word if Primitive::from_word(word).is_some() => ty.to_owned(),
         "wstring" | "wchar" => return Err(format!("`{ty}` has no type here")),
         // Definitions of ROS 1 and of older files have these as words.
         "time" | "duration" => return Err(format!("`{ty}` is a type of ROS 1")),

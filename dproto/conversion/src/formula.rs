@@ -1,10 +1,11 @@
 //! Formulas: how several numbers of a value become others.
 
 use crate::lanes::Lanes;
-use crate::number::Number;
+use crate::number::Stored;
 use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use rc_quantity::Real;
+use rc_vocabulary::Primitive;
 
 /// A formula over the numbers of a group. Equal formulas have equal operations.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -129,7 +130,7 @@ impl Operation {
 #[derive(Default)]
 pub(crate) struct Scratch {
     /// The places of the numbers of all groups that are open.
-    pub(crate) marks: Vec<(usize, Number)>,
+    pub(crate) marks: Vec<(usize, Primitive)>,
     /// The numbers of one group, then the values of its steps.
     values: Vec<f64>,
     /// Those of many groups.

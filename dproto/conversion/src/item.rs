@@ -1,18 +1,18 @@
 //! The values of a message, in their order.
 
 use crate::formula::Formula;
-use crate::number::Number;
 use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use rc_quantity::Conversion;
+use rc_vocabulary::Primitive;
 
 /// A value of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
     /// So many numbers of one type. They stay as they are without a conversion.
-    Numbers(u32, Number, Option<Conversion>),
+    Numbers(u32, Primitive, Option<Conversion>),
     /// So many numbers of one type that the formula of the group around them takes and gives.
-    Marked(u32, Number),
+    Marked(u32, Primitive),
     /// Values with marked numbers, which a formula converts together.
     Group {
         /// The values.

@@ -2,8 +2,9 @@
 //! the next one begins, so that the compiler turns it into vector instructions.
 
 use crate::formula::{Formula, Operand, Operation};
-use crate::number::Number;
+use crate::number::Stored;
 use alloc::vec::Vec;
+use rc_vocabulary::Primitive;
 
 /// The elements of a block. Its values stay in the nearest cache.
 const WIDTH: usize = 64;
@@ -13,7 +14,7 @@ type Lane = [f64; WIDTH];
 
 /// The numbers of an element that a formula takes and gives.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marks(pub(crate) Vec<(usize, Number)>);
+pub(crate) struct Marks(pub(crate) Vec<(usize, Primitive)>);
 
 /// The values of a block, kept from block to block: constants, inputs, then those of the steps.
 #[derive(Default)]
@@ -94,7 +95,7 @@ impl Lanes {
         for (lane, (at, number)) in lanes.zip(&marks.0) {
             let elements = block.chunks_exact(size);
             match number {
-                Number::F32 => {
+                Primitive::F32 => {
                     for (value, element) in lane.iter_mut().zip(elements) {
                         let bits = element
                             .get(*at..at + 4)
@@ -166,7 +167,7 @@ impl Lanes {
             let Some(lane) = lane(output) else {
                 return false;
             };
-            if !lane.iter().take(length).all(|value| number.holds(*value)) {
+            if !lane.iter().take(length).all(|value| number.stores(*value)) {
                 return false;
             }
         }
@@ -176,7 +177,7 @@ impl Lanes {
             };
             let elements = block.chunks_exact_mut(size);
             match number {
-                Number::F32 => {
+                Primitive::F32 => {
                     for (value, element) in lane.iter().zip(elements) {
                         if let Some(item) = element.get_mut(*at..at + 4) {
                             #[expect(

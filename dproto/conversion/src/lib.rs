@@ -33,7 +33,6 @@ mod program;
 pub use fault::Fault;
 pub use formula::{Formula, Operand, Operation, Step};
 pub use item::Item;
-pub use number::Number;
 pub use parse::{DEEPEST, LONGEST, PlanError};
 pub use plan::{Part, Place, Plan};
 pub use program::Program;

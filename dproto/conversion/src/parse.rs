@@ -15,12 +15,12 @@
 
 use crate::formula::{Formula, Operand, Operation, Step};
 use crate::item::Item;
-use crate::number::Number;
 use crate::plan::{Part, Place, Plan};
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 use rc_quantity::Conversion;
+use rc_vocabulary::Primitive;
 
 /// The most bytes of the text of a plan. A command line takes twice as many in one argument.
 pub const LONGEST: usize = 64 << 10;
@@ -201,16 +201,16 @@ impl Parser<'_> {
 
     fn numbers(&mut self, times: u32, next: char) -> Result<Item, PlanError> {
         let letter = self.peek().unwrap_or(next);
-        let mut all = Number::ALL.iter();
-        let Some((number, _)) = all.find(|(_, own)| *own == letter) else {
+        let number = Primitive::from_letter(letter).filter(|number| *number != Primitive::Bool);
+        let Some(number) = number else {
             return self.fail("a value");
         };
         self.take(letter);
         if self.groups > 0 && self.take('!') {
-            return Ok(Item::Marked(times, *number));
+            return Ok(Item::Marked(times, number));
         }
         if !self.take('{') {
-            return Ok(Item::Numbers(times, *number, None));
+            return Ok(Item::Numbers(times, number, None));
         }
         let rest = &self.text[self.at..];
         let code = rest.find('}').and_then(|end| rest.get(..end));
@@ -220,7 +220,7 @@ impl Parser<'_> {
             return self.fail("a conversion such as `1/1000}`");
         };
         self.at += code.len() + 1;
-        Ok(Item::Numbers(times, *number, Some(conversion)))
+        Ok(Item::Numbers(times, number, Some(conversion)))
     }
 
     /// What follows the `{` of a group.

@@ -4,10 +4,11 @@ use crate::fault::Fault;
 use crate::formula::{Formula, Rejected, Scratch};
 use crate::item::Item;
 use crate::lanes::Marks;
-use crate::number::Number;
+use crate::number::Stored;
 use alloc::vec::Vec;
 use core::ops::Range;
 use rc_quantity::{Conversion, Factor};
+use rc_vocabulary::Primitive;
 
 /// Converts the numbers of a message. The bytes keep their places.
 #[derive(Clone, Debug)]
@@ -43,13 +44,13 @@ enum Step {
     /// Integers.
     Integers {
         count: usize,
-        number: Number,
+        number: Primitive,
         conversion: Conversion,
     },
     /// Numbers of the group around them.
     Marked {
         count: usize,
-        number: Number,
+        number: Primitive,
     },
     Group {
         end: usize,
@@ -357,11 +358,11 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
             Item::Numbers(count, number, Some(conversion)) => {
                 let count = *count as usize;
                 steps.push(match number {
-                    Number::F32 => Step::Singles {
+                    Primitive::F32 => Step::Singles {
                         count,
                         factor: conversion.factor(),
                     },
-                    Number::F64 => Step::Doubles {
+                    Primitive::F64 => Step::Doubles {
                         count,
                         factor: conversion.factor(),
                     },
@@ -573,10 +574,10 @@ fn doubles_by(bytes: &mut [u8], convert: impl Fn(f64) -> f64) -> Result<(), usiz
 }
 
 /// Converts integers. Fails with the offset of the first one that does not fit.
-fn integers(bytes: &mut [u8], number: Number, conversion: &Conversion) -> Result<(), usize> {
+fn integers(bytes: &mut [u8], number: Primitive, conversion: &Conversion) -> Result<(), usize> {
     let size = number.size();
-    let is_signed = matches!(number, Number::I8 | Number::I16 | Number::I32 | Number::I64);
-    let bits = 8 * size;
+    let (least, most) = number.whole_limits().unwrap_or_default();
+    let is_signed = least < 0;
     for (index, item) in bytes.chunks_exact_mut(size).enumerate() {
         let mut wide = [0; 16];
         wide[..size].copy_from_slice(item);
@@ -584,11 +585,6 @@ fn integers(bytes: &mut [u8], number: Number, conversion: &Conversion) -> Result
             wide[size..].fill(0xff);
         }
         let converted = conversion.apply_integer(i128::from_le_bytes(wide));
-        let (least, most) = if is_signed {
-            (-(1_i128 << (bits - 1)), (1_i128 << (bits - 1)) - 1)
-        } else {
-            (0, (1_i128 << bits) - 1)
-        };
         let converted = converted.filter(|value| (least..=most).contains(value));
         let bytes = converted.ok_or(index * size)?.to_le_bytes();
         item.copy_from_slice(&bytes[..size]);

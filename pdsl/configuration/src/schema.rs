@@ -117,14 +117,18 @@ pub fn schema(
     if let Some(required) = required {
         set(&mut root, "required", json!(required));
     }
-    json_text(&root)
+    json_text(&root, KEY)
 }
 
-/// JSON of a generated file: indented by two spaces. A value that fits into a line, or that is one
-/// setting, one slot or one state with its few parts, stands on one line.
-pub fn json_text(value: &Json) -> String {
+/// How deep a key of a table lies in the schema: in the properties of a property.
+const KEY: usize = 4;
+
+/// JSON of a generated file: indented by two spaces. A value stands on one line if it fits into a
+/// line, if it has few tables in one another, or if it lies `rows` tables and lists deep: it is one
+/// setting, one slot or one type then, and differences show which.
+pub fn json_text(value: &Json, rows: usize) -> String {
     let mut text = String::new();
-    print(value, 0, &mut text);
+    print(value, 0, 2 * rows, &mut text);
     text + "\n"
 }
 
@@ -144,9 +148,9 @@ fn depth(value: &Json) -> usize {
     }
 }
 
-fn print(value: &Json, indent: usize, out: &mut String) {
+fn print(value: &Json, indent: usize, deepest: usize, out: &mut String) {
     let line = value.to_string();
-    if indent + line.len() <= LINE || depth(value) <= DEEPEST {
+    if indent + line.len() <= LINE || depth(value) <= DEEPEST || indent >= deepest {
         out.push_str(&line);
         return;
     }
@@ -162,7 +166,7 @@ fn print(value: &Json, indent: usize, out: &mut String) {
                 begin(at == 0, out);
                 out.push_str(&Json::from(key.as_str()).to_string());
                 out.push_str(": ");
-                print(value, inside, out);
+                print(value, inside, deepest, out);
             }
             '}'
         }
@@ -170,7 +174,7 @@ fn print(value: &Json, indent: usize, out: &mut String) {
             out.push('[');
             for (at, item) in items.iter().enumerate() {
                 begin(at == 0, out);
-                print(item, inside, out);
+                print(item, inside, deepest, out);
             }
             ']'
         }

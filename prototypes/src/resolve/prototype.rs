@@ -661,17 +661,11 @@ fn composes_itself(name: &str, parts: &HashMap<&str, Vec<&str>>) -> bool {
 fn of_c(language: &str, ty: &str) -> Option<Primitive> {
     let element = ty.split('[').next().unwrap_or_default().trim();
     let number = match element {
-        "double" => Primitive::F64,
-        "float" => Primitive::F32,
-        "int8_t" => Primitive::I8,
-        "uint8_t" => Primitive::U8,
-        "int16_t" => Primitive::I16,
-        "uint16_t" => Primitive::U16,
-        "int" | "int32_t" => Primitive::I32,
-        "uint32_t" => Primitive::U32,
-        "int64_t" => Primitive::I64,
-        "uint64_t" => Primitive::U64,
-        _ => return None,
+        "int" => Primitive::I32,
+        c => Primitive::ALL
+            .into_iter()
+            .find(|one| one.c() == c)?
+            .number()?,
     };
     (language == "c99").then_some(number)
 }

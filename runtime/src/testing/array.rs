@@ -35,11 +35,19 @@ impl<F: Fake> Fakes<F> {
     }
 }
 
-impl<F: Fake> FakeArray<F> {
+impl<F> Clone for FakeArray<F> {
+    fn clone(&self) -> Self {
+        Self {
+            bed: self.bed.clone(),
+            fakes: Rc::clone(&self.fakes),
+        }
+    }
+}
+
+impl<F: Fake> Fake for FakeArray<F> {
     /// The peers of the members of the array `slot`, which are made as soon as the worker opens
-    /// them.
-    #[doc(hidden)]
-    pub fn new(bed: &TestBed, slot: usize) -> Self {
+    /// them. A member is no array.
+    fn new(bed: &TestBed, slot: usize, _member: Option<&str>) -> Self {
         let fakes = Rc::new(Fakes {
             slot,
             members: RefCell::default(),
@@ -53,6 +61,12 @@ impl<F: Fake> FakeArray<F> {
         }
     }
 
+    fn answer_defaults(&self) {
+        Self::answer_defaults(self);
+    }
+}
+
+impl<F: Fake> FakeArray<F> {
     /// Answers every query to a member that has no answer yet with default values.
     pub fn answer_defaults(&self) {
         self.each(F::answer_defaults);

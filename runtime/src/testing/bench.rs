@@ -50,6 +50,17 @@ impl<C: WorkerContext> Bench<C> {
         Ok(bench)
     }
 
+    /// A context with the default values of its parameters.
+    ///
+    /// # Panics
+    /// If the context cannot be made of them, or the system has no descriptor left.
+    pub fn without_configuration(description: &'static Description) -> Self {
+        match Self::new(description, &Values::default()) {
+            Ok(bench) => bench,
+            Err(error) => panic!("{error}"),
+        }
+    }
+
     /// For the fake peers.
     #[doc(hidden)]
     pub fn bed(&self) -> &TestBed {

@@ -9,6 +9,7 @@ mod answers;
 mod array;
 mod backend;
 mod bench;
+mod context;
 pub(crate) mod defaults;
 mod server;
 mod subscriber;

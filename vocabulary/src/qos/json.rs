@@ -3,73 +3,84 @@
 //! Durations are milliseconds, and left out where there is no limit. The timeout of calls and
 //! polling concern the component alone, so they are not part of it.
 
-use super::{Durability, Qos, Reliability};
+use super::{Policy, PolicyName, PolicyValue, Qos};
 use crate::duration;
+use serde::de::{Error as _, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-#[derive(Deserialize, Serialize)]
-struct Form {
-    reliable: bool,
-    transient_local: bool,
-    depth: u32,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    deadline_ms: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    lifespan_ms: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    liveliness_ms: Option<f64>,
+/// The key of a policy: the word for which it is `true`, or its name and the unit.
+fn key(name: PolicyName) -> String {
+    let unit = if name.is_time() { "_ms" } else { "" };
+    format!("{}{unit}", name.flag().unwrap_or(name.word()))
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Written {
+    Choice(bool),
+    Count(u32),
+    Milliseconds(f64),
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Read {
+    Choice(bool),
+    Count(u32),
+    Number(f64),
+    Other(IgnoredAny),
+}
+
+fn write(policy: Policy) -> Option<Written> {
+    Some(match policy.kind() {
+        PolicyValue::Word(word) => Written::Choice(policy.name().flag() == Some(word)),
+        PolicyValue::Count(count) => Written::Count(count),
+        PolicyValue::Limit(None) => return None,
+        PolicyValue::Limit(Some(time)) | PolicyValue::Time(time) => {
+            Written::Milliseconds(time.as_secs_f64() * 1e3)
+        }
+    })
+}
+
+/// The policy with this value. A duration that is none, from another program, is no limit.
+fn read(name: PolicyName, value: &Read) -> Option<Policy> {
+    let time = |ms: f64| {
+        let nanoseconds = duration::from_fractional_milliseconds(ms);
+        PolicyValue::Limit(nanoseconds.map(Duration::from_nanos))
+    };
+    let value = match *value {
+        Read::Choice(choice) => name.chosen(choice)?,
+        Read::Count(count) if name.is_time() => time(count.into()),
+        Read::Count(count) => PolicyValue::Count(count),
+        Read::Number(ms) => time(ms),
+        Read::Other(_) if name.is_time() => PolicyValue::Limit(None),
+        Read::Other(_) => return None,
+    };
+    Policy::new(name, value)
 }
 
 impl Serialize for Qos {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let Self {
-            reliability,
-            durability,
-            depth,
-            deadline,
-            lifespan,
-            liveliness,
-            timeout: _,
-            spin: _,
-        } = *self;
-        let ms = |time: Option<Duration>| time.map(|time| time.as_secs_f64() * 1e3);
-        let form = Form {
-            reliable: reliability == Reliability::Reliable,
-            transient_local: durability == Durability::TransientLocal,
-            depth,
-            deadline_ms: ms(deadline),
-            lifespan_ms: ms(lifespan),
-            liveliness_ms: ms(liveliness),
-        };
-        form.serialize(to)
+        to.collect_map(PolicyName::of_topics().filter_map(|name| {
+            let value = write(self.get(name))?;
+            Some((key(name), value))
+        }))
     }
 }
 
 impl<'de> Deserialize<'de> for Qos {
-    /// A duration that is none, from another program, is no limit.
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let form = Form::deserialize(from)?;
-        let time = |ms: Option<f64>| {
-            let nanoseconds = ms.and_then(duration::from_fractional_milliseconds);
-            nanoseconds.map(Duration::from_nanos)
-        };
-        Ok(Self {
-            reliability: if form.reliable {
-                Reliability::Reliable
-            } else {
-                Reliability::BestEffort
-            },
-            durability: if form.transient_local {
-                Durability::TransientLocal
-            } else {
-                Durability::Volatile
-            },
-            depth: form.depth,
-            deadline: time(form.deadline_ms),
-            lifespan: time(form.lifespan_ms),
-            liveliness: time(form.liveliness_ms),
-            ..Self::PUBLISHER
-        })
+        let written = BTreeMap::<String, Read>::deserialize(from)?;
+        let mut qos = Self::PUBLISHER;
+        for name in PolicyName::of_topics() {
+            if let Some(value) = written.get(&key(name)) {
+                qos.set(read(name, value).ok_or_else(|| {
+                    D::Error::custom(format!("`{}` has a value of another type", key(name)))
+                })?);
+            }
+        }
+        Ok(qos)
     }
 }

@@ -1,7 +1,7 @@
 //! Policies that differ from the default of a role.
 
-use super::policy::{Policy, PolicyName};
-use super::{Durability, Qos, Reliability};
+use super::Qos;
+use super::policy::{Policy, PolicyName, PolicyValue};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -49,18 +49,10 @@ impl Extend<Policy> for Policies {
     }
 }
 
-/// The key of a policy in JSON.
-fn key(name: PolicyName) -> &'static str {
-    match name {
-        PolicyName::Reliability => "reliable",
-        PolicyName::Durability => "transient_local",
-        PolicyName::Depth => "depth",
-        PolicyName::Deadline => "deadline_ns",
-        PolicyName::Lifespan => "lifespan_ns",
-        PolicyName::Liveliness => "liveliness_ns",
-        PolicyName::Timeout => "timeout_ns",
-        PolicyName::Spin => "spin_ns",
-    }
+/// The key of a policy in JSON: the word for which it is `true`, or its name and the unit.
+fn key(name: PolicyName) -> String {
+    let unit = if name.is_time() { "_ns" } else { "" };
+    format!("{}{unit}", name.flag().unwrap_or(name.word()))
 }
 
 /// The value of a policy in JSON.
@@ -74,46 +66,23 @@ enum Scalar {
 
 fn write(policy: Policy) -> Scalar {
     let time = |time: Duration| Scalar::Number(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
-    match policy {
-        Policy::Reliability(value) => Scalar::Choice(value == Reliability::Reliable),
-        Policy::Durability(value) => Scalar::Choice(value == Durability::TransientLocal),
-        Policy::Depth(depth) => Scalar::Number(depth.into()),
-        Policy::Deadline(limit) | Policy::Lifespan(limit) | Policy::Liveliness(limit) => {
-            limit.map_or(Scalar::Nothing, time)
-        }
-        Policy::Timeout(limit) | Policy::Spin(limit) => time(limit),
+    match policy.kind() {
+        PolicyValue::Word(word) => Scalar::Choice(policy.name().flag() == Some(word)),
+        PolicyValue::Count(count) => Scalar::Number(count.into()),
+        PolicyValue::Limit(limit) => limit.map_or(Scalar::Nothing, time),
+        PolicyValue::Time(limit) => time(limit),
     }
 }
 
 /// The policy with this value. `None` if the value has another type.
 fn read(name: PolicyName, value: Scalar) -> Option<Policy> {
-    let choice = match value {
-        Scalar::Choice(choice) => Some(choice),
-        Scalar::Number(_) | Scalar::Nothing => None,
+    let value = match value {
+        Scalar::Choice(choice) => name.chosen(choice)?,
+        Scalar::Number(time) if name.is_time() => PolicyValue::Time(Duration::from_nanos(time)),
+        Scalar::Number(count) => PolicyValue::Count(u32::try_from(count).ok()?),
+        Scalar::Nothing => return None,
     };
-    let number = match value {
-        Scalar::Number(number) => Some(number),
-        Scalar::Choice(_) | Scalar::Nothing => None,
-    };
-    let time = number.map(Duration::from_nanos);
-    Some(match name {
-        PolicyName::Reliability => Policy::Reliability(if choice? {
-            Reliability::Reliable
-        } else {
-            Reliability::BestEffort
-        }),
-        PolicyName::Durability => Policy::Durability(if choice? {
-            Durability::TransientLocal
-        } else {
-            Durability::Volatile
-        }),
-        PolicyName::Depth => Policy::Depth(u32::try_from(number?).ok()?),
-        PolicyName::Deadline => Policy::Deadline(Some(time?)),
-        PolicyName::Lifespan => Policy::Lifespan(Some(time?)),
-        PolicyName::Liveliness => Policy::Liveliness(Some(time?)),
-        PolicyName::Timeout => Policy::Timeout(time?),
-        PolicyName::Spin => Policy::Spin(time?),
-    })
+    Policy::new(name, value)
 }
 
 impl Serialize for Policies {
@@ -130,7 +99,7 @@ impl<'de> Deserialize<'de> for Policies {
         let written = BTreeMap::<String, Scalar>::deserialize(from)?;
         let mut policies = Self::default();
         for name in PolicyName::ALL {
-            match written.get(key(name)) {
+            match written.get(&key(name)) {
                 None | Some(Scalar::Nothing) => {}
                 Some(value) => policies.set(read(name, *value).ok_or_else(|| {
                     D::Error::custom(format!("`{}` has a value of another type", key(name)))

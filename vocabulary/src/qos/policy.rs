@@ -173,34 +173,82 @@ impl PolicyName {
             Scalar::Text("none") => Some(None),
             _ => time().map(Some),
         };
-        let word = match scalar {
-            Scalar::Text(word) => word,
-            _ => "",
-        };
-        match self {
-            Self::Reliability => Reliability::from_word(word).map(Policy::Reliability),
-            Self::Durability => Durability::from_word(word).map(Policy::Durability),
-            Self::Depth => {
-                let Scalar::Int(depth) = scalar else {
+        let value = match self.values() {
+            Values::Words(words) => {
+                let Scalar::Text(text) = scalar else {
                     return None;
                 };
-                let depth = u32::try_from(depth).ok();
-                let depth = depth.filter(|depth| Self::DEPTH.contains(depth));
-                depth.map(Policy::Depth)
+                PolicyValue::Word(words.into_iter().find(|word| *word == text)?)
             }
-            Self::Deadline => limit().map(Policy::Deadline),
-            Self::Lifespan => limit().map(Policy::Lifespan),
-            Self::Liveliness => limit().map(Policy::Liveliness),
-            Self::Timeout => time().map(Policy::Timeout),
-            Self::Spin => {
-                let time = time().filter(|time| Self::SPIN.contains(time));
-                time.map(Policy::Spin)
+            Values::Count(range) => {
+                let Scalar::Int(count) = scalar else {
+                    return None;
+                };
+                let count = u32::try_from(count).ok();
+                PolicyValue::Count(count.filter(|count| range.contains(count))?)
             }
+            Values::Limit => PolicyValue::Limit(limit()?),
+            Values::Time => PolicyValue::Time(time()?),
+            Values::Within(range) => PolicyValue::Time(time().filter(|time| range.contains(time))?),
+        };
+        Policy::new(self, value)
+    }
+
+    /// The word for which the policy is `true` in JSON. `None` if its values are no words.
+    pub(super) fn flag(self) -> Option<&'static str> {
+        match self {
+            Self::Reliability => Some(Reliability::Reliable.word()),
+            Self::Durability => Some(Durability::TransientLocal.word()),
+            Self::Depth
+            | Self::Deadline
+            | Self::Lifespan
+            | Self::Liveliness
+            | Self::Timeout
+            | Self::Spin => None,
         }
+    }
+
+    /// The word that JSON `true` or `false` stands for.
+    pub(super) fn chosen(self, choice: bool) -> Option<PolicyValue> {
+        let Values::Words(words) = self.values() else {
+            return None;
+        };
+        let mut words = words.into_iter();
+        let word = words.find(|word| (self.flag() == Some(word)) == choice);
+        word.map(PolicyValue::Word)
     }
 }
 
 impl Policy {
+    /// The policy with this value, which other programs may have chosen: limits do not matter.
+    /// `None` if it has values of another kind.
+    pub(super) fn new(name: PolicyName, value: PolicyValue) -> Option<Self> {
+        let word = || match value {
+            PolicyValue::Word(word) => Some(word),
+            PolicyValue::Count(_) | PolicyValue::Limit(_) | PolicyValue::Time(_) => None,
+        };
+        let count = || match value {
+            PolicyValue::Count(count) => Some(count),
+            PolicyValue::Word(_) | PolicyValue::Limit(_) | PolicyValue::Time(_) => None,
+        };
+        let limit = || match value {
+            PolicyValue::Limit(limit) => Some(limit),
+            PolicyValue::Time(time) => Some(Some(time)),
+            PolicyValue::Word(_) | PolicyValue::Count(_) => None,
+        };
+        let time = || limit().flatten();
+        match name {
+            PolicyName::Reliability => Reliability::from_word(word()?).map(Self::Reliability),
+            PolicyName::Durability => Durability::from_word(word()?).map(Self::Durability),
+            PolicyName::Depth => count().map(Self::Depth),
+            PolicyName::Deadline => limit().map(Self::Deadline),
+            PolicyName::Lifespan => limit().map(Self::Lifespan),
+            PolicyName::Liveliness => limit().map(Self::Liveliness),
+            PolicyName::Timeout => time().map(Self::Timeout),
+            PolicyName::Spin => time().map(Self::Spin),
+        }
+    }
+
     /// Its name.
     pub fn name(&self) -> PolicyName {
         match self {

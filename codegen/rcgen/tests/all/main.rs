@@ -1,5 +1,6 @@
 //! All integration tests of rcgen in one program, except the random texts in `tests/languages`.
 
+mod committed;
 mod compile;
 mod config;
 mod editors;

@@ -4,92 +4,21 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
-use rc_runtime::testing::Bench;
-use rc_runtime::{StartError, Values};
-use std::ops::{Deref, DerefMut};
 
 pub use crate::interfaces::laser::testing::{Call as LaserCall, Fake as LaserFake};
 pub use crate::interfaces::differential_robot::testing::{Call as DifferentialRobotCall, Fake as DifferentialRobotFake};
 pub use crate::interfaces::battery_status::testing::{Call as BatteryStatusCall, Fake as BatteryStatusFake};
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
+rc_runtime::test_context! {
+    Context, DESCRIPTION, Params;
 
-/// The context of a worker under test: a [`Context`] whose peers are the fields of this structure. All functions of the
-/// worker take it as theirs; [`Bench`] has those that drive the test.
-///
-/// ```ignore
-/// let mut test = TestContext::configured()?;
-/// let mut worker = SpecificWorker::initialize(&mut test)?;
-/// worker.compute(&mut test)?;
-/// ```
-pub struct TestContext {
     /// The server of `Laser`.
-    pub laser: LaserFake,
+    laser: LaserFake = 0,
     /// The server of `DifferentialRobot`.
-    pub differential_robot: DifferentialRobotFake,
+    differential_robot: DifferentialRobotFake = 1,
     /// The server of `BatteryStatus`.
-    pub battery_status: BatteryStatusFake,
-    bench_: Bench<Context>,
+    battery_status: BatteryStatusFake = 2,
 }
-
-impl TestContext {
-    /// A context with these parameters.
-    ///
-    /// # Panics
-    /// If the system has no descriptor left.
-    pub fn new(params: Params) -> Self {
-        match Bench::new(&DESCRIPTION, &Values::default()) {
-            Ok(bench) => {
-                let mut test = Self::over(bench);
-                test.params = params;
-                test
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when the component starts.
-    pub fn configured() -> Result<Self, StartError> {
-        Bench::configured(&DESCRIPTION).map(Self::over)
-    }
-
-    fn over(bench: Bench<Context>) -> Self {
-        Self {
-            laser: rc_runtime::testing::Fake::new(bench.bed(), 0, None),
-            differential_robot: rc_runtime::testing::Fake::new(bench.bed(), 1, None),
-            battery_status: rc_runtime::testing::Fake::new(bench.bed(), 2, None),
-            bench_: bench,
-        }
-    }
-
-    /// Answers every query that has no answer yet with default values.
-    pub fn answer_defaults(&self) {
-        self.laser.answer_defaults();
-        self.differential_robot.answer_defaults();
-        self.battery_status.answer_defaults();
-    }
-}
-
-/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
-/// default values, and a slot without a server counts as connected.
-pub fn embed_with_defaults<W: crate::adapter::Handlers>(args: &[&str]) -> Result<rc_runtime::Embedded, StartError> {
-    use rc_runtime::testing::{DefaultReply, FakeCall, embed_with_defaults};
-
-    const DEFAULTS: &[(usize, DefaultReply)] = &[
-        (0, LaserCall::default_reply), (1, DifferentialRobotCall::default_reply), (2, BatteryStatusCall::default_reply),
-    ];
-    embed_with_defaults::<W, Context>(DEFAULTS, args)
-}
-
-impl Deref for TestContext {
-    type Target = Bench<Context>;
-
-    fn deref(&self) -> &Bench<Context> {
-        &self.bench_
-    }
-}
-
-impl DerefMut for TestContext {
-    fn deref_mut(&mut self) -> &mut Bench<Context> {
-        &mut self.bench_
-    }
+rc_runtime::embed_with_defaults! {
+    Context; 0: LaserCall, 1: DifferentialRobotCall, 2: BatteryStatusCall,
 }

@@ -4,17 +4,9 @@
 use crate::interfaces;
 use crate::parameters::Params;
 use rc_runtime::{Core, Ports, StartError, Values, WorkerContext};
-use std::ops::{Deref, DerefMut};
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
 /// the period of the component and stops it.
-///
-/// ```ignore
-/// fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-///     tracing::info!("{} runs every {:?}", ctx.name(), ctx.period());
-///     Ok(())
-/// }
-/// ```
 pub struct Context {
     core: Core,
     /// The parameters of the configuration.
@@ -41,16 +33,4 @@ impl WorkerContext for Context {
     }
 }
 
-impl Deref for Context {
-    type Target = Core;
-
-    fn deref(&self) -> &Core {
-        &self.core
-    }
-}
-
-impl DerefMut for Context {
-    fn deref_mut(&mut self) -> &mut Core {
-        &mut self.core
-    }
-}
+rc_runtime::deref_to_core!(Context);

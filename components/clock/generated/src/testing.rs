@@ -4,66 +4,8 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
-use rc_runtime::testing::Bench;
-use rc_runtime::{StartError, Values};
-use std::ops::{Deref, DerefMut};
 
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
-
-/// The context of a worker under test: a [`Context`] whose peers are the fields of this structure. All functions of the
-/// worker take it as theirs; [`Bench`] has those that drive the test.
-///
-/// ```ignore
-/// let mut test = TestContext::configured()?;
-/// let mut worker = SpecificWorker::initialize(&mut test)?;
-/// worker.compute(&mut test)?;
-/// ```
-pub struct TestContext {
-    bench_: Bench<Context>,
-}
-
-impl TestContext {
-    /// A context with these parameters.
-    ///
-    /// # Panics
-    /// If the system has no descriptor left.
-    pub fn new(params: Params) -> Self {
-        match Bench::new(&DESCRIPTION, &Values::default()) {
-            Ok(bench) => {
-                let mut test = Self::over(bench);
-                test.params = params;
-                test
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when the component starts.
-    pub fn configured() -> Result<Self, StartError> {
-        Bench::configured(&DESCRIPTION).map(Self::over)
-    }
-
-    fn over(bench: Bench<Context>) -> Self {
-        Self {
-            bench_: bench,
-        }
-    }
-
-    /// Answers every query that has no answer yet with default values.
-    pub fn answer_defaults(&self) {
-    }
-}
-
-impl Deref for TestContext {
-    type Target = Bench<Context>;
-
-    fn deref(&self) -> &Bench<Context> {
-        &self.bench_
-    }
-}
-
-impl DerefMut for TestContext {
-    fn deref_mut(&mut self) -> &mut Bench<Context> {
-        &mut self.bench_
-    }
+rc_runtime::test_context! {
+    Context, DESCRIPTION, Params;
 }

@@ -187,26 +187,10 @@ pub enum Reason {
     Collision = 8,
 }
 
-impl rc_middleware::Cdr for Reason {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::UnknownNode),
-            1 => Ok(Self::DuplicateNode),
-            2 => Ok(Self::WrongKind),
-            3 => Ok(Self::WrongValue),
-            4 => Ok(Self::WrongText),
-            5 => Ok(Self::UnknownAttribute),
-            6 => Ok(Self::DuplicateAttribute),
-            7 => Ok(Self::TooEarly),
-            8 => Ok(Self::Collision),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Reason", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(
+    Reason: UnknownNode, DuplicateNode, WrongKind, WrongValue, WrongText, UnknownAttribute, DuplicateAttribute,
+    TooEarly, Collision,
+);
 
 /// `Reason` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -255,13 +239,7 @@ pub struct InnerModelError {
 
 rc_middleware::cdr_struct!(InnerModelError: reason, what);
 
-impl std::fmt::Display for InnerModelError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for InnerModelError {}
+rc_middleware::exception!(InnerModelError);
 
 /// An attribute that was added while the component ran. The tree gives it no meaning.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -442,70 +420,15 @@ pub mod inner_model {
     /// The discriminator of a reply that holds this exception.
     pub const INNER_MODEL_ERROR: i32 = 291013833;
 
-    rc_middleware::call_error!(InnerModelErrorOrCall: InnerModelError(super::InnerModelError) = INNER_MODEL_ERROR);
-
-    /// The errors of `transform`.
-    pub type TransformError = InnerModelErrorOrCall;
-
-    /// The errors of `transformDirection`.
-    pub type TransformDirectionError = InnerModelErrorOrCall;
-
-    /// The errors of `getPose`.
-    pub type GetPoseError = InnerModelErrorOrCall;
-
-    /// The errors of `getPoseAt`.
-    pub type GetPoseAtError = InnerModelErrorOrCall;
-
-    /// The errors of `getMatrix`.
-    pub type GetMatrixError = InnerModelErrorOrCall;
-
-    /// The errors of `getNode`.
-    pub type GetNodeError = InnerModelErrorOrCall;
-
-    /// The errors of `getSubtree`.
-    pub type GetSubtreeError = InnerModelErrorOrCall;
-
-    /// The errors of `getCloud`.
-    pub type GetCloudError = InnerModelErrorOrCall;
-
-    /// The errors of `setPose`.
-    pub type SetPoseError = InnerModelErrorOrCall;
-
-    /// The errors of `setPoseIn`.
-    pub type SetPoseInError = InnerModelErrorOrCall;
-
-    /// The errors of `setJoint`.
-    pub type SetJointError = InnerModelErrorOrCall;
-
-    /// The errors of `setJoints`.
-    pub type SetJointsError = InnerModelErrorOrCall;
-
-    /// The errors of `add`.
-    pub type AddError = InnerModelErrorOrCall;
-
-    /// The errors of `set`.
-    pub type SetError = InnerModelErrorOrCall;
-
-    /// The errors of `remove`.
-    pub type RemoveError = InnerModelErrorOrCall;
-
-    /// The errors of `move`.
-    pub type MoveError = InnerModelErrorOrCall;
-
-    /// The errors of `setAttribute`.
-    pub type SetAttributeError = InnerModelErrorOrCall;
-
-    /// The errors of `removeAttribute`.
-    pub type RemoveAttributeError = InnerModelErrorOrCall;
-
-    /// The errors of `collide`.
-    pub type CollideError = InnerModelErrorOrCall;
-
-    /// The errors of `getDistance`.
-    pub type GetDistanceError = InnerModelErrorOrCall;
-
-    /// The errors of `castRay`.
-    pub type CastRayError = InnerModelErrorOrCall;
+    rc_middleware::call_error!(
+        InnerModelErrorOrCall: InnerModelError(super::InnerModelError) = INNER_MODEL_ERROR; TransformError "transform",
+        TransformDirectionError "transformDirection", GetPoseError "getPose", GetPoseAtError "getPoseAt",
+        GetMatrixError "getMatrix", GetNodeError "getNode", GetSubtreeError "getSubtree", GetCloudError "getCloud",
+        SetPoseError "setPose", SetPoseInError "setPoseIn", SetJointError "setJoint", SetJointsError "setJoints",
+        AddError "add", SetError "set", RemoveError "remove", MoveError "move", SetAttributeError "setAttribute",
+        RemoveAttributeError "removeAttribute", CollideError "collide", GetDistanceError "getDistance",
+        CastRayError "castRay",
+    );
 
     fn reply_cast_ray(result: &Vec<super::Hit>, writer: &mut rc_middleware::Writer<'_>) {
         writer.bound("inner_model.castRay.result", result.len(), 1);

@@ -62,20 +62,7 @@ pub enum Kind {
     Person = 8,
 }
 
-impl rc_middleware::Cdr for Kind {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::Wall),
-            7 => Ok(Self::Door),
-            8 => Ok(Self::Person),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Kind", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(Kind: Wall, Door, Person);
 
 /// `Kind` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -166,13 +153,7 @@ pub struct Nonsense {
 
 rc_middleware::cdr_struct!(Nonsense: what, code);
 
-impl std::fmt::Display for Nonsense {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for Nonsense {}
+rc_middleware::exception!(Nonsense);
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Time {
@@ -719,13 +700,10 @@ pub mod interop {
     /// The discriminator of a reply that holds this exception.
     pub const NONSENSE: i32 = -1352687754;
 
-    rc_middleware::call_error!(NonsenseOrCall: Nonsense(super::Nonsense) = NONSENSE);
+    rc_middleware::call_error!(NonsenseOrCall: Nonsense(super::Nonsense) = NONSENSE; ShiftError "shift");
 
     /// The reply of `shift`.
     pub type ShiftAnswer = (super::Report, i32);
-
-    /// The errors of `shift`.
-    pub type ShiftError = NonsenseOrCall;
 
     fn reply_shift((result, count): &ShiftAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(count);
@@ -833,13 +811,10 @@ pub mod oracle {
     /// The discriminator of a reply that holds this exception.
     pub const NONSENSE: i32 = -1352687754;
 
-    rc_middleware::call_error!(NonsenseOrCall: Nonsense(super::Nonsense) = NONSENSE);
+    rc_middleware::call_error!(NonsenseOrCall: Nonsense(super::Nonsense) = NONSENSE; AskError "ask");
 
     /// The reply of `ask`.
     pub type AskAnswer = (i64, super::Point);
-
-    /// The errors of `ask`.
-    pub type AskError = NonsenseOrCall;
 
     fn reply_ask((result, place): &AskAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(place);

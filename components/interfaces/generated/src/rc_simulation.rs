@@ -78,27 +78,10 @@ pub enum Reason {
     Busy = 9,
 }
 
-impl rc_middleware::Cdr for Reason {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::UnknownNode),
-            1 => Ok(Self::DuplicateNode),
-            2 => Ok(Self::WrongKind),
-            3 => Ok(Self::WrongValue),
-            4 => Ok(Self::WrongText),
-            5 => Ok(Self::UnknownAttribute),
-            6 => Ok(Self::UnknownName),
-            7 => Ok(Self::DuplicateName),
-            8 => Ok(Self::TooMany),
-            9 => Ok(Self::Busy),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Reason", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(
+    Reason: UnknownNode, DuplicateNode, WrongKind, WrongValue, WrongText, UnknownAttribute, UnknownName, DuplicateName,
+    TooMany, Busy,
+);
 
 /// `Reason` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -147,13 +130,7 @@ pub struct SimulationError {
 
 rc_middleware::cdr_struct!(SimulationError: reason, what);
 
-impl std::fmt::Display for SimulationError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for SimulationError {}
+rc_middleware::exception!(SimulationError);
 
 /// The time of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -381,94 +358,17 @@ pub mod simulation {
     /// The discriminator of a reply that holds this exception.
     pub const SIMULATION_ERROR: i32 = -1798164732;
 
-    rc_middleware::call_error!(SimulationErrorOrCall: SimulationError(super::SimulationError) = SIMULATION_ERROR);
-
-    /// The errors of `getClock`.
-    pub type GetClockError = SimulationErrorOrCall;
-
-    /// The errors of `step`.
-    pub type StepError = SimulationErrorOrCall;
-
-    /// The errors of `add`.
-    pub type AddError = SimulationErrorOrCall;
-
-    /// The errors of `remove`.
-    pub type RemoveError = SimulationErrorOrCall;
-
-    /// The errors of `set`.
-    pub type SetError = SimulationErrorOrCall;
-
-    /// The errors of `teleport`.
-    pub type TeleportError = SimulationErrorOrCall;
-
-    /// The errors of `moveTo`.
-    pub type MoveToError = SimulationErrorOrCall;
-
-    /// The errors of `reParent`.
-    pub type ReParentError = SimulationErrorOrCall;
-
-    /// The errors of `setAttribute`.
-    pub type SetAttributeError = SimulationErrorOrCall;
-
-    /// The errors of `removeAttribute`.
-    pub type RemoveAttributeError = SimulationErrorOrCall;
-
-    /// The errors of `setSignal`.
-    pub type SetSignalError = SimulationErrorOrCall;
-
-    /// The errors of `getSignal`.
-    pub type GetSignalError = SimulationErrorOrCall;
-
-    /// The errors of `collide`.
-    pub type CollideError = SimulationErrorOrCall;
-
-    /// The errors of `getPose`.
-    pub type GetPoseError = SimulationErrorOrCall;
-
-    /// The errors of `print`.
-    pub type PrintError = SimulationErrorOrCall;
-
-    /// The errors of `draw`.
-    pub type DrawError = SimulationErrorOrCall;
-
-    /// The errors of `getDigest`.
-    pub type GetDigestError = SimulationErrorOrCall;
-
-    /// The errors of `getSkeleton`.
-    pub type GetSkeletonError = SimulationErrorOrCall;
-
-    /// The errors of `getIdImage`.
-    pub type GetIdImageError = SimulationErrorOrCall;
-
-    /// The errors of `setPhysics`.
-    pub type SetPhysicsError = SimulationErrorOrCall;
-
-    /// The errors of `push`.
-    pub type PushError = SimulationErrorOrCall;
-
-    /// The errors of `release`.
-    pub type ReleaseError = SimulationErrorOrCall;
-
-    /// The errors of `snapshot`.
-    pub type SnapshotError = SimulationErrorOrCall;
-
-    /// The errors of `restore`.
-    pub type RestoreError = SimulationErrorOrCall;
-
-    /// The errors of `forgetSnapshot`.
-    pub type ForgetSnapshotError = SimulationErrorOrCall;
-
-    /// The errors of `predict`.
-    pub type PredictError = SimulationErrorOrCall;
-
-    /// The errors of `clone`.
-    pub type CloneError = SimulationErrorOrCall;
-
-    /// The errors of `removeClone`.
-    pub type RemoveCloneError = SimulationErrorOrCall;
-
-    /// The errors of `drive`.
-    pub type DriveError = SimulationErrorOrCall;
+    rc_middleware::call_error!(
+        SimulationErrorOrCall: SimulationError(super::SimulationError) = SIMULATION_ERROR; GetClockError "getClock",
+        StepError "step", AddError "add", RemoveError "remove", SetError "set", TeleportError "teleport",
+        MoveToError "moveTo", ReParentError "reParent", SetAttributeError "setAttribute",
+        RemoveAttributeError "removeAttribute", SetSignalError "setSignal", GetSignalError "getSignal",
+        CollideError "collide", GetPoseError "getPose", PrintError "print", DrawError "draw",
+        GetDigestError "getDigest", GetSkeletonError "getSkeleton", GetIdImageError "getIdImage",
+        SetPhysicsError "setPhysics", PushError "push", ReleaseError "release", SnapshotError "snapshot",
+        RestoreError "restore", ForgetSnapshotError "forgetSnapshot", PredictError "predict", CloneError "clone",
+        RemoveCloneError "removeClone", DriveError "drive",
+    );
 
     macro_rules! interface {
         ($($what:tt)+) => {

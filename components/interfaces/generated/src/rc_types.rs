@@ -83,21 +83,7 @@ pub enum Kind {
     Person = 8,
 }
 
-impl rc_middleware::Cdr for Kind {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            -3 => Ok(Self::Nothing),
-            -2 => Ok(Self::Wall),
-            7 => Ok(Self::Door),
-            8 => Ok(Self::Person),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Kind", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(Kind: Nothing, Wall, Door, Person);
 
 /// `Kind` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -1222,13 +1208,7 @@ impl Default for Broken {
 
 rc_middleware::cdr_struct!(Broken: what, code);
 
-impl std::fmt::Display for Broken {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for Broken {}
+rc_middleware::exception!(Broken);
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct VeryBroken {
@@ -1274,13 +1254,7 @@ impl rc_middleware::Cdr for VeryBroken {
     }
 }
 
-impl std::fmt::Display for VeryBroken {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for VeryBroken {}
+rc_middleware::exception!(VeryBroken);
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gone {
@@ -1297,13 +1271,7 @@ impl rc_middleware::Cdr for Gone {
     }
 }
 
-impl std::fmt::Display for Gone {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for Gone {}
+rc_middleware::exception!(Gone);
 
 /// The interface `Types`.
 ///
@@ -1322,7 +1290,7 @@ pub mod types {
 
     rc_middleware::call_error!(
         BrokenOrVeryBrokenOrGoneOrCall: Broken(super::Broken) = BROKEN, VeryBroken(super::VeryBroken) = VERY_BROKEN,
-        Gone(super::Gone) = GONE,
+        Gone(super::Gone) = GONE; FailError "fail",
     );
 
     pub fn result_turned(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Picture, rc_middleware::DecodeError> {
@@ -1386,9 +1354,6 @@ pub mod types {
         reader.range("Types.ranged.more", f64::from(more), (0.0, 9.0), "0 to 9")?;
         Ok(more)
     }
-
-    /// The errors of `fail`.
-    pub type FailError = BrokenOrVeryBrokenOrGoneOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {
@@ -1667,11 +1632,8 @@ pub mod mirror {
 
     rc_middleware::call_error!(
         BrokenOrVeryBrokenOrGoneOrCall: Broken(super::Broken) = BROKEN, VeryBroken(super::VeryBroken) = VERY_BROKEN,
-        Gone(super::Gone) = GONE,
+        Gone(super::Gone) = GONE; FailError "fail",
     );
-
-    /// The errors of `fail`.
-    pub type FailError = BrokenOrVeryBrokenOrGoneOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

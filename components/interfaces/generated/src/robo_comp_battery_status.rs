@@ -20,13 +20,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// Whether a charger is connected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,20 +32,7 @@ pub enum BatteryStates {
     Disconnected = 2,
 }
 
-impl rc_middleware::Cdr for BatteryStates {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::Charging),
-            1 => Ok(Self::Charged),
-            2 => Ok(Self::Disconnected),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "BatteryStates", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(BatteryStates: Charging, Charged, Disconnected);
 
 /// `BatteryStates` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -134,11 +115,8 @@ pub mod battery_status {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetBatteryStateError "getBatteryState"
     );
-
-    /// The errors of `getBatteryState`.
-    pub type GetBatteryStateError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -24,19 +24,7 @@ pub enum PixelFormat {
     Rgb = 1,
 }
 
-impl rc_middleware::Cdr for PixelFormat {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::Grey),
-            1 => Ok(Self::Rgb),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "PixelFormat", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(PixelFormat: Grey, Rgb);
 
 /// `PixelFormat` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]

@@ -29,13 +29,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 pub type ImgType = Vec<u8>;
 
@@ -164,20 +158,9 @@ pub mod camera_rgbd_simple {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetImageError "getImage",
+        GetDepthError "getDepth", GetPointsError "getPoints", GetAllError "getAll",
     );
-
-    /// The errors of `getImage`.
-    pub type GetImageError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `getDepth`.
-    pub type GetDepthError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `getPoints`.
-    pub type GetPointsError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `getAll`.
-    pub type GetAllError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -20,13 +20,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 pub type ImgType = Vec<u8>;
 
@@ -54,11 +48,8 @@ pub mod camera_simple {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetImageError "getImage"
     );
-
-    /// The errors of `getImage`.
-    pub type GetImageError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -21,21 +21,7 @@ pub enum Color {
     Blue = 3,
 }
 
-impl rc_middleware::Cdr for Color {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::Red),
-            1 => Ok(Self::Yellow),
-            2 => Ok(Self::Green),
-            3 => Ok(Self::Blue),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Color", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(Color: Red, Yellow, Green, Blue);
 
 /// `Color` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]

@@ -63,17 +63,12 @@ pub mod differential_robot {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             crate::robo_comp_generic_base::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetBaseStateError "getBaseState",
+        GetBasePoseError "getBasePose",
     );
-
-    /// The errors of `getBaseState`.
-    pub type GetBaseStateError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getBasePose`.
     pub type GetBasePoseAnswer = (i32, i32, f32);
-
-    /// The errors of `getBasePose`.
-    pub type GetBasePoseError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -20,13 +20,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// Where a base is and how it moves.
 /// The floor is the plane of x and z; an angle of 0 looks along x and grows counter-clockwise, towards z.
@@ -131,17 +125,12 @@ pub mod generic_base {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetBaseStateError "getBaseState",
+        GetBasePoseError "getBasePose",
     );
-
-    /// The errors of `getBaseState`.
-    pub type GetBaseStateError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getBasePose`.
     pub type GetBasePoseAnswer = (i32, i32, f32);
-
-    /// The errors of `getBasePose`.
-    pub type GetBasePoseError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -64,30 +64,10 @@ pub enum NodeType {
     DisplayII = 12,
 }
 
-impl rc_middleware::Cdr for NodeType {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::Transform),
-            1 => Ok(Self::Joint),
-            2 => Ok(Self::DifferentialRobot),
-            3 => Ok(Self::OmniRobot),
-            4 => Ok(Self::Plane),
-            5 => Ok(Self::Camera),
-            6 => Ok(Self::Rgbd),
-            7 => Ok(Self::Imu),
-            8 => Ok(Self::Laser),
-            9 => Ok(Self::Mesh),
-            10 => Ok(Self::PointCloud),
-            11 => Ok(Self::TouchSensor),
-            12 => Ok(Self::DisplayII),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "NodeType", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(
+    NodeType: Transform, Joint, DifferentialRobot, OmniRobot, Plane, Camera, Rgbd, Imu, Laser, Mesh, PointCloud,
+    TouchSensor, DisplayII,
+);
 
 /// `NodeType` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -180,27 +160,10 @@ pub enum ErrorType {
     Collision = 9,
 }
 
-impl rc_middleware::Cdr for ErrorType {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::NonExistingNode),
-            1 => Ok(Self::NonExistingAttribute),
-            2 => Ok(Self::NodeAlreadyExists),
-            3 => Ok(Self::AttributeAlreadyExists),
-            4 => Ok(Self::InvalidPath),
-            5 => Ok(Self::InvalidEngine),
-            6 => Ok(Self::InvalidValues),
-            7 => Ok(Self::OperationInvalidNode),
-            8 => Ok(Self::InternalError),
-            9 => Ok(Self::Collision),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "ErrorType", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(
+    ErrorType: NonExistingNode, NonExistingAttribute, NodeAlreadyExists, AttributeAlreadyExists, InvalidPath,
+    InvalidEngine, InvalidValues, OperationInvalidNode, InternalError, Collision,
+);
 
 /// `ErrorType` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -249,13 +212,7 @@ pub struct InnerModelManagerError {
 
 rc_middleware::cdr_struct!(InnerModelManagerError: err, text);
 
-impl std::fmt::Display for InnerModelManagerError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for InnerModelManagerError {}
+rc_middleware::exception!(InnerModelManagerError);
 
 /// A point with a colour, in the frame of its node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -447,35 +404,20 @@ pub mod inner_model_manager {
     pub const INNER_MODEL_MANAGER_ERROR: i32 = -1023603576;
 
     rc_middleware::call_error!(
-        InnerModelManagerErrorOrCall: InnerModelManagerError(super::InnerModelManagerError) = INNER_MODEL_MANAGER_ERROR
+        InnerModelManagerErrorOrCall: InnerModelManagerError(
+            super::InnerModelManagerError
+        ) = INNER_MODEL_MANAGER_ERROR; AddTransformError "addTransform",
+        AddJointError "addJoint", AddMeshError "addMesh", AddPlaneError "addPlane",
+        GetAllNodeInformationError "getAllNodeInformation", SetPoseError "setPose",
+        SetPoseFromParentError "setPoseFromParent", GetPoseError "getPose", GetPoseFromParentError "getPoseFromParent",
+        SetPlaneError "setPlane", TransformError "transform", GetTransformationMatrixError "getTransformationMatrix",
+        SetScaleError "setScale", AddAttributeError "addAttribute", RemoveAttributeError "removeAttribute",
+        SetAttributeError "setAttribute", GetAttributeError "getAttribute", RemoveNodeError "removeNode",
+        MoveNodeError "moveNode",
     );
-
-    /// The errors of `addTransform`.
-    pub type AddTransformError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `addJoint`.
-    pub type AddJointError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `addMesh`.
-    pub type AddMeshError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `addPlane`.
-    pub type AddPlaneError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `getAllNodeInformation`.
-    pub type GetAllNodeInformationError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `setPose`.
-    pub type SetPoseError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `setPoseFromParent`.
-    pub type SetPoseFromParentError = InnerModelManagerErrorOrCall;
 
     /// The reply of `getPose`.
     pub type GetPoseAnswer = (bool, super::Pose3D);
-
-    /// The errors of `getPose`.
-    pub type GetPoseError = InnerModelManagerErrorOrCall;
 
     fn reply_get_pose((result, pose): &GetPoseAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(pose);
@@ -493,9 +435,6 @@ pub mod inner_model_manager {
     /// The reply of `getPoseFromParent`.
     pub type GetPoseFromParentAnswer = (bool, super::Pose3D);
 
-    /// The errors of `getPoseFromParent`.
-    pub type GetPoseFromParentError = InnerModelManagerErrorOrCall;
-
     fn reply_get_pose_from_parent((result, pose): &GetPoseFromParentAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(pose);
         writer.put(result);
@@ -509,14 +448,8 @@ pub mod inner_model_manager {
         Ok((result, pose))
     }
 
-    /// The errors of `setPlane`.
-    pub type SetPlaneError = InnerModelManagerErrorOrCall;
-
     /// The reply of `transform`.
     pub type TransformAnswer = (bool, super::Coord3D);
-
-    /// The errors of `transform`.
-    pub type TransformError = InnerModelManagerErrorOrCall;
 
     fn reply_transform((result, coord_in_base): &TransformAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(coord_in_base);
@@ -531,26 +464,8 @@ pub mod inner_model_manager {
         Ok((result, coord_in_base))
     }
 
-    /// The errors of `getTransformationMatrix`.
-    pub type GetTransformationMatrixError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `setScale`.
-    pub type SetScaleError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `addAttribute`.
-    pub type AddAttributeError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `removeAttribute`.
-    pub type RemoveAttributeError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `setAttribute`.
-    pub type SetAttributeError = InnerModelManagerErrorOrCall;
-
     /// The reply of `getAttribute`.
     pub type GetAttributeAnswer = (bool, String, String);
-
-    /// The errors of `getAttribute`.
-    pub type GetAttributeError = InnerModelManagerErrorOrCall;
 
     fn reply_get_attribute((result, type_, value): &GetAttributeAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(type_);
@@ -566,12 +481,6 @@ pub mod inner_model_manager {
         let result: bool = reader.get()?;
         Ok((result, type_, value))
     }
-
-    /// The errors of `removeNode`.
-    pub type RemoveNodeError = InnerModelManagerErrorOrCall;
-
-    /// The errors of `moveNode`.
-    pub type MoveNodeError = InnerModelManagerErrorOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

@@ -41,13 +41,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// A request is beyond the limits of a motor. No operation here distinguishes it from other failures.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,13 +51,7 @@ pub struct OutOfRangeException {
 
 rc_middleware::cdr_struct!(OutOfRangeException: what);
 
-impl std::fmt::Display for OutOfRangeException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for OutOfRangeException {}
+rc_middleware::exception!(OutOfRangeException);
 
 /// The bus has no motor of this name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,13 +61,7 @@ pub struct UnknownMotorException {
 
 rc_middleware::cdr_struct!(UnknownMotorException: what);
 
-impl std::fmt::Display for UnknownMotorException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for UnknownMotorException {}
+rc_middleware::exception!(UnknownMotorException);
 
 /// How a motor stands and moves.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -212,42 +194,20 @@ pub mod joint_motor {
         UnknownMotorExceptionOrHardwareFailedExceptionOrCall: UnknownMotorException(
             super::UnknownMotorException
         ) = UNKNOWN_MOTOR_EXCEPTION,
-        HardwareFailedException(super::HardwareFailedException) = HARDWARE_FAILED_EXCEPTION,
+        HardwareFailedException(
+            super::HardwareFailedException
+        ) = HARDWARE_FAILED_EXCEPTION; SetPositionError "setPosition",
+        SetVelocityError "setVelocity", SetZeroPosError "setZeroPos", SetSyncPositionError "setSyncPosition",
+        SetSyncVelocityError "setSyncVelocity", SetSyncZeroPosError "setSyncZeroPos",
     );
 
     rc_middleware::call_error!(
-        UnknownMotorExceptionOrCall: UnknownMotorException(super::UnknownMotorException) = UNKNOWN_MOTOR_EXCEPTION
+        UnknownMotorExceptionOrCall: UnknownMotorException(
+            super::UnknownMotorException
+        ) = UNKNOWN_MOTOR_EXCEPTION; GetMotorParamsError "getMotorParams",
+        GetMotorStateError "getMotorState", GetMotorStateMapError "getMotorStateMap",
+        GetAllMotorStateError "getAllMotorState",
     );
-
-    /// The errors of `setPosition`.
-    pub type SetPositionError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `setVelocity`.
-    pub type SetVelocityError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `setZeroPos`.
-    pub type SetZeroPosError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `setSyncPosition`.
-    pub type SetSyncPositionError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `setSyncVelocity`.
-    pub type SetSyncVelocityError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `setSyncZeroPos`.
-    pub type SetSyncZeroPosError = UnknownMotorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `getMotorParams`.
-    pub type GetMotorParamsError = UnknownMotorExceptionOrCall;
-
-    /// The errors of `getMotorState`.
-    pub type GetMotorStateError = UnknownMotorExceptionOrCall;
-
-    /// The errors of `getMotorStateMap`.
-    pub type GetMotorStateMapError = UnknownMotorExceptionOrCall;
-
-    /// The errors of `getAllMotorState`.
-    pub type GetAllMotorStateError = UnknownMotorExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

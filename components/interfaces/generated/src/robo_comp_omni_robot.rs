@@ -26,13 +26,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// How the base is built.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,35 +54,14 @@ pub mod omni_robot {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; GetBaseStateError "getBaseState",
+        GetBasePoseError "getBasePose", SetSpeedBaseError "setSpeedBase", StopBaseError "stopBase",
+        ResetOdometerError "resetOdometer", SetOdometerError "setOdometer", SetOdometerPoseError "setOdometerPose",
+        CorrectOdometerError "correctOdometer",
     );
-
-    /// The errors of `getBaseState`.
-    pub type GetBaseStateError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getBasePose`.
     pub type GetBasePoseAnswer = (i32, i32, f32);
-
-    /// The errors of `getBasePose`.
-    pub type GetBasePoseError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `setSpeedBase`.
-    pub type SetSpeedBaseError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `stopBase`.
-    pub type StopBaseError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `resetOdometer`.
-    pub type ResetOdometerError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `setOdometer`.
-    pub type SetOdometerError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `setOdometerPose`.
-    pub type SetOdometerPoseError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `correctOdometer`.
-    pub type CorrectOdometerError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

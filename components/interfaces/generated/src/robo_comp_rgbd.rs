@@ -36,13 +36,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// Which image has the pixels of the other one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,20 +47,7 @@ pub enum Registration {
     ColorInDepth = 2,
 }
 
-impl rc_middleware::Cdr for Registration {
-    fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
-        writer.put(&(*self as i32));
-    }
-
-    fn decode(reader: &mut rc_middleware::Reader<'_>) -> Result<Self, rc_middleware::DecodeError> {
-        match reader.get::<i32>()? {
-            0 => Ok(Self::None),
-            1 => Ok(Self::DepthInColor),
-            2 => Ok(Self::ColorInDepth),
-            other => Err(rc_middleware::DecodeError::NoSuchValue { what: "Registration", value: i64::from(other) }),
-        }
-    }
-}
+rc_middleware::cdr_enum!(Registration: None, DepthInColor, ColorInDepth);
 
 /// `Registration` in shared memory: its number, which is checked when it is read.
 #[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
@@ -232,14 +213,10 @@ pub mod rgbd {
     rc_middleware::call_error!(
         HardwareFailedExceptionOrCall: HardwareFailedException(
             super::HardwareFailedException
-        ) = HARDWARE_FAILED_EXCEPTION
+        ) = HARDWARE_FAILED_EXCEPTION; SetRegistrationError "setRegistration",
+        GetRegistrationError "getRegistration", GetDataError "getData", GetDepthInIRError "getDepthInIR",
+        GetImageError "getImage", GetDepthError "getDepth", GetRGBError "getRGB", GetXYZError "getXYZ",
     );
-
-    /// The errors of `setRegistration`.
-    pub type SetRegistrationError = HardwareFailedExceptionOrCall;
-
-    /// The errors of `getRegistration`.
-    pub type GetRegistrationError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getData`.
     pub type GetDataAnswer = (
@@ -247,16 +224,10 @@ pub mod rgbd {
         crate::robo_comp_generic_base::TBaseState,
     );
 
-    /// The errors of `getData`.
-    pub type GetDataError = HardwareFailedExceptionOrCall;
-
     /// The reply of `getDepthInIR`.
     pub type GetDepthInIRAnswer = (
         super::DepthType, crate::robo_comp_joint_motor::MotorStateMap, crate::robo_comp_generic_base::TBaseState,
     );
-
-    /// The errors of `getDepthInIR`.
-    pub type GetDepthInIRError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getImage`.
     pub type GetImageAnswer = (
@@ -264,32 +235,20 @@ pub mod rgbd {
         crate::robo_comp_generic_base::TBaseState,
     );
 
-    /// The errors of `getImage`.
-    pub type GetImageError = HardwareFailedExceptionOrCall;
-
     /// The reply of `getDepth`.
     pub type GetDepthAnswer = (
         super::DepthSeq, crate::robo_comp_joint_motor::MotorStateMap, crate::robo_comp_generic_base::TBaseState,
     );
-
-    /// The errors of `getDepth`.
-    pub type GetDepthError = HardwareFailedExceptionOrCall;
 
     /// The reply of `getRGB`.
     pub type GetRGBAnswer = (
         super::ColorSeq, crate::robo_comp_joint_motor::MotorStateMap, crate::robo_comp_generic_base::TBaseState,
     );
 
-    /// The errors of `getRGB`.
-    pub type GetRGBError = HardwareFailedExceptionOrCall;
-
     /// The reply of `getXYZ`.
     pub type GetXYZAnswer = (
         super::PointSeq, crate::robo_comp_joint_motor::MotorStateMap, crate::robo_comp_generic_base::TBaseState,
     );
-
-    /// The errors of `getXYZ`.
-    pub type GetXYZError = HardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

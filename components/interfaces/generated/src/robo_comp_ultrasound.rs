@@ -31,13 +31,7 @@ pub struct HardwareFailedException {
 
 rc_middleware::cdr_struct!(HardwareFailedException: what);
 
-impl std::fmt::Display for HardwareFailedException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for HardwareFailedException {}
+rc_middleware::exception!(HardwareFailedException);
 
 /// The bus has no sensor of this name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,13 +41,7 @@ pub struct UnknownSensorException {
 
 rc_middleware::cdr_struct!(UnknownSensorException: what);
 
-impl std::fmt::Display for UnknownSensorException {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for UnknownSensorException {}
+rc_middleware::exception!(UnknownSensorException);
 
 /// The bus.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -140,14 +128,11 @@ pub mod ultrasound {
         UnknownSensorExceptionOrHardwareFailedExceptionOrCall: UnknownSensorException(
             super::UnknownSensorException
         ) = UNKNOWN_SENSOR_EXCEPTION,
-        HardwareFailedException(super::HardwareFailedException) = HARDWARE_FAILED_EXCEPTION,
+        HardwareFailedException(
+            super::HardwareFailedException
+        ) = HARDWARE_FAILED_EXCEPTION; GetSensorDistanceError "getSensorDistance",
+        GetAllSensorDistancesError "getAllSensorDistances",
     );
-
-    /// The errors of `getSensorDistance`.
-    pub type GetSensorDistanceError = UnknownSensorExceptionOrHardwareFailedExceptionOrCall;
-
-    /// The errors of `getAllSensorDistances`.
-    pub type GetAllSensorDistancesError = UnknownSensorExceptionOrHardwareFailedExceptionOrCall;
 
     macro_rules! interface {
         ($($what:tt)+) => {

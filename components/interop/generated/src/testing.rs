@@ -4,9 +4,6 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
-use rc_runtime::testing::Bench;
-use rc_runtime::{StartError, Values};
-use std::ops::{Deref, DerefMut};
 
 pub use crate::interfaces::oracle::testing::{Call as OracleCall, Fake as OracleFake};
 pub use crate::interfaces::camera_driver::testing::{Call as CameraDriverCall, Fake as CameraDriverFake};
@@ -15,90 +12,22 @@ pub use crate::interfaces::gossip::testing::Sample as GossipSample;
 pub use crate::interfaces::images::testing::Sample as ImagesSample;
 pub use crate::interfaces::archive::testing::Sample as ArchiveSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
+rc_runtime::test_context! {
+    Context, DESCRIPTION, Params;
 
-/// The context of a worker under test: a [`Context`] whose peers are the fields of this structure. All functions of the
-/// worker take it as theirs; [`Bench`] has those that drive the test.
-///
-/// ```ignore
-/// let mut test = TestContext::configured()?;
-/// let mut worker = SpecificWorker::initialize(&mut test)?;
-/// worker.compute(&mut test)?;
-/// ```
-pub struct TestContext {
     /// The server of `Oracle`.
-    pub oracle: OracleFake,
+    oracle: OracleFake = 3,
     /// The server of `CameraDriver`.
-    pub camera_driver: CameraDriverFake,
+    camera_driver: CameraDriverFake = 4,
     /// The subscriber, which keeps the samples, of `Echoes`.
-    pub echoes: FakeSubscriber<EchoesSample>,
+    echoes: FakeSubscriber<EchoesSample> = 8,
     /// The subscriber, which keeps the samples, of `Gossip`.
-    pub gossip: FakeSubscriber<GossipSample>,
+    gossip: FakeSubscriber<GossipSample> = 9,
     /// The subscriber, which keeps the samples, of `Images`.
-    pub images: FakeSubscriber<ImagesSample>,
+    images: FakeSubscriber<ImagesSample> = 10,
     /// The subscriber, which keeps the samples, of `Archive`.
-    pub archive: FakeSubscriber<ArchiveSample>,
-    bench_: Bench<Context>,
+    archive: FakeSubscriber<ArchiveSample> = 11,
 }
-
-impl TestContext {
-    /// A context with these parameters.
-    ///
-    /// # Panics
-    /// If the system has no descriptor left.
-    pub fn new(params: Params) -> Self {
-        match Bench::new(&DESCRIPTION, &Values::default()) {
-            Ok(bench) => {
-                let mut test = Self::over(bench);
-                test.params = params;
-                test
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when the component starts.
-    pub fn configured() -> Result<Self, StartError> {
-        Bench::configured(&DESCRIPTION).map(Self::over)
-    }
-
-    fn over(bench: Bench<Context>) -> Self {
-        Self {
-            oracle: rc_runtime::testing::Fake::new(bench.bed(), 3, None),
-            camera_driver: rc_runtime::testing::Fake::new(bench.bed(), 4, None),
-            echoes: rc_runtime::testing::Fake::new(bench.bed(), 8, None),
-            gossip: rc_runtime::testing::Fake::new(bench.bed(), 9, None),
-            images: rc_runtime::testing::Fake::new(bench.bed(), 10, None),
-            archive: rc_runtime::testing::Fake::new(bench.bed(), 11, None),
-            bench_: bench,
-        }
-    }
-
-    /// Answers every query that has no answer yet with default values.
-    pub fn answer_defaults(&self) {
-        self.oracle.answer_defaults();
-        self.camera_driver.answer_defaults();
-    }
-}
-
-/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
-/// default values, and a slot without a server counts as connected.
-pub fn embed_with_defaults<W: crate::adapter::Handlers>(args: &[&str]) -> Result<rc_runtime::Embedded, StartError> {
-    use rc_runtime::testing::{DefaultReply, FakeCall, embed_with_defaults};
-
-    const DEFAULTS: &[(usize, DefaultReply)] = &[(3, OracleCall::default_reply), (4, CameraDriverCall::default_reply)];
-    embed_with_defaults::<W, Context>(DEFAULTS, args)
-}
-
-impl Deref for TestContext {
-    type Target = Bench<Context>;
-
-    fn deref(&self) -> &Bench<Context> {
-        &self.bench_
-    }
-}
-
-impl DerefMut for TestContext {
-    fn deref_mut(&mut self) -> &mut Bench<Context> {
-        &mut self.bench_
-    }
+rc_runtime::embed_with_defaults! {
+    Context; 3: OracleCall, 4: CameraDriverCall,
 }

@@ -4,8 +4,7 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
-use rc_runtime::{Dispatch, Embedded, Serving, SlotEntry, StartError, WorkerTable, adapter};
-use std::process::ExitCode;
+use rc_runtime::{Dispatch, Serving, SlotEntry, WorkerTable};
 
 /// What the worker of this component implements.
 pub trait Handlers: rc_runtime::Worker<Context> + interfaces::full_pose_estimation_pub::ReceiveFullPoseEstimationPub<Context> + 'static {}
@@ -24,12 +23,4 @@ impl<W: Handlers> Serving<W> for Context {
     ];
 }
 
-/// Runs the component with the command line of this process until it ends.
-pub fn run<W: Handlers>() -> ExitCode {
-    adapter::run::<W, Context>()
-}
-
-/// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W: Handlers>(args: &[&str]) -> Result<Embedded, StartError> {
-    adapter::embed::<W, Context>(args)
-}
+rc_runtime::entry_points!(Context, Handlers);

@@ -4,8 +4,7 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::interfaces;
-use rc_runtime::{Dispatch, Embedded, Serving, SlotEntry, StartError, WorkerTable, adapter};
-use std::process::ExitCode;
+use rc_runtime::{Dispatch, Serving, SlotEntry, WorkerTable};
 
 /// What the worker of this component implements.
 pub trait Handlers: rc_runtime::Worker<Context> + interfaces::simulation::ServeSimulation<Context> + interfaces::inner_model_manager::ServeInnerModelManager<Context> + interfaces::laser::ServeLaserMembers<Context> + interfaces::lidar3_d::ServeLidar3DMembers<Context> + interfaces::ultrasound::ServeUltrasoundMembers<Context> + interfaces::touch_sensor::ServeTouchSensorMembers<Context> + interfaces::bumper::ServeBumperMembers<Context> + interfaces::camera::ServeCameraMembers<Context> + interfaces::camera_simple::ServeCameraSimpleMembers<Context> + interfaces::camera_rgbd_simple::ServeCameraRGBDSimpleMembers<Context> + interfaces::rgbd::ServeRgbdMembers<Context> + interfaces::imu::ServeImuMembers<Context> + interfaces::full_pose_estimation::ServeFullPoseEstimationMembers<Context> + interfaces::battery_status::ServeBatteryStatusMembers<Context> + interfaces::differential_robot::ServeDifferentialRobotMembers<Context> + interfaces::omni_robot::ServeOmniRobotMembers<Context> + interfaces::generic_base::ServeGenericBaseMembers<Context> + interfaces::joint_motor::ServeJointMotorMembers<Context> + 'static {}
@@ -44,12 +43,4 @@ impl<W: Handlers> Serving<W> for Context {
     ];
 }
 
-/// Runs the component with the command line of this process until it ends.
-pub fn run<W: Handlers>() -> ExitCode {
-    adapter::run::<W, Context>()
-}
-
-/// Runs the component on a thread of this process, with a command line as for its binary: for tests.
-pub fn embed<W: Handlers>(args: &[&str]) -> Result<Embedded, StartError> {
-    adapter::embed::<W, Context>(args)
-}
+rc_runtime::entry_points!(Context, Handlers);

@@ -6,18 +6,10 @@ use crate::parameters::Params;
 use innermodel_viewer::Viewer;
 use innermodel_viewer::innermodel::InnerModel;
 use rc_runtime::{Core, Ports, SlotArray, StartError, TimeSource, Values, WorkerContext};
-use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 /// The first argument of every function of the worker. It dereferences to [`Core`], which knows the name, the time and
 /// the period of the component and stops it.
-///
-/// ```ignore
-/// fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-///     tracing::info!("{} runs every {:?}", ctx.name(), ctx.period());
-///     Ok(())
-/// }
-/// ```
 pub struct Context {
     core: Core,
     /// The parameters of the configuration.
@@ -147,16 +139,4 @@ impl WorkerContext for Context {
     }
 }
 
-impl Deref for Context {
-    type Target = Core;
-
-    fn deref(&self) -> &Core {
-        &self.core
-    }
-}
-
-impl DerefMut for Context {
-    fn deref_mut(&mut self) -> &mut Core {
-        &mut self.core
-    }
-}
+rc_runtime::deref_to_core!(Context);

@@ -1,7 +1,8 @@
 //! The texts of plans.
 
-use rc_conversion::{Formula, Item, LONGEST, Number, Operand, Operation, Part, Place, Plan, Step};
+use rc_conversion::{Formula, Item, LONGEST, Operand, Operation, Part, Place, Plan, Step};
 use rc_quantity::Unit;
+use rc_vocabulary::Primitive;
 
 fn conversion(from: &str, to: &str) -> rc_quantity::Conversion {
     let [from, to] = [from, to].map(|text| Unit::parse(text).expect("a unit"));
@@ -12,17 +13,21 @@ fn conversion(from: &str, to: &str) -> rc_quantity::Conversion {
 fn a_plan_is_printed_and_read_again() {
     let items = vec![
         Item::Text,
-        Item::Numbers(3, Number::F64, None),
+        Item::Numbers(3, Primitive::F64, None),
         Item::Sequence(vec![
-            Item::Numbers(1, Number::F32, Some(conversion("mm", "m"))),
-            Item::Array(2, vec![Item::Text, Item::Numbers(1, Number::U8, None)]),
+            Item::Numbers(1, Primitive::F32, Some(conversion("mm", "m"))),
+            Item::Array(2, vec![Item::Text, Item::Numbers(1, Primitive::U8, None)]),
         ]),
         Item::Bytes(12),
         Item::Bounded {
             bound: 16,
             padding: 4,
             stride: 24,
-            items: vec![Item::Numbers(1, Number::I16, Some(conversion("°C", "°F")))],
+            items: vec![Item::Numbers(
+                1,
+                Primitive::I16,
+                Some(conversion("°C", "°F")),
+            )],
         },
     ];
     let part = |operation, place| Part {
@@ -54,7 +59,7 @@ fn a_formula_is_printed_and_read_again() {
         operands: vec![Operand::Input(2), Operand::Constant(constant.to_bits())],
     });
     let group = Item::Group {
-        items: vec![Item::Text, Item::Marked(3, Number::F32), Item::Bytes(4)],
+        items: vec![Item::Text, Item::Marked(3, Primitive::F32), Item::Bytes(4)],
         formula: Formula {
             steps: steps.to_vec(),
             outputs: vec![Operand::Step(1), Operand::Input(0), Operand::Step(4)],

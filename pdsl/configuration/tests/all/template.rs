@@ -270,13 +270,16 @@ fn deep_json_stands_on_several_lines() {
     let word = "w".repeat(150);
     let flat = serde_json::json!({ "a": { "b": [&word] } });
     assert_eq!(
-        json_text(&flat),
+        json_text(&flat, 9),
         format!("{{\"a\":{{\"b\":[\"{word}\"]}}}}\n")
     );
     let deep = serde_json::json!({ "a": [[[[&word]]]] });
     let inner = format!("[[[\"{word}\"]]]");
     assert_eq!(
-        json_text(&deep),
+        json_text(&deep, 9),
         format!("{{\n  \"a\": [\n    {inner}\n  ]\n}}\n")
     );
+    let inner = format!("[[[[\"{word}\"]]]]");
+    let rows = format!("{{\n  \"a\": {inner}\n}}\n");
+    assert_eq!(json_text(&deep, 1), rows);
 }

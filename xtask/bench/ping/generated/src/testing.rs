@@ -3,90 +3,24 @@
 
 use crate::context::Context;
 use crate::description::DESCRIPTION;
-use rc_runtime::testing::Bench;
-use rc_runtime::{StartError, Values};
-use std::ops::{Deref, DerefMut};
 
 pub use crate::interfaces::echo::testing::{Call as EchoCall, Fake as EchoFake};
 pub use crate::interfaces::echo::testing::{Call as AwakeCall, Fake as AwakeFake};
 pub use crate::interfaces::sample::testing::Sample as SampleSample;
 pub use crate::interfaces::pictures::testing::Sample as PicturesSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
+rc_runtime::test_context! {
+    Context, DESCRIPTION;
 
-/// The context of a worker under test: a [`Context`] whose peers are the fields of this structure. All functions of the
-/// worker take it as theirs; [`Bench`] has those that drive the test.
-///
-/// ```ignore
-/// let mut test = TestContext::configured()?;
-/// let mut worker = SpecificWorker::initialize(&mut test)?;
-/// worker.compute(&mut test)?;
-/// ```
-pub struct TestContext {
     /// The server of `Echo`.
-    pub echo: EchoFake,
+    echo: EchoFake = 0,
     /// The server of `awake`.
-    pub awake: AwakeFake,
+    awake: AwakeFake = 1,
     /// The subscriber, which keeps the samples, of `Sample`.
-    pub sample: FakeSubscriber<SampleSample>,
+    sample: FakeSubscriber<SampleSample> = 2,
     /// The subscriber, which keeps the samples, of `Pictures`.
-    pub pictures: FakeSubscriber<PicturesSample>,
-    bench_: Bench<Context>,
+    pictures: FakeSubscriber<PicturesSample> = 3,
 }
-
-impl TestContext {
-    /// A context.
-    ///
-    /// # Panics
-    /// If the system has no descriptor left.
-    #[allow(clippy::new_without_default, reason = "it may panic")]
-    pub fn new() -> Self {
-        match Bench::new(&DESCRIPTION, &Values::default()) {
-            Ok(bench) => Self::over(bench),
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when the component starts.
-    pub fn configured() -> Result<Self, StartError> {
-        Bench::configured(&DESCRIPTION).map(Self::over)
-    }
-
-    fn over(bench: Bench<Context>) -> Self {
-        Self {
-            echo: rc_runtime::testing::Fake::new(bench.bed(), 0, None),
-            awake: rc_runtime::testing::Fake::new(bench.bed(), 1, None),
-            sample: rc_runtime::testing::Fake::new(bench.bed(), 2, None),
-            pictures: rc_runtime::testing::Fake::new(bench.bed(), 3, None),
-            bench_: bench,
-        }
-    }
-
-    /// Answers every query that has no answer yet with default values.
-    pub fn answer_defaults(&self) {
-        self.echo.answer_defaults();
-        self.awake.answer_defaults();
-    }
-}
-
-/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
-/// default values, and a slot without a server counts as connected.
-pub fn embed_with_defaults<W: crate::adapter::Handlers>(args: &[&str]) -> Result<rc_runtime::Embedded, StartError> {
-    use rc_runtime::testing::{DefaultReply, FakeCall, embed_with_defaults};
-
-    const DEFAULTS: &[(usize, DefaultReply)] = &[(0, EchoCall::default_reply), (1, AwakeCall::default_reply)];
-    embed_with_defaults::<W, Context>(DEFAULTS, args)
-}
-
-impl Deref for TestContext {
-    type Target = Bench<Context>;
-
-    fn deref(&self) -> &Bench<Context> {
-        &self.bench_
-    }
-}
-
-impl DerefMut for TestContext {
-    fn deref_mut(&mut self) -> &mut Bench<Context> {
-        &mut self.bench_
-    }
+rc_runtime::embed_with_defaults! {
+    Context; 0: EchoCall, 1: AwakeCall,
 }

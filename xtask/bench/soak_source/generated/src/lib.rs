@@ -24,9 +24,7 @@ pub use context::Context;
 pub use rc_runtime::Worker;
 pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};
-pub use rc_runtime::network_time;
-pub use rc_runtime::tracing;
-pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError};
+pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing};
 pub use self::interfaces::*;
 pub use types::*;
 

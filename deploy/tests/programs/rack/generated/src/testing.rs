@@ -4,9 +4,6 @@
 use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
-use rc_runtime::testing::Bench;
-use rc_runtime::{StartError, Values};
-use std::ops::{Deref, DerefMut};
 
 pub use crate::interfaces::laser::testing::{Call as SourcesCall, Fake as SourcesFake};
 pub use crate::interfaces::battery_status::testing::{Call as DdsSourcesCall, Fake as DdsSourcesFake};
@@ -15,93 +12,22 @@ pub use crate::interfaces::full_pose_estimation_pub::testing::Sample as PosesSam
 pub use crate::interfaces::full_pose_estimation_pub::testing::Sample as DdsPosesSample;
 pub use crate::interfaces::full_pose_estimation_pub::testing::Sample as RosPosesSample;
 pub use rc_runtime::testing::{ FakeArray, FakeServer, FakeSubscriber, Fault, in_place};
+rc_runtime::test_context! {
+    Context, DESCRIPTION, Params;
 
-/// The context of a worker under test: a [`Context`] whose peers are the fields of this structure. All functions of the
-/// worker take it as theirs; [`Bench`] has those that drive the test.
-///
-/// ```ignore
-/// let mut test = TestContext::configured()?;
-/// let mut worker = SpecificWorker::initialize(&mut test)?;
-/// worker.compute(&mut test)?;
-/// ```
-pub struct TestContext {
     /// The servers of the members of `sources`.
-    pub sources: FakeArray<SourcesFake>,
+    sources: FakeArray<SourcesFake> = 3,
     /// The servers of the members of `dds_sources`.
-    pub dds_sources: FakeArray<DdsSourcesFake>,
+    dds_sources: FakeArray<DdsSourcesFake> = 4,
     /// The servers of the members of `ros_sources`.
-    pub ros_sources: FakeArray<RosSourcesFake>,
+    ros_sources: FakeArray<RosSourcesFake> = 5,
     /// The subscribers, which keep the samples, of the members of `poses`.
-    pub poses: FakeArray<FakeSubscriber<PosesSample>>,
+    poses: FakeArray<FakeSubscriber<PosesSample>> = 6,
     /// The subscribers, which keep the samples, of the members of `dds_poses`.
-    pub dds_poses: FakeArray<FakeSubscriber<DdsPosesSample>>,
+    dds_poses: FakeArray<FakeSubscriber<DdsPosesSample>> = 7,
     /// The subscribers, which keep the samples, of the members of `ros_poses`.
-    pub ros_poses: FakeArray<FakeSubscriber<RosPosesSample>>,
-    bench_: Bench<Context>,
+    ros_poses: FakeArray<FakeSubscriber<RosPosesSample>> = 8,
 }
-
-impl TestContext {
-    /// A context with these parameters.
-    ///
-    /// # Panics
-    /// If the system has no descriptor left.
-    pub fn new(params: Params) -> Self {
-        match Bench::new(&DESCRIPTION, &Values::default()) {
-            Ok(bench) => {
-                let mut test = Self::over(bench);
-                test.params = params;
-                test
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    /// A context with the parameters and the period of `etc/config.toml`, which is checked as when the component starts.
-    pub fn configured() -> Result<Self, StartError> {
-        Bench::configured(&DESCRIPTION).map(Self::over)
-    }
-
-    fn over(bench: Bench<Context>) -> Self {
-        Self {
-            sources: FakeArray::new(bench.bed(), 3),
-            dds_sources: FakeArray::new(bench.bed(), 4),
-            ros_sources: FakeArray::new(bench.bed(), 5),
-            poses: FakeArray::new(bench.bed(), 6),
-            dds_poses: FakeArray::new(bench.bed(), 7),
-            ros_poses: FakeArray::new(bench.bed(), 8),
-            bench_: bench,
-        }
-    }
-
-    /// Answers every query that has no answer yet with default values.
-    pub fn answer_defaults(&self) {
-        self.sources.answer_defaults();
-        self.dds_sources.answer_defaults();
-        self.ros_sources.answer_defaults();
-    }
-}
-
-/// Runs the whole component on a thread of this process, as [`embed`](crate::embed) does. A call that no server takes gets
-/// default values, and a slot without a server counts as connected.
-pub fn embed_with_defaults<W: crate::adapter::Handlers>(args: &[&str]) -> Result<rc_runtime::Embedded, StartError> {
-    use rc_runtime::testing::{DefaultReply, FakeCall, embed_with_defaults};
-
-    const DEFAULTS: &[(usize, DefaultReply)] = &[
-        (3, SourcesCall::default_reply), (4, DdsSourcesCall::default_reply), (5, RosSourcesCall::default_reply),
-    ];
-    embed_with_defaults::<W, Context>(DEFAULTS, args)
-}
-
-impl Deref for TestContext {
-    type Target = Bench<Context>;
-
-    fn deref(&self) -> &Bench<Context> {
-        &self.bench_
-    }
-}
-
-impl DerefMut for TestContext {
-    fn deref_mut(&mut self) -> &mut Bench<Context> {
-        &mut self.bench_
-    }
+rc_runtime::embed_with_defaults! {
+    Context; 3: SourcesCall, 4: DdsSourcesCall, 5: RosSourcesCall,
 }

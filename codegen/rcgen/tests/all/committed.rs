@@ -1,0 +1,124 @@
+//! The generated files of this repository: how much they are, and that none stands twice.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+/// The folders that have components.
+const PLACES: [&str; 3] = ["components", "deploy/tests/programs", "xtask/bench"];
+/// The most lines of generated files. What every component needs belongs into a library.
+const MOST_LINES: usize = 30_000;
+/// Files of so few lines may be alike: manifests, marks of packages, lists of names.
+const FEW_LINES: usize = 33;
+
+struct Generated {
+    path: PathBuf,
+    /// The component, without the language in its name.
+    component: String,
+    lines: usize,
+    /// The text, in which names of the component are replaced.
+    nameless: String,
+}
+
+fn collect(folder: &Path, component: Option<&str>, found: &mut Vec<Generated>) {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    paths.sort();
+    for path in paths {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let name = name.expect("a name in UTF-8");
+        match component {
+            _ if matches!(name, "target" | "__pycache__" | ".venv") => {}
+            None if path.is_dir() => {
+                let owner = folder.file_name().and_then(|owner| owner.to_str());
+                let owner = (name == "generated").then(|| owner.expect("a name in UTF-8"));
+                collect(&path, owner, found);
+            }
+            Some(owner) if path.is_dir() => collect(&path, Some(owner), found),
+            Some(owner) => {
+                let text = std::fs::read_to_string(&path).expect("a text");
+                found.push(Generated {
+                    path,
+                    component: without_language(owner).to_owned(),
+                    lines: text.lines().count(),
+                    nameless: without_names(text, owner),
+                });
+            }
+            None => {}
+        }
+    }
+}
+
+fn without_language(component: &str) -> &str {
+    let mut endings = ["_python", "_cpp"].iter();
+    endings
+        .find_map(|ending| component.strip_suffix(ending))
+        .unwrap_or(component)
+}
+
+/// `joint_controller`, `JointController`, `JOINT_CONTROLLER`, `joint controller`.
+fn without_names(text: String, component: &str) -> String {
+    let words = component.split('_');
+    let camel: String = words
+        .map(|word| word[..1].to_uppercase() + &word[1..])
+        .collect();
+    let shout = component.to_uppercase();
+    let spaced = component.replace('_', " ");
+    let names = [component, &camel, &shout, &spaced];
+    names
+        .iter()
+        .fold(text, |text, name| text.replace(name, "NAME"))
+}
+
+/// A component that cargo does not build has its own code of each module of the IDSL, as a package
+/// of pip or a project of cmake needs it.
+fn is_module_of_a_package(path: &Path) -> bool {
+    let foreign = ["py", "h"]
+        .iter()
+        .any(|of| path.extension().is_some_and(|e| e == *of));
+    let parent = path.parent().and_then(Path::file_name);
+    foreign && parent.is_some_and(|folder| folder == "types" || folder == "interfaces")
+}
+
+fn all() -> Vec<Generated> {
+    let mut found = Vec::new();
+    for place in PLACES {
+        collect(&Path::new(ROOT).join(place), None, &mut found);
+    }
+    assert!(found.len() > 300, "{} generated files", found.len());
+    found
+}
+
+#[test]
+fn generated_files_are_few() {
+    let all = all();
+    let lines: usize = all.iter().map(|file| file.lines).sum();
+    assert!(
+        lines <= MOST_LINES,
+        "{lines} generated lines are committed, at most {MOST_LINES} are allowed: let generated code call a library"
+    );
+}
+
+/// One component in several languages says the same of itself.
+#[test]
+fn no_generated_file_differs_from_another_one_in_names_only() {
+    let mut alike: BTreeMap<String, Vec<(String, PathBuf)>> = BTreeMap::new();
+    for file in all() {
+        if file.lines > FEW_LINES && !is_module_of_a_package(&file.path) {
+            let known = alike.entry(file.nameless).or_default();
+            if known
+                .iter()
+                .all(|(component, _)| *component != file.component)
+            {
+                known.push((file.component, file.path));
+            }
+        }
+    }
+    let twice: Vec<_> = alike.values().filter(|files| files.len() > 1).collect();
+    assert!(
+        twice.is_empty(),
+        "these files differ in names only: {twice:#?}"
+    );
+}
