@@ -3,12 +3,6 @@
 //!
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
 
-#![allow(
-    clippy::too_many_arguments,
-    clippy::type_complexity,
-    reason = "signatures are those of the IDSL"
-)]
-
 mod adapter;
 mod backend;
 mod context;

@@ -2,6 +2,7 @@
 """The base class of the worker."""
 
 from __future__ import annotations
+
 import robocomp as _robocomp
 
 from .context import Context
