@@ -167,7 +167,8 @@ def _functions(class_: type) -> Iterator[tuple[str, Any]]:
 
 
 def _parameters(function: Any) -> str:
-    return str(inspect.signature(function))
+    # The bases of workers name the type of the context `C`.
+    return str(inspect.signature(function)).replace("'C'", "'Context'")
 
 
 def _location(function: Any) -> str:
