@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
 const NO_CODES: [&str; 22] = [
+    "a-b",
     "build-dependencies",
     "default-features",
     "default-members",
@@ -19,6 +20,7 @@ const NO_CODES: [&str; 22] = [
     "include-system-site-packages",
     "innermodel-viewer",
     "marks-test",
+    "my-robot",
     "on-failure",
     "optional-dependencies",
     "rc-dds",
