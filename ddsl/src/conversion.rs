@@ -2,7 +2,7 @@
 //! consumer.
 
 use crate::image::image_items;
-use crate::meaning::{Chosen, Meaning, Meanings, Unmeant, chosen, has_prefix, prototype};
+use crate::meaning::{Chosen, Meaning, Meanings, NotConverted, chosen, has_prefix, prototype};
 use crate::units::End;
 use rc_conversion::{Item, Part, Place, Plan};
 use rc_idsl::Library;
@@ -299,7 +299,7 @@ pub(crate) struct Marks {
 
 /// What a structure means at both ends, of which a connection converts one into the other.
 #[derive(Clone)]
-pub(crate) struct Known(Rc<Result<Meaning, Unmeant>>);
+pub(crate) struct Known(Rc<Result<Meaning, NotConverted>>);
 
 impl Known {
     pub(crate) fn get(&self) -> Option<&Meaning> {

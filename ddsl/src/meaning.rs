@@ -94,7 +94,7 @@ pub(crate) struct Meanings {
     /// The numbers of libraries by their place in memory, and by what they say.
     places: RefCell<HashMap<*const Library, usize>>,
     texts: RefCell<HashMap<String, usize>>,
-    known: RefCell<HashMap<(Key, Key), Rc<Result<Meaning, Unmeant>>>>,
+    known: RefCell<HashMap<(Key, Key), Rc<Result<Meaning, NotConverted>>>>,
 }
 
 impl Meanings {
@@ -103,7 +103,7 @@ impl Meanings {
         &self,
         (sender, from): (End<'_>, &Prototype),
         (receiver, to): (End<'_>, &Prototype),
-    ) -> Rc<Result<Meaning, Unmeant>> {
+    ) -> Rc<Result<Meaning, NotConverted>> {
         let key = |end: End<'_>, of: &Prototype| (self.number(end.prototypes), of.name.clone());
         let key = (key(sender, from), key(receiver, to));
         if let Some(known) = self.known.borrow().get(&key) {
@@ -131,7 +131,7 @@ impl Meanings {
 }
 
 /// Why a structure is not converted.
-pub(crate) enum Unmeant {
+pub(crate) enum NotConverted {
     Refused(Refusal),
     /// The plan calls this function of the user, or does what no connection can.
     Function(String),
@@ -142,9 +142,9 @@ pub(crate) enum Unmeant {
 }
 
 /// The members with the numbers of a prototype, and so many of its covariance.
-fn members(end: End<'_>, of: &Prototype, spread: usize) -> Result<Vec<String>, Unmeant> {
+fn members(end: End<'_>, of: &Prototype, spread: usize) -> Result<Vec<String>, NotConverted> {
     let numbers = end.prototypes.numbers(of);
-    let numbers = numbers.ok_or_else(|| Unmeant::Places(of.name.clone()))?;
+    let numbers = numbers.ok_or_else(|| NotConverted::Places(of.name.clone()))?;
     let covariance = of.covariance.iter().map(|of| &of.member);
     let covariance = covariance.flat_map(|of| (0..spread).map(move |at| format!("{of}.{at}")));
     let values = numbers.into_iter().map(|datum| datum.member);
@@ -162,14 +162,14 @@ fn directions(library: &Library, name: Option<&String>) -> Option<String> {
 fn meaning(
     (sender, from): (End<'_>, &Prototype),
     (receiver, to): (End<'_>, &Prototype),
-) -> Result<Meaning, Unmeant> {
+) -> Result<Meaning, NotConverted> {
     let ends = (
         (sender.prototypes, from.name.as_str()),
         (receiver.prototypes, to.name.as_str()),
     );
-    let plan = rc_plans::between(ends.0, ends.1).map_err(Unmeant::Refused)?;
+    let plan = rc_plans::between(ends.0, ends.1).map_err(NotConverted::Refused)?;
     if let Some(function) = plan.program.functions().next() {
-        return Err(Unmeant::Function(function.to_owned()));
+        return Err(NotConverted::Function(function.to_owned()));
     }
     let values = sender.prototypes.numbers(from).map_or(0, |of| of.len());
     let spread = plan.program.inputs().saturating_sub(values);
@@ -234,7 +234,7 @@ fn meaning(
     let converts = spread > 0 && own.iter().chain(wanted).all(is_array);
     let differ = own.is_some() && wanted.is_some() && own != wanted;
     if !converts && (differ || !meaning.is_identity && (own.is_some() || wanted.is_some())) {
-        return Err(Unmeant::Covariance);
+        return Err(NotConverted::Covariance);
     }
     Ok(meaning)
 }

@@ -3,7 +3,7 @@
 
 use crate::conversion::{Conversion, NoPlan, effort, plan};
 use crate::meaning::{
-    Ambiguous, Chosen, Meanings, Unmeant, chosen, described, has_prefix, prototype,
+    Ambiguous, Chosen, Meanings, NotConverted, chosen, described, has_prefix, prototype,
 };
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
@@ -314,22 +314,22 @@ impl<'a> Comparison<'a, '_> {
                 }
                 return Some(meaning.members.clone());
             }
-            Err(Unmeant::Refused(refusal)) => {
+            Err(NotConverted::Refused(refusal)) => {
                 let message = format!("{message}: {refusal}");
                 Diagnostic::error(refusal.code(), self.line.span, message)
             }
-            Err(Unmeant::Covariance) => {
+            Err(NotConverted::Covariance) => {
                 let message = format!("{message}: the covariance would stay as it is");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);
                 error.help("a connection does not convert covariances yet: convert in a component")
             }
-            Err(Unmeant::Places(name)) => {
+            Err(NotConverted::Places(name)) => {
                 let message =
                     format!("{message}: `{name}` does not say which members hold its parts");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);
                 error.help("name them: `ddr = :: IDSL{TYPE} dr = { MEMBER = PART }`")
             }
-            Err(Unmeant::Function(function)) => {
+            Err(NotConverted::Function(function)) => {
                 let message = format!("{message}: the function `{function}` would have to convert");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);
                 error.help("a connection calls no function: convert in a component")

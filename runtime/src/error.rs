@@ -37,7 +37,7 @@ impl StartError {
     }
 
     /// What a component of this name prints at its end.
-    pub(crate) fn last_words(&self, name: &str) -> String {
+    pub(crate) fn report_line(&self, name: &str) -> String {
         match self {
             Self::Configuration(text) => text.clone(),
             error => format!("{name}: error: {error}\n"),

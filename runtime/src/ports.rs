@@ -1,5 +1,8 @@
 //! The connections of a component, opened in the order of its description.
 
+mod counts;
+mod endpoints;
+
 use crate::clock::SimulatedClock;
 use crate::converting::{ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber};
 use crate::description::Description;
@@ -16,16 +19,17 @@ use crate::time::follower::Follower;
 use crate::time::lockstep::State as SourceState;
 use crate::time::source::Source;
 use crate::time::{TimeRole, TimeSource};
+use endpoints::{call_endpoint, is_needed};
 use rc_management::component::{ClockKind, Role};
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, Linked, LogQueue, Member,
-    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
+    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, Member, OpenError,
+    QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
 };
 use std::cell::RefCell;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -467,48 +471,6 @@ impl Connections {
         Ok(())
     }
 
-    /// The counters of the sending ends, each with the index of its slot.
-    pub(crate) fn sent(&self) -> Vec<(usize, Counter)> {
-        self.sent.borrow().clone()
-    }
-
-    /// The counters of samples that were not published, each with the index of its slot.
-    pub(crate) fn withheld(&self) -> Vec<(usize, Counter)> {
-        self.withheld.borrow().clone()
-    }
-
-    /// The counts of slots that convert, each with the index of its slot.
-    pub(crate) fn converted(&self) -> Vec<(usize, ConversionCounts)> {
-        self.converted.borrow().clone()
-    }
-
-    /// New counts for a slot that converts.
-    fn conversion(&self, slot: usize) -> ConversionCounts {
-        let counts = ConversionCounts::default();
-        self.converted.borrow_mut().push((slot, counts.clone()));
-        counts
-    }
-
-    /// The receive queues, each with the index of its slot.
-    pub(crate) fn queues(&self) -> Vec<(usize, QueueGauge)> {
-        self.queues.borrow().clone()
-    }
-
-    fn watch(&self, slot: usize, queue: Option<QueueGauge>) {
-        let queue = queue.map(|queue| (slot, queue));
-        self.queues.borrow_mut().extend(queue);
-    }
-
-    fn count(&self, slot: usize, counter: &Counter) {
-        self.sent.borrow_mut().push((slot, counter.clone()));
-    }
-
-    /// Peers that are there and do not fit.
-    pub(crate) fn mismatches(&self) -> Vec<String> {
-        let all = self.backends.iter().map(|(_, backend)| backend);
-        all.flat_map(|backend| backend.mismatches()).collect()
-    }
-
     /// Waits until the last messages have arrived, at most for `limit`.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {
@@ -571,36 +533,6 @@ impl Connections {
             external_types: external.into_iter().collect(),
         })
     }
-}
-
-/// Whether a component opens a middleware beside its own one: for its slots, or for its clock. One
-/// without slots is a node of its middlewares; a source of time publishes over all of them.
-fn is_needed(
-    linked: &Linked,
-    used: &BTreeSet<&str>,
-    clock: ClockKind,
-    of_time: Option<&str>,
-) -> bool {
-    let by_clock = match clock {
-        ClockKind::System => false,
-        ClockKind::Source => true,
-        ClockKind::Ros => linked.clock.is_some(),
-        ClockKind::Simulated => of_time == Some(linked.name),
-    };
-    by_clock || used.is_empty() || used.contains(linked.name)
-}
-
-fn call_endpoint(slot: &OpenSlot) -> Result<Endpoint, OpenError> {
-    let types = TypeIdentity {
-        name: slot.type_name.to_owned(),
-        hash: slot.type_hash,
-    };
-    Ok(Endpoint {
-        address: slot.address()?.clone(),
-        types,
-        qos: slot.qos,
-        external_types: slot.external_types().collect(),
-    })
 }
 
 impl OpenSlot {

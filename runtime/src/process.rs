@@ -80,7 +80,7 @@ pub fn run_with<C: Component>(
 }
 
 fn fail(name: &str, error: &StartError) -> u8 {
-    print_error(&error.last_words(name));
+    print_error(&error.report_line(name));
     error.exit_code()
 }
 

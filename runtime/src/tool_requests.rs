@@ -11,7 +11,7 @@ use crate::waker::Waker;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
 use rc_management::component::{Done, Role};
-use rc_management::hops::{Following, Message, Pair, Taken};
+use rc_management::hops::{Following, HopReport, Message, Pair};
 use rc_management::observation::{Called, Clocks, Notification, Tapped};
 use rc_management::rpc::{self, Error};
 use rc_management::{LONGEST, Server as Socket};
@@ -179,7 +179,7 @@ impl ToolRequests {
             return Err(Error::new(Error::INVALID_PARAMS, message));
         }
         let (hops, overwritten) = self.hops.take();
-        rpc::result(&Taken {
+        rpc::result(&HopReport {
             active,
             overwritten,
             hops: hops.into(),

@@ -50,7 +50,7 @@ impl Resolver<'_> {
             let mut effects: Vec<Step> = effects
                 .filter_map(|path| self.step(path, slots, Side::Effect))
                 .collect();
-            // The same one twice means nothing more.
+            // A repeated one means nothing more.
             let mut known = HashSet::new();
             effects.retain(|effect| known.insert(effect.clone()));
             for path in &tree.causes {

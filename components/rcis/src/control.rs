@@ -1,14 +1,15 @@
 //! The interface `Simulation`.
 
 use crate::SpecificWorker;
+use crate::drawing::drawing;
 use crate::elements::MOST_NODES;
 use crate::pictures::id_image;
 use crate::predictions::Motion;
 use crate::refusal::{Refusal, reply};
 use crate::requests::{clock, one_element, pose_in, pose_out, speed, wrong};
-use crate::worlds::{check_new, unknown};
+use crate::steps::in_clone;
 use innermodel_physics::Physics;
-use innermodel_simulation::{Dynamics, MotorGoal, Speed, World};
+use innermodel_simulation::{Dynamics, MotorGoal, Speed};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
@@ -31,8 +32,12 @@ impl Simulation<Context> for SpecificWorker {
         _ctx: &mut Context,
         world: String,
     ) -> Result<Clock, calls::GetClockError> {
-        let pending = if world.is_empty() { self.pending } else { 0 };
-        self.with(&world, |world| Ok(clock(world, pending)))
+        let pending = if world.is_empty() {
+            self.steps.pending()
+        } else {
+            0
+        };
+        self.worlds.with(&world, |world| Ok(clock(world, pending)))
     }
 
     fn step(
@@ -41,11 +46,15 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         count: i64,
     ) -> Result<Clock, calls::StepError> {
-        reply(self.make_steps(ctx, &world, count))
+        if world.is_empty() {
+            return reply(self.steps.on_request(ctx, &mut self.worlds.main, count));
+        }
+        let clone = self.worlds.named(&world);
+        reply(clone.and_then(|clone| in_clone(clone, count, ctx.params.work)))
     }
 
     fn set_paused(&mut self, _ctx: &mut Context, paused: bool) {
-        self.paused = paused;
+        self.steps.paused = paused;
     }
 
     fn add(
@@ -56,7 +65,7 @@ impl Simulation<Context> for SpecificWorker {
         element: String,
     ) -> Result<(), calls::AddError> {
         let document = one_element(&self.scene, &element);
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             let document = document?;
             if world.tree().len() + document.nodes.len() > MOST_NODES {
                 let text = format!("a world has at most {MOST_NODES} nodes");
@@ -73,7 +82,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         id: String,
     ) -> Result<(), calls::RemoveError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             world.edit(|edit| edit.remove(&id))?;
             Ok(())
         })
@@ -87,20 +96,21 @@ impl Simulation<Context> for SpecificWorker {
         element: String,
     ) -> Result<(), calls::SetError> {
         let document = one_element(&self.scene, &element);
-        self.with(&world, |world| match &document?.nodes[..] {
-            [node] if node.id == id => {
-                let (kind, allowed) = (node.kind.clone(), node.allowed.clone());
-                world.edit(|edit| {
-                    edit.set_kind(&id, kind)?;
-                    edit.set_allowed(&id, allowed)
-                })?;
-                Ok(())
-            }
-            _ => {
-                let text = "expected one element with the id of the node, and none in it";
-                Err(Refusal::Other(Reason::WrongText, text.to_owned()))
-            }
-        })
+        self.worlds
+            .with(&world, |world| match &document?.nodes[..] {
+                [node] if node.id == id => {
+                    let (kind, allowed) = (node.kind.clone(), node.allowed.clone());
+                    world.edit(|edit| {
+                        edit.set_kind(&id, kind)?;
+                        edit.set_allowed(&id, allowed)
+                    })?;
+                    Ok(())
+                }
+                _ => {
+                    let text = "expected one element with the id of the node, and none in it";
+                    Err(Refusal::Other(Reason::WrongText, text.to_owned()))
+                }
+            })
     }
 
     fn teleport(
@@ -111,7 +121,7 @@ impl Simulation<Context> for SpecificWorker {
         base: String,
         pose: Pose,
     ) -> Result<(), calls::TeleportError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(world.teleport(&id, &base, pose_in(&pose))?)
         })
     }
@@ -123,7 +133,7 @@ impl Simulation<Context> for SpecificWorker {
         id: String,
         parent: String,
     ) -> Result<(), calls::MoveToError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(world.edit(|edit| edit.move_to(&id, &parent))?)
         })
     }
@@ -135,7 +145,7 @@ impl Simulation<Context> for SpecificWorker {
         id: String,
         parent: String,
     ) -> Result<(), calls::ReParentError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(world.edit(|edit| edit.re_parent(&id, &parent))?)
         })
     }
@@ -148,7 +158,7 @@ impl Simulation<Context> for SpecificWorker {
         attribute: Attribute,
     ) -> Result<(), calls::SetAttributeError> {
         let Attribute { name, type_, value } = attribute;
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(world.edit(|edit| {
                 let known = edit.snapshot().node(&id)?.attribute(&name).is_ok();
                 if known {
@@ -167,7 +177,7 @@ impl Simulation<Context> for SpecificWorker {
         id: String,
         name: String,
     ) -> Result<(), calls::RemoveAttributeError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(world.edit(|edit| edit.remove_attribute(&id, &name))?)
         })
     }
@@ -179,7 +189,7 @@ impl Simulation<Context> for SpecificWorker {
         id: String,
         signal: Signal,
     ) -> Result<(), calls::SetSignalError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             let new = innermodel::kinds::Signal {
                 rate: signal.rate,
                 noise: signal.noise,
@@ -198,7 +208,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         id: String,
     ) -> Result<Signal, calls::GetSignalError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             let signal = world.signal(&id)?;
             Ok(Signal {
                 rate: signal.rate,
@@ -218,7 +228,7 @@ impl Simulation<Context> for SpecificWorker {
         a: String,
         b: String,
     ) -> Result<bool, calls::CollideError> {
-        self.with(&world, |world| Ok(world.collide(&a, &b)?))
+        self.worlds.with(&world, |world| Ok(world.collide(&a, &b)?))
     }
 
     fn get_pose(
@@ -228,13 +238,13 @@ impl Simulation<Context> for SpecificWorker {
         id: String,
         base: String,
     ) -> Result<Pose, calls::GetPoseError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             Ok(pose_out(&world.tree().pose(&base, &id)?))
         })
     }
 
     fn print(&mut self, _ctx: &mut Context, world: String) -> Result<String, calls::PrintError> {
-        self.with(&world, |world| Ok(world.tree().print()))
+        self.worlds.with(&world, |world| Ok(world.tree().print()))
     }
 
     fn draw(
@@ -243,7 +253,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         view: Viewpoint,
     ) -> Result<Png, calls::DrawError> {
-        reply(self.drawing(&world, &view))
+        reply(drawing(&mut self.worlds, &world, &view))
     }
 
     fn get_digest(
@@ -251,7 +261,8 @@ impl Simulation<Context> for SpecificWorker {
         _ctx: &mut Context,
         world: String,
     ) -> Result<i64, calls::GetDigestError> {
-        self.with(&world, |world| Ok(world.digest().cast_signed()))
+        self.worlds
+            .with(&world, |world| Ok(world.digest().cast_signed()))
     }
 
     fn get_skeleton(
@@ -260,7 +271,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         id: String,
     ) -> Result<Skeleton, calls::GetSkeletonError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             let joints = world.skeleton(&id)?.into_iter();
             Ok(joints
                 .map(|(name, place)| BodyJoint {
@@ -281,7 +292,8 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         camera: String,
     ) -> Result<IdImage, calls::GetIdImageError> {
-        self.with(&world, |world| Ok(id_image(&*world.picture(&camera)?)))
+        self.worlds
+            .with(&world, |world| Ok(id_image(&*world.picture(&camera)?)))
     }
 
     fn set_physics(
@@ -290,7 +302,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         active: bool,
     ) -> Result<(), calls::SetPhysicsError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             if active != world.has_dynamics() {
                 let physics: Box<dyn Dynamics> = Box::new(Physics::new());
                 world.set_dynamics(active.then_some(physics));
@@ -307,7 +319,8 @@ impl Simulation<Context> for SpecificWorker {
         impulse: Direction,
     ) -> Result<(), calls::PushError> {
         let impulse = innermodel::Vector::new(impulse.x, impulse.y, impulse.z);
-        self.with(&world, |world| Ok(world.push(&id, impulse)?))
+        self.worlds
+            .with(&world, |world| Ok(world.push(&id, impulse)?))
     }
 
     fn release(
@@ -316,7 +329,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         joint: String,
     ) -> Result<(), calls::ReleaseError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             world.command(&[(&joint, MotorGoal::Free)])?;
             Ok(())
         })
@@ -328,9 +341,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         name: String,
     ) -> Result<(), calls::SnapshotError> {
-        let free = check_new(&self.worlds.snapshots, &name, "snapshot", most(ctx));
-        let kept = free.and_then(|()| Ok(self.named(&world)?.snapshot()));
-        reply(kept.map(|kept| drop(self.worlds.snapshots.insert(name, kept))))
+        reply(self.worlds.keep(&world, name, most(ctx)))
     }
 
     fn restore(
@@ -339,12 +350,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         name: String,
     ) -> Result<(), calls::RestoreError> {
-        let kept = self.worlds.snapshots.get(&name).cloned();
-        let kept = kept.ok_or_else(|| unknown(&self.worlds.snapshots, &name, "snapshot"));
-        reply(kept.and_then(|kept| {
-            self.named(&world)?.restore(&kept);
-            Ok(())
-        }))
+        reply(self.worlds.restore(&world, &name))
     }
 
     fn forget_snapshot(
@@ -352,13 +358,11 @@ impl Simulation<Context> for SpecificWorker {
         _ctx: &mut Context,
         name: String,
     ) -> Result<(), calls::ForgetSnapshotError> {
-        let known = self.worlds.snapshots.remove(&name);
-        let known = known.ok_or_else(|| unknown(&self.worlds.snapshots, &name, "snapshot"));
-        reply(known.map(drop))
+        reply(self.worlds.forget(&name))
     }
 
     fn get_snapshots(&mut self, _ctx: &mut Context) -> Names {
-        self.worlds.snapshots.keys().cloned().collect()
+        self.worlds.snapshots()
     }
 
     fn predict(
@@ -375,7 +379,8 @@ impl Simulation<Context> for SpecificWorker {
             let text = format!("expected 0 to {LONGEST} seconds, found {time}");
             return reply(Err(wrong(text)));
         }
-        let found = self.prediction(
+        let found = self.predictions.predict(
+            &mut self.worlds,
             ctx.params.work,
             Motion {
                 world,
@@ -400,9 +405,7 @@ impl Simulation<Context> for SpecificWorker {
         world: String,
         name: String,
     ) -> Result<(), calls::CloneError> {
-        let free = check_new(&self.worlds.clones, &name, "clone", most(ctx));
-        let new = free.and_then(|()| Ok(World::clone(self.named(&world)?)));
-        reply(new.map(|new| drop(self.worlds.clones.insert(name, new))))
+        reply(self.worlds.add_clone(&world, name, most(ctx)))
     }
 
     fn remove_clone(
@@ -410,13 +413,11 @@ impl Simulation<Context> for SpecificWorker {
         _ctx: &mut Context,
         name: String,
     ) -> Result<(), calls::RemoveCloneError> {
-        let known = self.worlds.clones.remove(&name);
-        let known = known.ok_or_else(|| unknown(&self.worlds.clones, &name, "clone"));
-        reply(known.map(drop))
+        reply(self.worlds.remove_clone(&name))
     }
 
     fn get_clones(&mut self, _ctx: &mut Context) -> Names {
-        self.worlds.clones.keys().cloned().collect()
+        self.worlds.clones()
     }
 
     fn drive(
@@ -428,7 +429,7 @@ impl Simulation<Context> for SpecificWorker {
         advance: f64,
         turn: f64,
     ) -> Result<f64, calls::DriveError> {
-        self.with(&world, |world| {
+        self.worlds.with(&world, |world| {
             let taken = world.drive(&base, speed(side, advance, turn))?;
             // What a base of this kind does not do limits nothing.
             let parts = [

@@ -1,27 +1,29 @@
 //! Pictures of a world for those who look at it from outside.
 
-use crate::SpecificWorker;
 use crate::refusal::Refusal;
 use crate::requests::wrong;
+use crate::worlds::Worlds;
 use innermodel::Point;
 use rcis_generated::innermodel_viewer::{Viewpoint as From, ViewpointError};
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{Viewpoint, types};
 
-impl SpecificWorker {
-    /// A picture of a world as it is, as the content of a PNG file.
-    pub(crate) fn drawing(&mut self, world: &str, view: &Viewpoint) -> Result<Vec<u8>, Refusal> {
-        let (from, size) = (viewpoint(view)?, size(view)?);
-        let world = self.named(world)?;
-        let extents = world.extents();
-        let view = from.view(&world.tree(), &extents, size);
-        let view = view.map_err(|error| match error {
-            ViewpointError::Tree(error) => error.into(),
-            other => Refusal::Other(Reason::WrongKind, other.to_string()),
-        })?;
-        let image = world.draw(&view)?;
-        image.png().map_err(|error| wrong(error.to_string()))
-    }
+/// A picture of a world as it is, as the content of a PNG file.
+pub(crate) fn drawing(
+    worlds: &mut Worlds,
+    world: &str,
+    view: &Viewpoint,
+) -> Result<Vec<u8>, Refusal> {
+    let (from, size) = (viewpoint(view)?, size(view)?);
+    let world = worlds.named(world)?;
+    let extents = world.extents();
+    let view = from.view(&world.tree(), &extents, size);
+    let view = view.map_err(|error| match error {
+        ViewpointError::Tree(error) => error.into(),
+        other => Refusal::Other(Reason::WrongKind, other.to_string()),
+    })?;
+    let image = world.draw(&view)?;
+    image.png().map_err(|error| wrong(error.to_string()))
 }
 
 fn viewpoint(view: &Viewpoint) -> Result<From, Refusal> {

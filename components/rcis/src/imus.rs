@@ -7,13 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 impl SpecificWorker {
     fn inertia(&mut self, member: &Member) -> Option<ImuSample> {
-        match self.world.imu(member.name()) {
-            Ok(inertia) => Some(inertia),
-            Err(error) => {
-                self.warn_once(error.to_string());
-                None
-            }
-        }
+        let sample = self.worlds.main.imu(member.name());
+        self.warnings.or_default(sample.map(Some))
     }
 }
 

@@ -15,6 +15,8 @@ mod requests;
 mod robots;
 mod scene;
 mod specific_worker;
+mod steps;
+mod warnings;
 mod window;
 mod worlds;
 

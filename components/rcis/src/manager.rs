@@ -2,7 +2,7 @@
 
 use crate::SpecificWorker;
 use crate::elements::{self, MOST_NODES};
-use inner_model_manager::{Manager, Refusal, Tree};
+use inner_model_manager::{Refusal, Tree};
 use innermodel::language::Document;
 use innermodel::{Edit, Error, Kind, NewNode, Snapshot};
 use innermodel_simulation::World;
@@ -13,9 +13,9 @@ use std::sync::Arc;
 
 /// The world, and the file of its scene.
 pub struct Scene<'w> {
-    world: &'w mut World,
-    file: &'w Path,
-    refuses_collisions: bool,
+    pub(crate) world: &'w mut World,
+    pub(crate) file: &'w Path,
+    pub(crate) refuses_collisions: bool,
 }
 
 fn refused(error: innermodel_simulation::Error) -> Refusal {
@@ -78,17 +78,6 @@ impl Tree for Scene<'_> {
         } else {
             format!("`{id}` is a {tag}, not a pointcloud")
         }))
-    }
-}
-
-impl SpecificWorker {
-    /// The handlers of the interface.
-    pub fn manager(&mut self) -> Manager<Scene<'_>> {
-        Manager(Scene {
-            world: &mut self.world,
-            file: &self.scene,
-            refuses_collisions: self.refuses_collisions,
-        })
     }
 }
 

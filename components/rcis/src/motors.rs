@@ -1,8 +1,9 @@
 //! Motors of joints. Those of one robot are on one bus.
 
 use crate::SpecificWorker;
+use crate::warnings::Warnings;
 use innermodel::Kind;
-use innermodel_simulation::{Error, MotorGoal};
+use innermodel_simulation::{Error, MotorGoal, World};
 use rcis_generated::interfaces::joint_motor as calls;
 use rcis_generated::types::robo_comp_joint_motor::{
     BusParams, HardwareFailedException, UnknownMotorException,
@@ -45,106 +46,109 @@ fn limits(kind: &Kind) -> Option<(f64, f64, f64, f64)> {
     }
 }
 
-impl SpecificWorker {
-    fn joints(&self, owner: &str) -> Vec<String> {
-        let groups = self.world.groups(&["joint", "prismaticJoint"]);
-        let own = groups.into_iter().find(|(name, _)| name == owner);
-        own.map_or_else(Vec::new, |(_, joints)| joints)
-    }
+fn joints(world: &World, owner: &str) -> Vec<String> {
+    let groups = world.groups(&["joint", "prismaticJoint"]);
+    let own = groups.into_iter().find(|(name, _)| name == owner);
+    own.map_or_else(Vec::new, |(_, joints)| joints)
+}
 
-    fn check(&self, owner: &str, joint: &str) -> Result<(), UnknownMotorException> {
-        if self.joints(owner).iter().any(|name| name == joint) {
-            return Ok(());
-        }
-        let joint = rc_diagnostics::foreign::clean(joint);
-        let what = format!("`{owner}` has no joint `{joint}`");
-        Err(UnknownMotorException { what })
+fn check(world: &World, owner: &str, joint: &str) -> Result<(), UnknownMotorException> {
+    if joints(world, owner).iter().any(|name| name == joint) {
+        return Ok(());
     }
+    let joint = rc_diagnostics::foreign::clean(joint);
+    let what = format!("`{owner}` has no joint `{joint}`");
+    Err(UnknownMotorException { what })
+}
 
-    pub(crate) fn motor_states(&self, owner: &str) -> MotorStateMap {
-        let joints = self.joints(owner).into_iter();
-        let states = joints.filter_map(|joint| {
-            let state = self.motor_state(&joint).ok()?;
-            Some((joint, state))
-        });
-        states.collect()
-    }
+pub(crate) fn motor_states(world: &World, owner: &str) -> MotorStateMap {
+    let joints = joints(world, owner).into_iter();
+    let states = joints.filter_map(|joint| {
+        let state = motor_state(world, &joint).ok()?;
+        Some((joint, state))
+    });
+    states.collect()
+}
 
-    fn motor_state(&self, joint: &str) -> Result<MotorState, Error> {
-        let motor = self.world.motor(joint)?;
-        Ok(MotorState {
-            pos: motor.position as f32,
-            vel: motor.velocity as f32,
-            power: 0.0,
-            time_stamp: format!("{:.3}", self.world.time().as_secs_f64()),
-            p: (motor.position * STEPS).round() as i32,
-            v: (motor.velocity * STEPS).round() as i32,
-            is_moving: motor.velocity != 0.0,
-            temperature: 25,
-        })
-    }
+fn motor_state(world: &World, joint: &str) -> Result<MotorState, Error> {
+    let motor = world.motor(joint)?;
+    Ok(MotorState {
+        pos: motor.position as f32,
+        vel: motor.velocity as f32,
+        power: 0.0,
+        time_stamp: format!("{:.3}", world.time().as_secs_f64()),
+        p: (motor.position * STEPS).round() as i32,
+        v: (motor.velocity * STEPS).round() as i32,
+        is_moving: motor.velocity != 0.0,
+        temperature: 25,
+    })
+}
 
-    fn motor_params(&self, joint: &str, bus_id: u8) -> Result<MotorParams, Error> {
-        let tree = self.world.tree();
-        let node = tree.node(joint)?;
-        let (min, max, home, speed) = limits(node.kind()).unwrap_or_default();
-        Ok(MotorParams {
-            name: joint.to_owned(),
-            bus_id,
-            min_pos: min as f32,
-            max_pos: max as f32,
-            max_velocity: if speed > 0.0 {
-                speed as f32
-            } else {
-                f32::INFINITY
-            },
-            zero_pos: home as f32,
-            steps_range: (std::f64::consts::TAU * STEPS) as f32,
-            max_degrees: (max - min).to_degrees() as f32,
-            inverted_sign: false,
-        })
-    }
+fn motor_params(world: &World, joint: &str, bus_id: u8) -> Result<MotorParams, Error> {
+    let tree = world.tree();
+    let node = tree.node(joint)?;
+    let (min, max, home, speed) = limits(node.kind()).unwrap_or_default();
+    Ok(MotorParams {
+        name: joint.to_owned(),
+        bus_id,
+        min_pos: min as f32,
+        max_pos: max as f32,
+        max_velocity: if speed > 0.0 {
+            speed as f32
+        } else {
+            f32::INFINITY
+        },
+        zero_pos: home as f32,
+        steps_range: (std::f64::consts::TAU * STEPS) as f32,
+        max_degrees: (max - min).to_degrees() as f32,
+        inverted_sign: false,
+    })
+}
 
-    /// Commands motors: all of them, or none.
-    fn move_motors(&mut self, owner: &str, goals: &[(String, MotorGoal)]) -> Result<(), Refused> {
-        for (joint, goal) in goals {
-            self.check(owner, joint).map_err(Refused::Unknown)?;
-            let tree = self.world.tree();
-            let kind = tree.node(joint).map(|node| limits(node.kind()));
-            let Ok(Some((min, max, ..))) = kind else {
-                continue;
-            };
-            if let MotorGoal::Position { target, .. } = *goal
-                // The numbers of the interface have fewer digits than those of the file.
-                && !(min as f32..=max as f32).contains(&(target as f32))
-            {
-                let what = format!("`{joint}` moves from {min} to {max}, not to {target}");
-                return Err(failed(what));
-            }
-        }
-        let named: Vec<_> = goals
-            .iter()
-            .map(|(id, goal)| (id.as_str(), *goal))
-            .collect();
-        let limited = self.world.command(&named);
-        let limited = limited.map_err(|error| failed(error.to_string()))?;
-        for ((joint, _), limited) in goals.iter().zip(limited) {
-            if limited {
-                self.warn_once(format!("`{joint}` does not move as fast as it was told to"));
-            }
-        }
-        Ok(())
-    }
-
-    fn home(&self, joint: &str) -> (String, MotorGoal) {
-        let tree = self.world.tree();
-        let home = tree.node(joint).ok().and_then(|node| limits(node.kind()));
-        let goal = MotorGoal::Position {
-            target: home.map_or(0.0, |(_, _, home, _)| home),
-            speed: 0.0,
+/// Commands motors: all of them, or none.
+fn move_motors(
+    world: &mut World,
+    warnings: &mut Warnings,
+    owner: &str,
+    goals: &[(String, MotorGoal)],
+) -> Result<(), Refused> {
+    for (joint, goal) in goals {
+        check(world, owner, joint).map_err(Refused::Unknown)?;
+        let tree = world.tree();
+        let kind = tree.node(joint).map(|node| limits(node.kind()));
+        let Ok(Some((min, max, ..))) = kind else {
+            continue;
         };
-        (joint.to_owned(), goal)
+        if let MotorGoal::Position { target, .. } = *goal
+            // The numbers of the interface have fewer digits than those of the file.
+            && !(min as f32..=max as f32).contains(&(target as f32))
+        {
+            let what = format!("`{joint}` moves from {min} to {max}, not to {target}");
+            return Err(failed(what));
+        }
     }
+    let named: Vec<_> = goals
+        .iter()
+        .map(|(id, goal)| (id.as_str(), *goal))
+        .collect();
+    let limited = world.command(&named);
+    let limited = limited.map_err(|error| failed(error.to_string()))?;
+    for ((joint, _), limited) in goals.iter().zip(limited) {
+        if limited {
+            warnings.log(format!("`{joint}` does not move as fast as it was told to"));
+        }
+    }
+    Ok(())
+}
+
+fn home(world: &World, joint: &str) -> (String, MotorGoal) {
+    let tree = world.tree();
+    let home = tree.node(joint).ok().and_then(|node| limits(node.kind()));
+    let goal = MotorGoal::Position {
+        target: home.map_or(0.0, |(_, _, home, _)| home),
+        speed: 0.0,
+    };
+    (joint.to_owned(), goal)
 }
 
 fn to_position(goal: MotorGoalPosition) -> (String, MotorGoal) {
@@ -170,7 +174,12 @@ impl Motors<Context> for SpecificWorker {
         member: &Member,
         goal: MotorGoalPosition,
     ) -> Result<(), calls::SetPositionError> {
-        Ok(self.move_motors(member.name(), &[to_position(goal)])?)
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &[to_position(goal)],
+        )?)
     }
 
     fn set_velocity(
@@ -179,7 +188,12 @@ impl Motors<Context> for SpecificWorker {
         member: &Member,
         goal: MotorGoalVelocity,
     ) -> Result<(), calls::SetVelocityError> {
-        Ok(self.move_motors(member.name(), &[to_velocity(goal)])?)
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &[to_velocity(goal)],
+        )?)
     }
 
     fn set_zero_pos(
@@ -188,7 +202,13 @@ impl Motors<Context> for SpecificWorker {
         member: &Member,
         name: String,
     ) -> Result<(), calls::SetZeroPosError> {
-        Ok(self.move_motors(member.name(), &[self.home(&name)])?)
+        let goals = [home(&self.worlds.main, &name)];
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &goals,
+        )?)
     }
 
     fn set_sync_position(
@@ -198,7 +218,12 @@ impl Motors<Context> for SpecificWorker {
         list_goals: MotorGoalPositionList,
     ) -> Result<(), calls::SetSyncPositionError> {
         let goals: Vec<_> = list_goals.into_iter().map(to_position).collect();
-        Ok(self.move_motors(member.name(), &goals)?)
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &goals,
+        )?)
     }
 
     fn set_sync_velocity(
@@ -208,7 +233,12 @@ impl Motors<Context> for SpecificWorker {
         list_goals: MotorGoalVelocityList,
     ) -> Result<(), calls::SetSyncVelocityError> {
         let goals: Vec<_> = list_goals.into_iter().map(to_velocity).collect();
-        Ok(self.move_motors(member.name(), &goals)?)
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &goals,
+        )?)
     }
 
     fn set_sync_zero_pos(
@@ -216,9 +246,16 @@ impl Motors<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(), calls::SetSyncZeroPosError> {
-        let joints = self.joints(member.name()).into_iter();
-        let goals: Vec<_> = joints.map(|joint| self.home(&joint)).collect();
-        Ok(self.move_motors(member.name(), &goals)?)
+        let joints = joints(&self.worlds.main, member.name()).into_iter();
+        let goals: Vec<_> = joints
+            .map(|joint| home(&self.worlds.main, &joint))
+            .collect();
+        Ok(move_motors(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &goals,
+        )?)
     }
 
     fn get_motor_params(
@@ -227,7 +264,7 @@ impl Motors<Context> for SpecificWorker {
         member: &Member,
         motor: String,
     ) -> Result<MotorParams, calls::GetMotorParamsError> {
-        self.check(member.name(), &motor)?;
+        check(&self.worlds.main, member.name(), &motor)?;
         let all = self.get_all_motor_params(ctx, member).into_iter();
         let mut named = all.filter(|params| params.name == motor);
         Ok(named.next().unwrap_or_default())
@@ -239,9 +276,9 @@ impl Motors<Context> for SpecificWorker {
         member: &Member,
         motor: String,
     ) -> Result<MotorState, calls::GetMotorStateError> {
-        self.check(member.name(), &motor)?;
-        let state = self.motor_state(&motor);
-        Ok(self.or_default(state))
+        check(&self.worlds.main, member.name(), &motor)?;
+        let state = motor_state(&self.worlds.main, &motor);
+        Ok(self.warnings.or_default(state))
     }
 
     fn get_motor_state_map(
@@ -251,9 +288,9 @@ impl Motors<Context> for SpecificWorker {
         m_list: MotorList,
     ) -> Result<MotorStateMap, calls::GetMotorStateMapError> {
         for motor in &m_list {
-            self.check(member.name(), motor)?;
+            check(&self.worlds.main, member.name(), motor)?;
         }
-        let mut states = self.motor_states(member.name());
+        let mut states = motor_states(&self.worlds.main, member.name());
         states.retain(|name, _| m_list.contains(name));
         Ok(states)
     }
@@ -263,15 +300,17 @@ impl Motors<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<MotorStateMap, calls::GetAllMotorStateError> {
-        Ok(self.motor_states(member.name()))
+        Ok(motor_states(&self.worlds.main, member.name()))
     }
 
     fn get_all_motor_params(&mut self, _ctx: &mut Context, member: &Member) -> MotorParamsList {
-        let joints = self.joints(member.name()).into_iter().zip(0_usize..);
+        let joints = joints(&self.worlds.main, member.name())
+            .into_iter()
+            .zip(0_usize..);
         let params = joints.filter_map(|(joint, at)| {
             // A bus has 256 ids; further motors share the last one.
             let id = u8::try_from(at).unwrap_or(u8::MAX);
-            self.motor_params(&joint, id).ok()
+            motor_params(&self.worlds.main, &joint, id).ok()
         });
         params.collect()
     }
@@ -280,9 +319,9 @@ impl Motors<Context> for SpecificWorker {
         BusParams {
             handler: "rcis".to_owned(),
             device: member.name().to_owned(),
-            num_motors: self.joints(member.name()).len() as i32,
+            num_motors: joints(&self.worlds.main, member.name()).len() as i32,
             baud_rate: 0,
-            basic_period: self.world.step_time().as_millis() as i32,
+            basic_period: self.worlds.main.step_time().as_millis() as i32,
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Cameras, with and without depth.
 
 use crate::SpecificWorker;
+use crate::motors::motor_states;
 use crate::ranges::period_ms;
+use crate::robots::state_of_robot;
 use innermodel::NodeId;
-use innermodel_simulation::{Error, Picture};
+use innermodel_simulation::{Error, Picture, World};
 use rcis_generated::interfaces::rgbd as calls;
 use rcis_generated::interfaces::{camera_rgbd_simple as rgbd_calls, camera_simple as simple_calls};
 use rcis_generated::types::{
@@ -48,103 +50,98 @@ fn depths(picture: &Picture) -> Vec<f32> {
         .collect()
 }
 
-impl SpecificWorker {
-    fn frame_period(&self, id: &str) -> f32 {
-        let signal = self.world.signal(id);
-        period_ms(
-            signal.map_or(0.0, |signal| signal.rate),
-            self.world.step_time(),
-        ) as f32
-    }
+fn frame_period(world: &World, id: &str) -> f32 {
+    let signal = world.signal(id);
+    period_ms(signal.map_or(0.0, |signal| signal.rate), world.step_time()) as f32
+}
 
-    fn simple_image(&mut self, id: &str) -> Result<simple_rgbd::TImage, Error> {
-        let picture = self.world.picture(id)?;
-        let focal = picture.camera.focal as i32;
-        Ok(simple_rgbd::TImage {
-            compressed: false,
-            camera_id: 0,
-            width: side(picture.image.width),
-            height: side(picture.image.height),
-            depth: 3,
-            focalx: focal,
-            focaly: focal,
-            alivetime: ms(picture.time),
-            period: self.frame_period(id),
-            image: bytes(&picture),
-        })
-    }
+fn simple_image(world: &mut World, id: &str) -> Result<simple_rgbd::TImage, Error> {
+    let picture = world.picture(id)?;
+    let focal = picture.camera.focal as i32;
+    Ok(simple_rgbd::TImage {
+        compressed: false,
+        camera_id: 0,
+        width: side(picture.image.width),
+        height: side(picture.image.height),
+        depth: 3,
+        focalx: focal,
+        focaly: focal,
+        alivetime: ms(picture.time),
+        period: frame_period(world, id),
+        image: bytes(&picture),
+    })
+}
 
-    fn simple_depth(&mut self, id: &str) -> Result<simple_rgbd::TDepth, Error> {
-        let picture = self.world.picture(id)?;
-        let focal = picture.camera.focal as i32;
-        Ok(simple_rgbd::TDepth {
-            compressed: false,
-            camera_id: 0,
-            width: side(picture.image.width),
-            height: side(picture.image.height),
-            focalx: focal,
-            focaly: focal,
-            alivetime: ms(picture.time),
-            period: self.frame_period(id),
-            depth_factor: 0.001,
-            depth: depths(&picture)
-                .into_iter()
-                .flat_map(f32::to_le_bytes)
-                .collect(),
-        })
-    }
+fn simple_depth(world: &mut World, id: &str) -> Result<simple_rgbd::TDepth, Error> {
+    let picture = world.picture(id)?;
+    let focal = picture.camera.focal as i32;
+    Ok(simple_rgbd::TDepth {
+        compressed: false,
+        camera_id: 0,
+        width: side(picture.image.width),
+        height: side(picture.image.height),
+        focalx: focal,
+        focaly: focal,
+        alivetime: ms(picture.time),
+        period: frame_period(world, id),
+        depth_factor: 0.001,
+        depth: depths(&picture)
+            .into_iter()
+            .flat_map(f32::to_le_bytes)
+            .collect(),
+    })
+}
 
-    fn simple_points(&mut self, id: &str) -> Result<simple_rgbd::TPoints, Error> {
-        let picture = self.world.picture(id)?;
-        let points = picture.points().map(|point| {
-            let point = point.unwrap_or_default();
-            simple_rgbd::Point3D {
-                x: point.x as f32,
-                y: point.y as f32,
-                z: point.z as f32,
-            }
-        });
-        Ok(simple_rgbd::TPoints {
-            points: points.collect(),
-            alivetime: ms(picture.time),
-            period: self.frame_period(id),
-            compressed: false,
-        })
-    }
-
-    /// Checks the name that a client gives one camera among several.
-    fn simple<T>(
-        &mut self,
-        member: &Member,
-        camera: &str,
-        get: impl FnOnce(&mut Self, &str) -> Result<T, Error>,
-    ) -> Result<T, simple_rgbd::HardwareFailedException> {
-        if !camera.is_empty() && camera != member.name() {
-            let camera = rc_diagnostics::foreign::clean(camera);
-            let what = format!("this is the camera `{}`, not `{camera}`", member.name());
-            return Err(simple_rgbd::HardwareFailedException { what });
+fn simple_points(world: &mut World, id: &str) -> Result<simple_rgbd::TPoints, Error> {
+    let picture = world.picture(id)?;
+    let points = picture.points().map(|point| {
+        let point = point.unwrap_or_default();
+        simple_rgbd::Point3D {
+            x: point.x as f32,
+            y: point.y as f32,
+            z: point.z as f32,
         }
-        let failed = |error: Error| simple_rgbd::HardwareFailedException {
-            what: error.to_string(),
-        };
-        get(self, member.name()).map_err(failed)
-    }
+    });
+    Ok(simple_rgbd::TPoints {
+        points: points.collect(),
+        alivetime: ms(picture.time),
+        period: frame_period(world, id),
+        compressed: false,
+    })
+}
 
-    /// The last frame of a camera, with motors and base of its robot.
-    fn whole(
-        &mut self,
-        member: &Member,
-    ) -> Result<(Arc<Picture>, MotorStateMap, TBaseState), full::HardwareFailedException> {
-        let failed = |error: Error| full::HardwareFailedException {
-            what: error.to_string(),
-        };
-        let picture = self.world.picture(member.name()).map_err(failed)?;
-        let owner = self.world.owner(member.name()).map_err(failed)?;
-        let motors = self.motor_states(&owner);
-        // A camera without a robot has no base.
-        let base = self.state_of_robot(member.name()).unwrap_or_default();
-        Ok((picture, motors, base))
+/// Checks the name that a client gives one camera among several.
+fn simple<T>(
+    world: &mut World,
+    member: &Member,
+    camera: &str,
+    get: impl FnOnce(&mut World, &str) -> Result<T, Error>,
+) -> Result<T, simple_rgbd::HardwareFailedException> {
+    if !camera.is_empty() && camera != member.name() {
+        let camera = rc_diagnostics::foreign::clean(camera);
+        let what = format!("this is the camera `{}`, not `{camera}`", member.name());
+        return Err(simple_rgbd::HardwareFailedException { what });
     }
+    let failed = |error: Error| simple_rgbd::HardwareFailedException {
+        what: error.to_string(),
+    };
+    get(world, member.name()).map_err(failed)
+}
+
+/// The last frame of a camera, with motors and base of its robot.
+fn whole(
+    world: &mut World,
+    member: &Member,
+) -> Result<(Arc<Picture>, MotorStateMap, TBaseState), full::HardwareFailedException> {
+    let failed = |error: Error| full::HardwareFailedException {
+        what: error.to_string(),
+    };
+    let picture = world.picture(member.name()).map_err(failed)?;
+    let owner = world.owner(member.name()).map_err(failed)?;
+    let motors = motor_states(world, &owner);
+    // A camera without a robot has no base.
+    let base = state_of_robot(world, member.name()).unwrap_or_default();
+    Ok((picture, motors, base))
 }
 
 fn colours(picture: &Picture) -> ColorSeq {
@@ -197,17 +194,17 @@ pub(crate) fn id_image(picture: &Picture) -> IdImage {
 
 impl Cameras<Context> for SpecificWorker {
     fn get_image(&mut self, _ctx: &mut Context, member: &Member) -> Image {
-        let picture = match self.world.picture(member.name()) {
+        let picture = match self.worlds.main.picture(member.name()) {
             Ok(picture) => picture,
             Err(error) => {
-                self.warn_once(error.to_string());
+                self.warnings.log(error.to_string());
                 return Image::default();
             }
         };
         let (width, height) = (picture.image.width, picture.image.height);
         let data = bytes(&picture);
         if data.len() > MOST_BYTES || width.max(height) > LONGEST_SIDE {
-            self.warn_once(format!(
+            self.warnings.log(format!(
                 "the interface Camera has no pictures of {width} × {height} pixels, as those of `{}`",
                 member.name()
             ));
@@ -232,7 +229,7 @@ impl SimpleCameras<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<simple::TImage, simple_calls::GetImageError> {
-        let image = self.simple_image(member.name());
+        let image = simple_image(&mut self.worlds.main, member.name());
         let image = image.map_err(|error| simple::HardwareFailedException {
             what: error.to_string(),
         })?;
@@ -252,7 +249,12 @@ impl RgbdCameras<Context> for SpecificWorker {
         member: &Member,
         camera: String,
     ) -> Result<simple_rgbd::TImage, rgbd_calls::GetImageError> {
-        Ok(self.simple(member, &camera, Self::simple_image)?)
+        Ok(simple(
+            &mut self.worlds.main,
+            member,
+            &camera,
+            simple_image,
+        )?)
     }
 
     fn get_depth(
@@ -261,7 +263,12 @@ impl RgbdCameras<Context> for SpecificWorker {
         member: &Member,
         camera: String,
     ) -> Result<simple_rgbd::TDepth, rgbd_calls::GetDepthError> {
-        Ok(self.simple(member, &camera, Self::simple_depth)?)
+        Ok(simple(
+            &mut self.worlds.main,
+            member,
+            &camera,
+            simple_depth,
+        )?)
     }
 
     fn get_points(
@@ -270,7 +277,12 @@ impl RgbdCameras<Context> for SpecificWorker {
         member: &Member,
         camera: String,
     ) -> Result<simple_rgbd::TPoints, rgbd_calls::GetPointsError> {
-        Ok(self.simple(member, &camera, Self::simple_points)?)
+        Ok(simple(
+            &mut self.worlds.main,
+            member,
+            &camera,
+            simple_points,
+        )?)
     }
 
     fn get_all(
@@ -279,22 +291,27 @@ impl RgbdCameras<Context> for SpecificWorker {
         member: &Member,
         camera: String,
     ) -> Result<simple_rgbd::Trgbd, rgbd_calls::GetAllError> {
-        Ok(self.simple(member, &camera, |worker, id| {
-            Ok(simple_rgbd::Trgbd {
-                image: worker.simple_image(id)?,
-                depth: worker.simple_depth(id)?,
-            })
-        })?)
+        Ok(simple(
+            &mut self.worlds.main,
+            member,
+            &camera,
+            |world, id| {
+                Ok(simple_rgbd::Trgbd {
+                    image: simple_image(world, id)?,
+                    depth: simple_depth(world, id)?,
+                })
+            },
+        )?)
     }
 }
 
 impl Rgbds<Context> for SpecificWorker {
     fn get_rgbd_params(&mut self, _ctx: &mut Context, member: &Member) -> TRGBDParams {
-        let picture = self.world.picture(member.name());
+        let picture = self.worlds.main.picture(member.name());
         let Ok(picture) = picture else {
             return TRGBDParams::default();
         };
-        let period = self.frame_period(member.name());
+        let period = frame_period(&self.worlds.main, member.name());
         let image = full::CameraParameters {
             focal: picture.camera.focal as i32,
             width: side(picture.image.width),
@@ -336,7 +353,7 @@ impl Rgbds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<calls::GetDataAnswer, calls::GetDataError> {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         Ok((bytes(&picture), depths(&picture), motors, base))
     }
 
@@ -345,7 +362,7 @@ impl Rgbds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<calls::GetDepthInIRAnswer, calls::GetDepthInIRError> {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         Ok((depths(&picture), motors, base))
     }
 
@@ -355,7 +372,7 @@ impl Rgbds<Context> for SpecificWorker {
         member: &Member,
     ) -> Result<(ColorSeq, DepthSeq, PointSeq, MotorStateMap, TBaseState), calls::GetImageError>
     {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         let (colours, points) = (colours(&picture), cloud(&picture));
         Ok((colours, depths(&picture), points, motors, base))
     }
@@ -365,7 +382,7 @@ impl Rgbds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(DepthSeq, MotorStateMap, TBaseState), calls::GetDepthError> {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         Ok((depths(&picture), motors, base))
     }
 
@@ -374,7 +391,7 @@ impl Rgbds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(ColorSeq, MotorStateMap, TBaseState), calls::GetRGBError> {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         Ok((colours(&picture), motors, base))
     }
 
@@ -383,7 +400,7 @@ impl Rgbds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(PointSeq, MotorStateMap, TBaseState), calls::GetXYZError> {
-        let (picture, motors, base) = self.whole(member)?;
+        let (picture, motors, base) = whole(&mut self.worlds.main, member)?;
         Ok((cloud(&picture), motors, base))
     }
 }

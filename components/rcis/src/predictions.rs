@@ -1,7 +1,7 @@
 //! Predictions that several requests make, so that each of them takes a bounded time.
 
-use crate::SpecificWorker;
 use crate::refusal::Refusal;
+use crate::worlds::Worlds;
 use innermodel_simulation::{Predicting, Prediction, Speed};
 use rcis_generated::types::rc_simulation::Reason;
 use std::time::{Duration, Instant};
@@ -26,16 +26,21 @@ pub(crate) struct Unfinished {
     predicting: Predicting,
 }
 
-impl SpecificWorker {
+/// The prediction that was asked for last, if it is not over.
+#[derive(Debug, Default)]
+pub(crate) struct Predictions(Option<Unfinished>);
+
+impl Predictions {
     /// Predicts a motion, for at most `work`. The same motion in an unchanged world goes on.
-    pub(crate) fn prediction(
+    pub(crate) fn predict(
         &mut self,
+        worlds: &mut Worlds,
         work: Duration,
         motion: Motion,
     ) -> Result<Prediction, Refusal> {
         let until = Instant::now() + work;
-        let unfinished = self.predicting.take();
-        let world = self.named(&motion.world)?;
+        let unfinished = self.0.take();
+        let world = worlds.named(&motion.world)?;
         let unfinished = unfinished.filter(|it| it.motion == motion);
         let unfinished = unfinished.filter(|it| it.digest == world.digest());
         let (mut predicting, digest) = match unfinished {
@@ -47,7 +52,7 @@ impl SpecificWorker {
         };
         while !predicting.is_over() {
             predicting.step()?;
-            if Instant::now() >= until {
+            if work_is_over(until) {
                 break;
             }
         }
@@ -55,12 +60,56 @@ impl SpecificWorker {
             return Ok(predicting.result()?);
         }
         let digest = digest.unwrap_or_else(|| world.digest());
-        self.predicting = Some(Unfinished {
+        self.0 = Some(Unfinished {
             motion,
             digest,
             predicting,
         });
         let text = "the prediction is not over: ask again, before the world changes";
         Err(Refusal::Other(Reason::Busy, text.to_owned()))
+    }
+}
+
+/// Whether a request has taken its time. It has made at least one step before.
+pub(crate) fn work_is_over(until: Instant) -> bool {
+    Instant::now() >= until
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use innermodel_simulation::World;
+
+    #[test]
+    fn a_prediction_goes_on_until_the_world_changes() {
+        let scene = r#"<innerModel><differentialrobot id="base"/></innerModel>"#;
+        let tree = innermodel::InnerModel::parse(scene).expect("a scene");
+        let step = Duration::from_millis(10);
+        let mut worlds = Worlds::new(World::new(tree, step, 1).expect("a world"));
+        let mut predictions = Predictions::default();
+        let motion = || Motion {
+            world: String::new(),
+            base: "base".to_owned(),
+            speed: Speed {
+                advance: 100.0,
+                ..Speed::default()
+            },
+            time: 4 * step,
+        };
+        // Without time, each request makes one step.
+        let mut ask = |worlds: &mut Worlds| {
+            let found = predictions.predict(worlds, Duration::ZERO, motion());
+            match found {
+                Ok(found) => Some(found.place.z),
+                Err(Refusal::Other(Reason::Busy, _)) => None,
+                Err(other) => panic!("{other:?}"),
+            }
+        };
+        assert_eq!((0..3).filter_map(|_| ask(&mut worlds)).count(), 0);
+        assert!((ask(&mut worlds).expect("the fourth step") - 4.0).abs() < 1e-6);
+        assert_eq!(ask(&mut worlds), None, "it begins anew");
+        worlds.main.step().expect("a step");
+        assert_eq!((0..3).filter_map(|_| ask(&mut worlds)).count(), 0);
+        assert!(ask(&mut worlds).is_some());
     }
 }

@@ -1,9 +1,10 @@
 //! Sensors that measure ranges and contacts.
 
 use crate::SpecificWorker;
-use crate::robots::is_below;
+use crate::robots::{is_below, state_of_robot};
+use crate::warnings::Warnings;
 use innermodel::{Kind, Point, sensors};
-use innermodel_simulation::{CloudPoint, Error};
+use innermodel_simulation::{CloudPoint, Error, World};
 use rcis_generated::interfaces::ultrasound as sonar_calls;
 use rcis_generated::types::robo_comp_laser::TData;
 use rcis_generated::types::robo_comp_lidar3_d::{TData as LidarData, TPoint};
@@ -31,123 +32,127 @@ fn ms(time: Duration) -> i64 {
     i64::try_from(time.as_millis()).unwrap_or(i64::MAX)
 }
 
-impl SpecificWorker {
-    fn sweep(&mut self, id: &str) -> Result<TLaserData, Error> {
-        let scan = self.world.scan(id)?;
-        // The interface counts angles to the left, the tree to the right.
-        let measure = scan.ranges.iter().map(|range| TData {
-            angle: -range.angle as f32,
-            dist: range.distance as f32,
-        });
-        Ok(measure.collect())
-    }
+fn sweep(world: &mut World, id: &str) -> Result<TLaserData, Error> {
+    let scan = world.scan(id)?;
+    // The interface counts angles to the left, the tree to the right.
+    let measure = scan.ranges.iter().map(|range| TData {
+        angle: -range.angle as f32,
+        dist: range.distance as f32,
+    });
+    Ok(measure.collect())
+}
 
-    fn laser_conf(&self, id: &str) -> Result<LaserConfData, Error> {
-        let tree = self.world.tree();
-        let node = tree.node(id)?;
-        let Kind::Laser(laser) = node.kind() else {
-            return Ok(LaserConfData::default());
+fn laser_conf(world: &World, id: &str) -> Result<LaserConfData, Error> {
+    let tree = world.tree();
+    let node = tree.node(id)?;
+    let Kind::Laser(laser) = node.kind() else {
+        return Ok(LaserConfData::default());
+    };
+    let last = i32::try_from(laser.measures).unwrap_or(i32::MAX);
+    let steps = f64::from(laser.measures.saturating_sub(1).max(1));
+    Ok(LaserConfData {
+        driver: "rcis".to_owned(),
+        device: id.to_owned(),
+        static_conf: 1,
+        max_measures: last,
+        max_degrees: laser.angle.to_degrees().round() as i32,
+        max_range: laser.max as i32,
+        min_range: laser.min as i32,
+        ini_range: 0,
+        end_range: (last - 1).max(0),
+        cluster: 1,
+        sample_rate: period_ms(laser.signal.rate, world.step_time()) as i32,
+        angle_res: (laser.angle / steps) as f32,
+        angle_ini: (-laser.angle / 2.0) as f32,
+    })
+}
+
+/// The points of a lidar of which `keeps` says so, in the axes of the interface.
+fn points(
+    world: &mut World,
+    warnings: &mut Warnings,
+    id: &str,
+    name: &str,
+    mut keeps: impl FnMut(&CloudPoint) -> bool,
+) -> Result<LidarData, Error> {
+    if !name.is_empty() && name != id {
+        // Without the name: a client cannot fill the list of warnings.
+        warnings.log(format!("`{id}` is asked for a lidar of another name"));
+        return Ok(LidarData::default());
+    }
+    let cloud = world.cloud(id)?;
+    let tree = world.tree();
+    let rate = tree
+        .node(id)?
+        .kind()
+        .signal()
+        .map_or(0.0, |signal| signal.rate);
+    let points = cloud.points.iter().filter(|point| keeps(point));
+    Ok(LidarData {
+        points: points.map(point_out).collect(),
+        period: period_ms(rate, world.step_time()) as f32,
+        timestamp: ms(cloud.time),
+    })
+}
+
+/// The points that the first camera of the lidar's robot shows.
+fn projected(
+    world: &mut World,
+    warnings: &mut Warnings,
+    id: &str,
+    name: &str,
+) -> Result<LidarData, Error> {
+    let tree = world.tree();
+    let owner = world.owner(id)?;
+    let camera = tree.nodes().find_map(|node| {
+        let camera = match node.kind() {
+            Kind::Camera(camera) => &camera.camera,
+            Kind::Rgbd(rgbd) => &rgbd.camera,
+            _ => return None,
         };
-        let last = i32::try_from(laser.measures).unwrap_or(i32::MAX);
-        let steps = f64::from(laser.measures.saturating_sub(1).max(1));
-        Ok(LaserConfData {
-            driver: "rcis".to_owned(),
-            device: id.to_owned(),
-            static_conf: 1,
-            max_measures: last,
-            max_degrees: laser.angle.to_degrees().round() as i32,
-            max_range: laser.max as i32,
-            min_range: laser.min as i32,
-            ini_range: 0,
-            end_range: (last - 1).max(0),
-            cluster: 1,
-            sample_rate: period_ms(laser.signal.rate, self.world.step_time()) as i32,
-            angle_res: (laser.angle / steps) as f32,
-            angle_ini: (-laser.angle / 2.0) as f32,
-        })
+        is_below(node, &owner).then(|| (node.node_id(), camera.clone()))
+    });
+    let Some((node, camera)) = camera else {
+        return Ok(LidarData::default());
+    };
+    let there = tree.between(node, id)?;
+    let pixel = |point: &Point| {
+        let (u, v) = sensors::project(&camera, &there.point(point))?;
+        let is_inside = u >= 0.0 && v >= 0.0 && u < camera.width && v < camera.height;
+        is_inside.then_some((u as i32, v as i32))
+    };
+    let mut pixels = Vec::new();
+    let mut data = points(world, warnings, id, name, |point| {
+        let found = pixel(&point.point);
+        pixels.extend(found);
+        found.is_some()
+    })?;
+    for (point, (x, y)) in data.points.iter_mut().zip(pixels) {
+        (point.pixel_x, point.pixel_y) = (x, y);
     }
+    Ok(data)
+}
 
-    /// The points of a lidar of which `keeps` says so, in the axes of the interface.
-    fn points(
-        &mut self,
-        id: &str,
-        name: &str,
-        mut keeps: impl FnMut(&CloudPoint) -> bool,
-    ) -> Result<LidarData, Error> {
-        if !name.is_empty() && name != id {
-            // Without the name: a client cannot fill the list of warnings.
-            self.warn_once(format!("`{id}` is asked for a lidar of another name"));
-            return Ok(LidarData::default());
-        }
-        let cloud = self.world.cloud(id)?;
-        let tree = self.world.tree();
-        let rate = tree
-            .node(id)?
-            .kind()
-            .signal()
-            .map_or(0.0, |signal| signal.rate);
-        let points = cloud.points.iter().filter(|point| keeps(point));
-        Ok(LidarData {
-            points: points.map(point_out).collect(),
-            period: period_ms(rate, self.world.step_time()) as f32,
-            timestamp: ms(cloud.time),
-        })
-    }
+/// The sensors of a bus.
+fn bus(world: &World, tag: &str, owner: &str) -> Vec<String> {
+    let groups = world.groups(&[tag]);
+    let own = groups.into_iter().find(|(name, _)| name == owner);
+    own.map_or_else(Vec::new, |(_, sensors)| sensors)
+}
 
-    /// The points that the first camera of the lidar's robot shows.
-    fn projected(&mut self, id: &str, name: &str) -> Result<LidarData, Error> {
-        let tree = self.world.tree();
-        let owner = self.world.owner(id)?;
-        let camera = tree.nodes().find_map(|node| {
-            let camera = match node.kind() {
-                Kind::Camera(camera) => &camera.camera,
-                Kind::Rgbd(rgbd) => &rgbd.camera,
-                _ => return None,
-            };
-            is_below(node, &owner).then(|| (node.node_id(), camera.clone()))
-        });
-        let Some((node, camera)) = camera else {
-            return Ok(LidarData::default());
-        };
-        let there = tree.between(node, id)?;
-        let pixel = |point: &Point| {
-            let (u, v) = sensors::project(&camera, &there.point(point))?;
-            let is_inside = u >= 0.0 && v >= 0.0 && u < camera.width && v < camera.height;
-            is_inside.then_some((u as i32, v as i32))
-        };
-        let mut pixels = Vec::new();
-        let mut data = self.points(id, name, |point| {
-            let found = pixel(&point.point);
-            pixels.extend(found);
-            found.is_some()
-        })?;
-        for (point, (x, y)) in data.points.iter_mut().zip(pixels) {
-            (point.pixel_x, point.pixel_y) = (x, y);
-        }
-        Ok(data)
-    }
+fn range(world: &mut World, id: &str) -> Result<i32, Error> {
+    let scan = world.scan(id)?;
+    Ok(scan
+        .ranges
+        .first()
+        .map_or(0, |range| range.distance.round() as i32))
+}
 
-    /// The sensors of a bus.
-    fn bus(&self, tag: &str, owner: &str) -> Vec<String> {
-        let groups = self.world.groups(&[tag]);
-        let own = groups.into_iter().find(|(name, _)| name == owner);
-        own.map_or_else(Vec::new, |(_, sensors)| sensors)
-    }
-
-    fn range(&mut self, id: &str) -> Result<i32, Error> {
-        let scan = self.world.scan(id)?;
-        Ok(scan
-            .ranges
-            .first()
-            .map_or(0, |range| range.distance.round() as i32))
-    }
-
-    /// Where sensors sit on what they belong to, to the right and to the front.
-    fn seat(&self, id: &str) -> Result<(f64, f64), Error> {
-        let owner = self.world.owner(id)?;
-        let place = self.world.tree().between(&owner, id)?.translation;
-        Ok((place.x, place.z))
-    }
+/// Where sensors sit on what they belong to, to the right and to the front.
+fn seat(world: &World, id: &str) -> Result<(f64, f64), Error> {
+    let owner = world.owner(id)?;
+    let place = world.tree().between(&owner, id)?.translation;
+    Ok((place.x, place.z))
 }
 
 fn clean(name: &str) -> String {
@@ -185,8 +190,8 @@ fn decimation(factor: i32) -> impl FnMut(&CloudPoint) -> bool {
 
 impl Lasers<Context> for SpecificWorker {
     fn get_laser_data(&mut self, _ctx: &mut Context, member: &Member) -> TLaserData {
-        let sweep = self.sweep(member.name());
-        self.or_default(sweep)
+        let sweep = sweep(&mut self.worlds.main, member.name());
+        self.warnings.or_default(sweep)
     }
 
     fn get_laser_and_b_state_data(
@@ -194,14 +199,17 @@ impl Lasers<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> (TLaserData, TBaseState) {
-        let both = self.sweep(member.name());
-        let state = self.state_of_robot(member.name());
-        (self.or_default(both), self.or_default(state))
+        let both = sweep(&mut self.worlds.main, member.name());
+        let state = state_of_robot(&self.worlds.main, member.name());
+        (
+            self.warnings.or_default(both),
+            self.warnings.or_default(state),
+        )
     }
 
     fn get_laser_conf_data(&mut self, _ctx: &mut Context, member: &Member) -> LaserConfData {
-        let conf = self.laser_conf(member.name());
-        self.or_default(conf)
+        let conf = laser_conf(&self.worlds.main, member.name());
+        self.warnings.or_default(conf)
     }
 }
 
@@ -217,12 +225,18 @@ impl Lidars<Context> for SpecificWorker {
     ) -> LidarData {
         let (start, len) = (f64::from(start), f64::from(len));
         let mut keeps = decimation(decimation_degree_factor);
-        let data = self.points(member.name(), &name, |point| {
-            // Rounding of a whole turn loses no point.
-            let is_inside = (-point.azimuth - start).rem_euclid(TAU) <= len + 1e-6;
-            is_inside && keeps(point)
-        });
-        self.or_default(data)
+        let data = points(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &name,
+            |point| {
+                // Rounding of a whole turn loses no point.
+                let is_inside = (-point.azimuth - start).rem_euclid(TAU) <= len + 1e-6;
+                is_inside && keeps(point)
+            },
+        );
+        self.warnings.or_default(data)
     }
 
     fn get_lidar_data_with_threshold2d(
@@ -234,10 +248,14 @@ impl Lidars<Context> for SpecificWorker {
         decimation_degree_factor: i32,
     ) -> LidarData {
         let mut keeps = decimation(decimation_degree_factor);
-        let data = self.points(member.name(), &name, |point| {
-            point.point.x.hypot(point.point.z) <= f64::from(distance) && keeps(point)
-        });
-        self.or_default(data)
+        let data = points(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &name,
+            |point| point.point.x.hypot(point.point.z) <= f64::from(distance) && keeps(point),
+        );
+        self.warnings.or_default(data)
     }
 
     fn get_lidar_data_proyected_in_image(
@@ -246,8 +264,13 @@ impl Lidars<Context> for SpecificWorker {
         member: &Member,
         name: String,
     ) -> LidarData {
-        let data = self.projected(member.name(), &name);
-        self.or_default(data)
+        let data = projected(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &name,
+        );
+        self.warnings.or_default(data)
     }
 
     fn get_lidar_data_array_proyected_in_image(
@@ -256,8 +279,13 @@ impl Lidars<Context> for SpecificWorker {
         member: &Member,
         name: String,
     ) -> TDataImage {
-        let data = self.projected(member.name(), &name);
-        let data = self.or_default(data);
+        let data = projected(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            &name,
+        );
+        let data = self.warnings.or_default(data);
         TDataImage {
             timestamp: data.timestamp,
             x_array: data.points.iter().map(|point| point.x).collect(),
@@ -272,9 +300,9 @@ impl Lidars<Context> for SpecificWorker {
 impl Ultrasounds<Context> for SpecificWorker {
     fn get_bus_params(&mut self, _ctx: &mut Context, member: &Member) -> ultrasound::BusParams {
         ultrasound::BusParams {
-            num_sensors: self.bus("ultrasound", member.name()).len() as i32,
+            num_sensors: bus(&self.worlds.main, "ultrasound", member.name()).len() as i32,
             baud_rate: 0,
-            basic_period: self.world.step_time().as_millis() as i32,
+            basic_period: self.worlds.main.step_time().as_millis() as i32,
         }
     }
 
@@ -294,7 +322,7 @@ impl Ultrasounds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> ultrasound::SensorParamsList {
-        let sensors = self.bus("ultrasound", member.name()).into_iter();
+        let sensors = bus(&self.worlds.main, "ultrasound", member.name()).into_iter();
         let numbered = sensors.zip(0..);
         numbered
             .map(|(name, bus_id)| ultrasound::SensorParams {
@@ -306,13 +334,13 @@ impl Ultrasounds<Context> for SpecificWorker {
     }
 
     fn get_all_sonar_pose(&mut self, _ctx: &mut Context, member: &Member) -> SonarPoseList {
-        let sensors = self.bus("ultrasound", member.name()).into_iter();
-        let seats = sensors.filter_map(|id| self.seat(&id).ok());
+        let sensors = bus(&self.worlds.main, "ultrasound", member.name()).into_iter();
+        let seats = sensors.filter_map(|id| seat(&self.worlds.main, &id).ok());
         seats.map(|(x, y)| ultrasound::SonarPose { x, y }).collect()
     }
 
     fn get_sonars_number(&mut self, _ctx: &mut Context, member: &Member) -> i32 {
-        self.bus("ultrasound", member.name()).len() as i32
+        bus(&self.worlds.main, "ultrasound", member.name()).len() as i32
     }
 
     fn get_sensor_distance(
@@ -321,11 +349,11 @@ impl Ultrasounds<Context> for SpecificWorker {
         member: &Member,
         sensor: String,
     ) -> Result<i32, sonar_calls::GetSensorDistanceError> {
-        if !self.bus("ultrasound", member.name()).contains(&sensor) {
+        if !bus(&self.worlds.main, "ultrasound", member.name()).contains(&sensor) {
             let what = format!("`{}` has no sensor `{}`", member.name(), clean(&sensor));
             return Err(ultrasound::UnknownSensorException { what }.into());
         }
-        let range = self.range(&sensor);
+        let range = range(&mut self.worlds.main, &sensor);
         range.map_err(|error| {
             let what = error.to_string();
             ultrasound::HardwareFailedException { what }.into()
@@ -337,8 +365,10 @@ impl Ultrasounds<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<SensorsState, sonar_calls::GetAllSensorDistancesError> {
-        let sensors = self.bus("ultrasound", member.name()).into_iter();
-        let ranges: Result<SensorsState, Error> = sensors.map(|id| self.range(&id)).collect();
+        let sensors = bus(&self.worlds.main, "ultrasound", member.name()).into_iter();
+        let ranges: Result<SensorsState, Error> = sensors
+            .map(|id| range(&mut self.worlds.main, &id))
+            .collect();
         ranges.map_err(|error| {
             let what = error.to_string();
             ultrasound::HardwareFailedException { what }.into()
@@ -349,10 +379,14 @@ impl Ultrasounds<Context> for SpecificWorker {
 impl TouchSensors<Context> for SpecificWorker {
     fn get_values(&mut self, _ctx: &mut Context, member: &Member) -> SensorMap {
         let mut values = SensorMap::new();
-        for name in self.bus("touchsensor", member.name()) {
-            let touch = self.world.touch(&name).map(|touch| touch.node.is_some());
-            let touches = self.or_default(touch);
-            let tree = self.world.tree();
+        for name in bus(&self.worlds.main, "touchsensor", member.name()) {
+            let touch = self
+                .worlds
+                .main
+                .touch(&name)
+                .map(|touch| touch.node.is_some());
+            let touches = self.warnings.or_default(touch);
+            let tree = self.worlds.main.tree();
             let kind = tree.node(&name).map(|node| node.kind().clone());
             let (least, most) = match kind {
                 Ok(Kind::TouchSensor(sensor)) => (sensor.min, sensor.max),
@@ -394,9 +428,16 @@ impl Bumpers<Context> for SpecificWorker {
     fn get_sensor_data(&mut self, ctx: &mut Context, member: &Member) -> SensorStateMap {
         let is_enabled = Bumpers::is_enabled(self, ctx, member);
         let mut states = SensorStateMap::new();
-        for (name, id_number) in self.bus("touchsensor", member.name()).into_iter().zip(0..) {
-            let touch = self.world.touch(&name).map(|touch| touch.node.is_some());
-            let touches = self.or_default(touch);
+        for (name, id_number) in bus(&self.worlds.main, "touchsensor", member.name())
+            .into_iter()
+            .zip(0..)
+        {
+            let touch = self
+                .worlds
+                .main
+                .touch(&name)
+                .map(|touch| touch.node.is_some());
+            let touches = self.warnings.or_default(touch);
             let state = bumper::SensorState {
                 id_number,
                 state: i32::from(touches && is_enabled),

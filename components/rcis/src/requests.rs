@@ -1,18 +1,13 @@
-//! What requests of `Simulation` share: their values, and the worlds that they name.
+//! Values of requests of `Simulation`.
 
-use crate::SpecificWorker;
 use crate::elements;
-use crate::refusal::{Refusal, reply};
-use crate::worlds::unknown;
+use crate::refusal::Refusal;
 use innermodel::language::Document;
 use innermodel_simulation::{Speed, World};
 use rcis_generated::types::rc_simulation::Reason;
-use rcis_generated::{Clock, Context, Pose, SimulationError};
+use rcis_generated::{Clock, Pose};
 use std::path::Path;
-use std::time::Instant;
 
-/// The most steps of one request.
-pub(crate) const MOST_STEPS: i64 = 100_000;
 pub(crate) fn wrong(what: impl Into<String>) -> Refusal {
     Refusal::Other(Reason::WrongValue, what.into())
 }
@@ -67,73 +62,5 @@ pub(crate) fn speed(side: f64, advance: f64, turn: f64) -> Speed {
         side,
         advance,
         turn,
-    }
-}
-
-impl SpecificWorker {
-    /// The world of a name.
-    pub(crate) fn named(&mut self, name: &str) -> Result<&mut World, Refusal> {
-        if name.is_empty() {
-            return Ok(&mut self.world);
-        }
-        if !self.worlds.clones.contains_key(name) {
-            return Err(unknown(&self.worlds.clones, name, "clone"));
-        }
-        let found = self.worlds.clones.get_mut(name);
-        found.ok_or_else(|| wrong("the clone is gone"))
-    }
-
-    /// Asks or changes the world of a name.
-    pub(crate) fn with<T, E: From<SimulationError>>(
-        &mut self,
-        name: &str,
-        make: impl FnOnce(&mut World) -> Result<T, Refusal>,
-    ) -> Result<T, E> {
-        reply(self.named(name).and_then(make))
-    }
-
-    /// Makes steps of a world. Those that followers of the time hold up stay pending.
-    pub(crate) fn make_steps(
-        &mut self,
-        ctx: &mut Context,
-        name: &str,
-        count: i64,
-    ) -> Result<Clock, Refusal> {
-        if !(0..=MOST_STEPS).contains(&count) {
-            return Err(wrong(format!(
-                "expected 0 to {MOST_STEPS} steps, found {count}"
-            )));
-        }
-        let steps = count.unsigned_abs();
-        let until = Instant::now() + ctx.params.work;
-        if !name.is_empty() {
-            let world = self.named(name)?;
-            let last = world.steps() + steps;
-            while world.steps() < last {
-                world.step()?;
-                if Instant::now() >= until {
-                    break;
-                }
-            }
-            return Ok(clock(world, last - world.steps()));
-        }
-        if self.pending > 0 {
-            let mut text = format!("{} steps are not over", self.pending);
-            let missing = ctx.time.missing();
-            if !missing.is_empty() {
-                text += &format!(": `{}` has not done the last one", missing.join("`, `"));
-            }
-            return Err(Refusal::Other(Reason::Busy, text));
-        }
-        self.pending = steps;
-        let waits = ctx.time.is_active() && ctx.params.wait;
-        while !waits && self.pending > 0 {
-            self.step(ctx).map_err(|error| wrong(error.to_string()))?;
-            self.pending -= 1;
-            if Instant::now() >= until {
-                break;
-            }
-        }
-        Ok(clock(&self.world, self.pending))
     }
 }

@@ -1,8 +1,9 @@
 //! Bases and their poses.
 
 use crate::SpecificWorker;
+use crate::warnings::Warnings;
 use innermodel::NodeRef;
-use innermodel_simulation::{Error, Pose2D, Speed};
+use innermodel_simulation::{Error, Pose2D, Speed, World};
 use rcis_generated::interfaces::{
     differential_robot as base_calls, generic_base as generic_calls, omni_robot as omni_calls,
 };
@@ -38,84 +39,82 @@ fn whole(x: i32, z: i32, alpha: f32) -> Pose2D {
     }
 }
 
-impl SpecificWorker {
-    pub(crate) fn base_state(&self, id: &str) -> Result<TBaseState, Error> {
-        let base = self.world.base(id)?;
-        let (odometer, corrected) = (base.odometer, base.corrected);
-        let (sin, cos) = odometer.alpha.sin_cos();
-        let Speed {
-            side,
-            advance,
-            turn,
-        } = base.actual;
-        Ok(TBaseState {
-            x: odometer.x as f32,
-            corrected_x: corrected.x as f32,
-            z: odometer.z as f32,
-            corrected_z: corrected.z as f32,
-            alpha: odometer.alpha as f32,
-            corrected_alpha: corrected.alpha as f32,
-            adv_vx: (advance * cos + side * sin) as f32,
-            adv_vz: (advance * sin - side * cos) as f32,
-            rot_v: turn as f32,
-            // A base that is blocked, or has an empty battery, does not move.
-            is_moving: base.wanted != Speed::default()
-                && (advance.hypot(side) > STANDS || turn.abs() > STANDS),
-        })
-    }
+pub(crate) fn base_state(world: &World, id: &str) -> Result<TBaseState, Error> {
+    let base = world.base(id)?;
+    let (odometer, corrected) = (base.odometer, base.corrected);
+    let (sin, cos) = odometer.alpha.sin_cos();
+    let Speed {
+        side,
+        advance,
+        turn,
+    } = base.actual;
+    Ok(TBaseState {
+        x: odometer.x as f32,
+        corrected_x: corrected.x as f32,
+        z: odometer.z as f32,
+        corrected_z: corrected.z as f32,
+        alpha: odometer.alpha as f32,
+        corrected_alpha: corrected.alpha as f32,
+        adv_vx: (advance * cos + side * sin) as f32,
+        adv_vz: (advance * sin - side * cos) as f32,
+        rot_v: turn as f32,
+        // A base that is blocked, or has an empty battery, does not move.
+        is_moving: base.wanted != Speed::default()
+            && (advance.hypot(side) > STANDS || turn.abs() > STANDS),
+    })
+}
 
-    /// The state of the robot that a sensor belongs to.
-    pub(crate) fn state_of_robot(&self, sensor: &str) -> Result<TBaseState, Error> {
-        self.base_state(&self.world.owner(sensor)?)
-    }
+/// The state of the robot that a sensor belongs to.
+pub(crate) fn state_of_robot(world: &World, sensor: &str) -> Result<TBaseState, Error> {
+    base_state(world, &world.owner(sensor)?)
+}
 
-    fn odometer(&self, id: &str) -> Result<(i32, i32, f32), Error> {
-        let Pose2D { x, z, alpha } = self.world.base(id)?.odometer;
-        Ok((x.round() as i32, z.round() as i32, alpha as f32))
-    }
+fn odometer(world: &World, id: &str) -> Result<(i32, i32, f32), Error> {
+    let Pose2D { x, z, alpha } = world.base(id)?.odometer;
+    Ok((x.round() as i32, z.round() as i32, alpha as f32))
+}
 
-    /// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y
-    /// are x and z of the tree.
-    pub(crate) fn full_pose(&self, id: &str) -> Result<FullPoseEuler, Error> {
-        let (tree, at) = (self.world.tree(), self.world.place(id)?);
-        let height = tree.pose("root", id)?.translation[1];
-        let wheels = self.world.base(id)?.actual;
-        // Wheels that slip move the base less than themselves.
-        let part = 1.0 - self.world.robot(id)?.1.slip;
-        let speed = Speed {
-            side: wheels.side * part,
-            advance: wheels.advance * part,
-            turn: wheels.turn * part,
-        };
-        let (sin, cos) = at.alpha.sin_cos();
-        Ok(FullPoseEuler {
-            source: id.to_owned(),
-            x: at.x as f32,
-            y: at.z as f32,
-            z: height as f32,
-            rz: at.alpha as f32,
-            vx: (speed.advance * cos + speed.side * sin) as f32,
-            vy: (speed.advance * sin - speed.side * cos) as f32,
-            vrz: speed.turn as f32,
-            confidence: 100,
-            ..FullPoseEuler::default()
-        })
-    }
+/// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y
+/// are x and z of the tree.
+pub(crate) fn full_pose(world: &World, id: &str) -> Result<FullPoseEuler, Error> {
+    let (tree, at) = (world.tree(), world.place(id)?);
+    let height = tree.pose("root", id)?.translation[1];
+    let wheels = world.base(id)?.actual;
+    // Wheels that slip move the base less than themselves.
+    let part = 1.0 - world.robot(id)?.1.slip;
+    let speed = Speed {
+        side: wheels.side * part,
+        advance: wheels.advance * part,
+        turn: wheels.turn * part,
+    };
+    let (sin, cos) = at.alpha.sin_cos();
+    Ok(FullPoseEuler {
+        source: id.to_owned(),
+        x: at.x as f32,
+        y: at.z as f32,
+        z: height as f32,
+        rz: at.alpha as f32,
+        vx: (speed.advance * cos + speed.side * sin) as f32,
+        vy: (speed.advance * sin - speed.side * cos) as f32,
+        vrz: speed.turn as f32,
+        confidence: 100,
+        ..FullPoseEuler::default()
+    })
+}
 
-    /// Commands a base. A number that is none stops it, and a limit is told.
-    fn go(&mut self, id: &str, wanted: Speed) -> Result<(), Error> {
-        match self.world.drive(id, wanted) {
-            Ok(taken) => {
-                if taken != wanted {
-                    self.warn_once(format!("`{id}` does not drive as fast as it was told to"));
-                }
-                Ok(())
+/// Commands a base. A number that is none stops it, and a limit is told.
+fn go(world: &mut World, warnings: &mut Warnings, id: &str, wanted: Speed) -> Result<(), Error> {
+    match world.drive(id, wanted) {
+        Ok(taken) => {
+            if taken != wanted {
+                warnings.log(format!("`{id}` does not drive as fast as it was told to"));
             }
-            Err(error) => {
-                // Without the robot, there is nothing to stop.
-                let _ = self.world.drive(id, Speed::default());
-                Err(error)
-            }
+            Ok(())
+        }
+        Err(error) => {
+            // Without the robot, there is nothing to stop.
+            let _ = world.drive(id, Speed::default());
+            Err(error)
         }
     }
 }
@@ -138,9 +137,7 @@ impl Bases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<TBaseState, base_calls::GetBaseStateError> {
-        Ok(self
-            .base_state(member.name())
-            .map_err(|e| generic_failed(&e))?)
+        Ok(base_state(&self.worlds.main, member.name()).map_err(|e| generic_failed(&e))?)
     }
 
     fn get_base_pose(
@@ -148,9 +145,7 @@ impl Bases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(i32, i32, f32), base_calls::GetBasePoseError> {
-        Ok(self
-            .odometer(member.name())
-            .map_err(|e| generic_failed(&e))?)
+        Ok(odometer(&self.worlds.main, member.name()).map_err(|e| generic_failed(&e))?)
     }
 
     fn get_mech_params(
@@ -158,7 +153,7 @@ impl Bases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> differential::TMechParams {
-        let Ok((_, robot)) = self.world.robot(member.name()) else {
+        let Ok((_, robot)) = self.worlds.main.robot(member.name()) else {
             return differential::TMechParams::default();
         };
         differential::TMechParams {
@@ -176,28 +171,39 @@ impl Bases<Context> for SpecificWorker {
             advance: f64::from(adv),
             turn: f64::from(rot),
         };
-        let done = self.go(member.name(), wanted);
-        self.or_default(done);
+        let done = go(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            wanted,
+        );
+        self.warnings.or_default(done);
     }
 
     fn stop_base(&mut self, _ctx: &mut Context, member: &Member) {
-        let done = self.go(member.name(), Speed::default());
-        self.or_default(done);
+        let done = go(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            Speed::default(),
+        );
+        self.warnings.or_default(done);
     }
 
     fn reset_odometer(&mut self, _ctx: &mut Context, member: &Member) {
         let origin = Some(Pose2D::default());
-        let done = self.world.set_odometer(member.name(), origin, None);
-        self.or_default(done);
+        let done = self.worlds.main.set_odometer(member.name(), origin, None);
+        self.warnings.or_default(done);
     }
 
     fn set_odometer(&mut self, _ctx: &mut Context, member: &Member, state: TBaseState) {
         let odometer = place(state.x, state.z, state.alpha);
         let corrected = place(state.corrected_x, state.corrected_z, state.corrected_alpha);
         let done = self
-            .world
+            .worlds
+            .main
             .set_odometer(member.name(), Some(odometer), Some(corrected));
-        self.or_default(done);
+        self.warnings.or_default(done);
     }
 
     fn set_odometer_pose(
@@ -209,8 +215,8 @@ impl Bases<Context> for SpecificWorker {
         alpha: f32,
     ) {
         let odometer = Some(whole(x, z, alpha));
-        let done = self.world.set_odometer(member.name(), odometer, None);
-        self.or_default(done);
+        let done = self.worlds.main.set_odometer(member.name(), odometer, None);
+        self.warnings.or_default(done);
     }
 
     fn correct_odometer(
@@ -222,8 +228,11 @@ impl Bases<Context> for SpecificWorker {
         alpha: f32,
     ) {
         let corrected = Some(whole(x, z, alpha));
-        let done = self.world.set_odometer(member.name(), None, corrected);
-        self.or_default(done);
+        let done = self
+            .worlds
+            .main
+            .set_odometer(member.name(), None, corrected);
+        self.warnings.or_default(done);
     }
 }
 
@@ -233,9 +242,7 @@ impl OmniBases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<TBaseState, omni_calls::GetBaseStateError> {
-        Ok(self
-            .base_state(member.name())
-            .map_err(|e| omni_failed(&e))?)
+        Ok(base_state(&self.worlds.main, member.name()).map_err(|e| omni_failed(&e))?)
     }
 
     fn get_base_pose(
@@ -243,7 +250,7 @@ impl OmniBases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(i32, i32, f32), omni_calls::GetBasePoseError> {
-        Ok(self.odometer(member.name()).map_err(|e| omni_failed(&e))?)
+        Ok(odometer(&self.worlds.main, member.name()).map_err(|e| omni_failed(&e))?)
     }
 
     fn set_speed_base(
@@ -259,9 +266,13 @@ impl OmniBases<Context> for SpecificWorker {
             advance: f64::from(advz),
             turn: f64::from(rot),
         };
-        Ok(self
-            .go(member.name(), wanted)
-            .map_err(|e| omni_failed(&e))?)
+        Ok(go(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            wanted,
+        )
+        .map_err(|e| omni_failed(&e))?)
     }
 
     fn stop_base(
@@ -269,7 +280,12 @@ impl OmniBases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(), omni_calls::StopBaseError> {
-        let done = self.go(member.name(), Speed::default());
+        let done = go(
+            &mut self.worlds.main,
+            &mut self.warnings,
+            member.name(),
+            Speed::default(),
+        );
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
 
@@ -279,7 +295,7 @@ impl OmniBases<Context> for SpecificWorker {
         member: &Member,
     ) -> Result<(), omni_calls::ResetOdometerError> {
         let origin = Some(Pose2D::default());
-        let done = self.world.set_odometer(member.name(), origin, None);
+        let done = self.worlds.main.set_odometer(member.name(), origin, None);
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
 
@@ -292,7 +308,8 @@ impl OmniBases<Context> for SpecificWorker {
         let odometer = place(state.x, state.z, state.alpha);
         let corrected = place(state.corrected_x, state.corrected_z, state.corrected_alpha);
         let done = self
-            .world
+            .worlds
+            .main
             .set_odometer(member.name(), Some(odometer), Some(corrected));
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
@@ -306,7 +323,7 @@ impl OmniBases<Context> for SpecificWorker {
         alpha: f32,
     ) -> Result<(), omni_calls::SetOdometerPoseError> {
         let odometer = Some(whole(x, z, alpha));
-        let done = self.world.set_odometer(member.name(), odometer, None);
+        let done = self.worlds.main.set_odometer(member.name(), odometer, None);
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
 
@@ -319,7 +336,10 @@ impl OmniBases<Context> for SpecificWorker {
         alpha: f32,
     ) -> Result<(), omni_calls::CorrectOdometerError> {
         let corrected = Some(whole(x, z, alpha));
-        let done = self.world.set_odometer(member.name(), None, corrected);
+        let done = self
+            .worlds
+            .main
+            .set_odometer(member.name(), None, corrected);
         Ok(done.map_err(|e| omni_failed(&e))?)
     }
 }
@@ -330,9 +350,7 @@ impl GenericBases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<TBaseState, generic_calls::GetBaseStateError> {
-        Ok(self
-            .base_state(member.name())
-            .map_err(|e| generic_failed(&e))?)
+        Ok(base_state(&self.worlds.main, member.name()).map_err(|e| generic_failed(&e))?)
     }
 
     fn get_base_pose(
@@ -340,9 +358,7 @@ impl GenericBases<Context> for SpecificWorker {
         _ctx: &mut Context,
         member: &Member,
     ) -> Result<(i32, i32, f32), generic_calls::GetBasePoseError> {
-        Ok(self
-            .odometer(member.name())
-            .map_err(|e| generic_failed(&e))?)
+        Ok(odometer(&self.worlds.main, member.name()).map_err(|e| generic_failed(&e))?)
     }
 }
 
@@ -359,14 +375,14 @@ impl Poses<Context> for SpecificWorker {
         _ry: f32,
         _rz: f32,
     ) {
-        self.warn_once(format!(
+        self.warnings.log(format!(
             "`{}` has its true pose; an initial pose has no effect",
             member.name()
         ));
     }
 
     fn get_full_pose_euler(&mut self, _ctx: &mut Context, member: &Member) -> FullPoseEuler {
-        let pose = self.full_pose(member.name());
-        self.or_default(pose)
+        let pose = full_pose(&self.worlds.main, member.name());
+        self.warnings.or_default(pose)
     }
 }

@@ -16,7 +16,7 @@ impl Supervisor<'_> {
             return self.fail(i, reason);
         }
         let text = unit.failure(reason);
-        for &j in &self.mates[i] {
+        for &j in self.order.mates(i) {
             self.commands.failed(j, reason);
         }
         unit.process_event(self.report, Severity::Error, "start-failed", text);
@@ -36,7 +36,7 @@ impl Supervisor<'_> {
     /// Decides what follows an end of the process of a unit, for all of its units alike.
     fn follow(&mut self, i: usize, ran: Duration, failed: bool) -> Next {
         let mut next = Next::Nothing;
-        for &j in &self.mates[i] {
+        for &j in self.order.mates(i) {
             next = self.units[j].follow(ran, failed);
         }
         next
@@ -44,7 +44,7 @@ impl Supervisor<'_> {
 
     /// Handles the end of the process of a unit, for all of its units.
     pub(super) fn unit_ended(&mut self, i: usize) {
-        let mates = self.mates[i].clone();
+        let mates = self.order.mates(i).clone();
         let asked = self.units[i].is_asked_to_stop();
         let is_thread = self.units[i].component.thread.is_some();
         let name = self.units[i].process_name().to_owned();
@@ -72,7 +72,7 @@ impl Supervisor<'_> {
         // looked.
         if goes_on && self.hosts.of(i).is_none() {
             let mark = self.network_guard.mark();
-            self.sweeps.begin(&name, mark, unit.run());
+            self.starts.sweep(&name, mark, unit.run());
         }
         if goes_on && unit.is_stopped() {
             let severity = if end.done {

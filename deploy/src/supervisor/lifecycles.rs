@@ -31,21 +31,15 @@ impl Supervisor<'_> {
     fn may_go(&self, i: usize, goal: LifecycleState) -> bool {
         let active = LifecycleState::Active;
         if goal == active {
-            let is_configured = |j: &usize| {
-                let unit = &self.units[*j];
-                unit.is_ready() || unit.is_gone()
-            };
-            let all_configured = self.is_up || self.configured_first.iter().all(is_configured);
-            return all_configured
-                && self.needs[i]
-                    .iter()
-                    .all(|&j| self.units[j].lets_others_work());
+            let all_configured = self.is_up || self.order.are_configured(&self.units);
+            let needs = self.order.needs(i);
+            return all_configured && needs.iter().all(|&j| self.units[j].lets_others_work());
         }
         if self.units[i].lifecycle_state() != Some(active) {
             return true;
         }
         // Dependents that are to be deactivated, too, go first.
-        let dependents = (0..self.units.len()).filter(|&k| self.needs[k].contains(&i));
+        let dependents = self.order.dependents(i);
         let mut waiting = dependents.filter(|&k| {
             let unit = &self.units[k];
             let goal = unit.lifecycle_goal();

@@ -14,6 +14,7 @@ mod lifecycle_control;
 mod lifecycles;
 mod memory_growth;
 mod messages;
+mod network_logs;
 mod network_troubles;
 pub mod options;
 mod parameter_changes;

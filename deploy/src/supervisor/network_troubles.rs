@@ -7,7 +7,7 @@
 use crate::guard::lock;
 use crate::supervisor::supervise::Supervisor;
 use rc_deploy_client::error::advice;
-use rc_files::{Disk, DiskChange};
+use rc_files::DiskChange;
 use rc_management::event::{Event, Severity};
 use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
@@ -102,7 +102,7 @@ impl Supervisor<'_> {
 
     /// Reports that the disk of the logs has become full, or has room again.
     pub(super) fn disk_changed(&mut self, change: Option<DiskChange>) {
-        let directory = self.rotation.directory().display();
+        let directory = self.logs.directory().display();
         match change {
             Some(DiskChange::Full { free }) => {
                 let text = format!(
@@ -121,20 +121,17 @@ impl Supervisor<'_> {
 
     /// Looks whether the recordings beside the logs end because their disk becomes full.
     pub(super) fn look_at_recordings(&mut self) {
-        let directory = self.rotation.directory();
-        let Some((disk, free)) = self.recordings.as_mut().zip(Disk::free(directory).ok()) else {
-            return;
-        };
-        let shown = directory.display();
-        match disk.look(free) {
-            Some(DiskChange::Full { .. }) => {
+        let change = self.logs.check_recordings();
+        let shown = self.logs.directory().display();
+        match change {
+            Some((DiskChange::Full { .. }, floor)) => {
                 let text = format!(
                     "the disk of {shown} has less than {} MiB free, which recordings keep free: exact recordings end, and the ring is not written",
-                    disk.floor() >> 20
+                    floor >> 20
                 );
                 self.trouble(Severity::Warning, "recordings-stopped", &text);
             }
-            Some(DiskChange::Free { free }) => {
+            Some((DiskChange::Free { free }, _)) => {
                 let text = format!(
                     "the disk of {shown} has room for recordings again: {} MiB; an exact one begins with the next start of its component",
                     free >> 20
@@ -175,13 +172,8 @@ impl Supervisor<'_> {
 
     /// Makes the folder of the logs again where somebody has removed it.
     pub(super) fn restore_logs(&mut self) {
-        let directory = self.rotation.directory().to_owned();
-        let restored = self.rotation.restore().and_then(|is_new| {
-            if let Some(relay) = &mut self.relay {
-                relay.restore(&directory)?;
-            }
-            Ok(is_new)
-        });
+        let directory = self.logs.directory().to_owned();
+        let restored = self.logs.restore();
         let path = directory.display();
         match restored {
             Ok(false) => {

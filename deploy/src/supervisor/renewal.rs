@@ -57,7 +57,7 @@ impl Supervisor<'_> {
         self.renewal.restarting.insert(place);
         let mut members = self.hosts.members(place);
         let runs = |i: &usize| !self.units[*i].is_gone();
-        members.retain(|&i| self.mates[i].iter().any(runs));
+        members.retain(|&i| self.order.mates(i).iter().any(runs));
         let names = members.iter().map(|&i| self.units[i].name().to_owned());
         let request = ClientRequest::own(Request::Restart {
             names: names.collect(),

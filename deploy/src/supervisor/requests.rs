@@ -76,7 +76,8 @@ impl Supervisor<'_> {
     pub(super) fn advance_commands(&mut self) {
         let answers = if self.ending.is_none() {
             let now = Instant::now();
-            self.commands.advance(&mut self.units, &self.needs, now)
+            self.commands
+                .advance(&mut self.units, self.order.all_needs(), now)
         } else {
             self.commands.end(&self.units)
         };
@@ -92,7 +93,7 @@ impl Supervisor<'_> {
         let selected = match verb {
             Verb::Lifecycle(_) => self.managed(&meant, &all),
             _ => commands::select(&meant, &all).and_then(|selected| {
-                commands::check_whole(&selected, verb, &self.units, &self.mates)?;
+                commands::check_whole(&selected, verb, &self.units, self.order.all_mates())?;
                 Ok(selected)
             }),
         };

@@ -1,10 +1,83 @@
-//! What the order of starts decides before a start: which services come first, and which units are
-//! configured first.
+//! The order of starts and ends: which units wait for which, which services come first, and which
+//! units are configured first.
 
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::plan::{self, Plan, reachable};
 use rc_deploy_network::services::Service;
 use std::collections::{BTreeSet, HashMap};
+
+/// Which units wait for which, and which are in one process. It does not change while the network
+/// is up.
+#[derive(Debug)]
+pub(super) struct StartOrder {
+    /// For each unit, the units that must be ready before it starts.
+    needs: Vec<BTreeSet<usize>>,
+    /// For each unit, the units of its process, also itself.
+    mates: Vec<BTreeSet<usize>>,
+    /// The managed units that are configured before the first one is activated.
+    configured_first: BTreeSet<usize>,
+}
+
+impl StartOrder {
+    pub(super) fn new(plan: &Plan, units: &[Unit]) -> Self {
+        let (needs, mates) = (plan.needs(), plan.mates());
+        Self {
+            configured_first: configured_first(units, &needs, &mates),
+            needs,
+            mates,
+        }
+    }
+
+    pub(super) fn needs(&self, i: usize) -> &BTreeSet<usize> {
+        &self.needs[i]
+    }
+
+    pub(super) fn all_needs(&self) -> &[BTreeSet<usize>] {
+        &self.needs
+    }
+
+    pub(super) fn mates(&self, i: usize) -> &BTreeSet<usize> {
+        &self.mates[i]
+    }
+
+    pub(super) fn all_mates(&self) -> &[BTreeSet<usize>] {
+        &self.mates
+    }
+
+    /// Whether a unit stands for all of its process.
+    pub(super) fn leads(&self, i: usize) -> bool {
+        self.mates[i].first() == Some(&i)
+    }
+
+    /// The units in other processes that must be ready before a unit starts.
+    pub(super) fn needs_outside(&self, i: usize) -> impl Iterator<Item = usize> {
+        self.needs[i].difference(&self.mates[i]).copied()
+    }
+
+    /// The units in the same process that must be ready before a unit starts.
+    pub(super) fn needs_inside(&self, i: usize) -> impl Iterator<Item = usize> {
+        self.needs[i].intersection(&self.mates[i]).copied()
+    }
+
+    /// The units that need a unit.
+    pub(super) fn dependents(&self, i: usize) -> impl Iterator<Item = usize> {
+        (0..self.needs.len()).filter(move |&k| self.needs[k].contains(&i))
+    }
+
+    /// The units whose processes no unit in another process needs that is alive.
+    pub(super) fn unneeded(&self, alive: impl Iterator<Item = usize>) -> Vec<usize> {
+        let needed: BTreeSet<usize> = alive.flat_map(|i| self.needs_outside(i)).collect();
+        let all = 0..self.needs.len();
+        all.filter(|&i| needed.is_disjoint(&self.mates[i]))
+            .collect()
+    }
+
+    /// Whether all are configured that have to be before the first one is activated.
+    pub(super) fn are_configured(&self, units: &[Unit]) -> bool {
+        let mut first = self.configured_first.iter().map(|&i| &units[i]);
+        first.all(|unit| unit.is_ready() || unit.is_gone())
+    }
+}
 
 /// Sorts services by the first wave in which a component needs them, so that the components of the
 /// first wave need not wait for the services of the last one.
@@ -28,7 +101,7 @@ pub(super) fn in_order_of_start(
 
 /// The managed units that can be configured before any other one is active: those that need no
 /// unmanaged unit that needs a managed one, and start in one process with none.
-pub(super) fn configured_first(
+fn configured_first(
     units: &[Unit],
     needs: &[BTreeSet<usize>],
     mates: &[BTreeSet<usize>],
@@ -110,5 +183,34 @@ mod tests {
         assert_eq!(first(&[&["m1"], &["b", "m1"], &["m2", "b"]]), [0]);
         // `b` needs no managed one.
         assert_eq!(first(&[&["b"], &["m1", "b"], &["m2", "m1"]]), [1, 2]);
+    }
+
+    #[test]
+    fn the_last_dependents_end_first_and_processes_as_a_whole() {
+        let mut plan = plan(&[&["a"], &["b", "a"], &["c", "b"], &["d"]]);
+        let units = |plan: &Plan| -> Vec<Unit> {
+            let components = plan.components.iter();
+            components
+                .map(|c| Unit::new(c.clone(), "/nowhere".into()))
+                .collect()
+        };
+        let order = StartOrder::new(&plan, &units(&plan));
+        assert_eq!(order.unneeded(0..4), [2, 3]);
+        assert_eq!(order.unneeded([0, 1].into_iter()), [1, 2, 3]);
+        assert_eq!(Vec::from_iter(order.dependents(0)), [1]);
+        assert!((0..4).all(|i| order.leads(i)));
+        // `a` and `b` are threads of one process.
+        for (at, component) in ["a", "b"].into_iter().enumerate() {
+            plan.components[at].thread = Some(plan::Thread {
+                process: "p".to_owned(),
+                component: component.to_owned(),
+            });
+        }
+        let order = StartOrder::new(&plan, &units(&plan));
+        assert!(order.leads(0) && !order.leads(1));
+        assert_eq!(order.unneeded([0, 1].into_iter()), [0, 1, 2, 3]);
+        assert_eq!(order.unneeded([2].into_iter()), [2, 3]);
+        assert_eq!(Vec::from_iter(order.needs_inside(1)), [0]);
+        assert_eq!(order.needs_outside(1).count(), 0);
     }
 }

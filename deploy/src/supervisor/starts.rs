@@ -1,6 +1,12 @@
 //! Which components start now: those whose needs are ready, a few at a time.
 
+use crate::guard::network_guard::NetworkGuard;
+use crate::process::identity::Mark;
+use crate::process::orphans::OrphanSweeps;
+use crate::remote::Hosts;
+use crate::supervisor::start_order::StartOrder;
 use crate::supervisor::supervise::Supervisor;
+use crate::supervisor::unit::Unit;
 use rc_deploy_network::process_name;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::LazyLock;
@@ -19,7 +25,7 @@ pub(super) static LIMIT: LazyLock<usize> = LazyLock::new(|| {
 
 /// Lets a few components start at a time: a few in a turn of the loop, a few on each machine.
 #[derive(Debug)]
-pub(super) struct StartQuota {
+struct StartQuota {
     /// How many start at once on a machine.
     limit: usize,
     /// The ends of the times for which starts count, of each machine. `None` is this one.
@@ -32,7 +38,7 @@ pub(super) struct StartQuota {
 
 impl StartQuota {
     /// At most `limit` components start at once on a machine.
-    pub(super) fn new(limit: usize) -> Self {
+    fn new(limit: usize) -> Self {
         Self {
             limit,
             starting: HashMap::new(),
@@ -82,9 +88,111 @@ impl StartQuota {
     }
 
     /// When a component may start that waits.
-    pub(super) fn next(&self) -> Option<Instant> {
+    fn next(&self) -> Option<Instant> {
         self.next
     }
+}
+
+/// Decides which processes start now.
+#[derive(Debug)]
+pub(super) struct StartScheduler {
+    quota: StartQuota,
+    /// What earlier runs of components have left is killed before their next start.
+    sweeps: OrphanSweeps,
+}
+
+/// What decides about starts beside the scheduler.
+#[derive(Clone, Copy)]
+struct Situation<'a> {
+    order: &'a StartOrder,
+    units: &'a [Unit],
+    hosts: &'a Hosts,
+    guard: &'a NetworkGuard,
+}
+
+impl<'a> Situation<'a> {
+    fn new(
+        order: &'a StartOrder,
+        units: &'a [Unit],
+        hosts: &'a Hosts,
+        guard: &'a NetworkGuard,
+    ) -> Self {
+        Self {
+            order,
+            units,
+            hosts,
+            guard,
+        }
+    }
+}
+
+impl StartScheduler {
+    pub(super) fn new() -> Self {
+        Self {
+            quota: StartQuota::new(*LIMIT),
+            sweeps: OrphanSweeps::default(),
+        }
+    }
+
+    /// When the scheduler has to be asked again.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        let both = self.quota.next().into_iter().chain(self.sweeps.deadline());
+        both.min()
+    }
+
+    /// Looks for what a run of a component has left. Until then the component does not start again.
+    pub(super) fn sweep(&mut self, component: &str, mark: &Mark, run: String) {
+        self.sweeps.begin(component, mark, run);
+    }
+
+    /// The components whose sweeps are over, with the numbers of killed processes.
+    pub(super) fn swept(&mut self) -> Vec<(String, usize)> {
+        self.sweeps.done()
+    }
+
+    fn begin_turn(&mut self, now: Instant, at: Situation<'_>) {
+        let leaders = at
+            .units
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| at.order.leads(*i));
+        let starting = leaders.filter_map(|(i, unit)| Some((at.hosts.of(i), unit.starting()?)));
+        self.quota
+            .begin_turn(starting.filter(|(_, end)| now < *end));
+    }
+
+    /// The first unit from `from` on whose process may start, if one more may in this turn.
+    fn next_start(&mut self, from: usize, at: Situation<'_>) -> Option<usize> {
+        if self.quota.is_used_up() {
+            return None;
+        }
+        let mut all = from..at.units.len();
+        all.find(|&i| self.may_start(i, at) && self.quota.has_room(at.hosts.of(i)))
+    }
+
+    /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
+    /// one process, the first one stands for all.
+    fn may_start(&self, i: usize, at: Situation<'_>) -> bool {
+        let name = at.units[i].process_name();
+        at.order.leads(i)
+            && at
+                .order
+                .mates(i)
+                .iter()
+                .all(|&j| lets_its_process_start(j, at))
+            && !self.sweeps.hold_back(name)
+            && (at.hosts.of(i).is_some() || at.guard.lets_start(name))
+            && at.hosts.lets_start(i)
+    }
+}
+
+/// Whether a unit does not hold its process back.
+fn lets_its_process_start(i: usize, at: Situation<'_>) -> bool {
+    let unit = &at.units[i];
+    let mut needs = at.order.needs_outside(i);
+    needs.all(|j| at.units[j].lets_start(unit))
+        && unit.is_due()
+        && (at.hosts.of(i).is_some() || at.guard.lets_start(unit.name()))
 }
 
 impl Supervisor<'_> {
@@ -97,46 +205,20 @@ impl Supervisor<'_> {
     /// Starts a few of the units that may start, and notes when it is the turn of the next ones.
     pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
-        let units = self.units.iter().enumerate();
-        let starting = units.filter(|(i, _)| self.mates[*i].first() == Some(i));
-        let starting = starting.filter_map(|(i, unit)| Some((self.hosts.of(i), unit.starting()?)));
-        let starting = starting.filter(|(_, end)| now < *end);
-        self.quota.begin_turn(starting);
-        for i in 0..self.units.len() {
-            if !self.may_start(i) {
-                continue;
-            }
-            if self.quota.is_used_up() {
+        let at = Situation::new(&self.order, &self.units, &self.hosts, &self.network_guard);
+        self.starts.begin_turn(now, at);
+        let mut from = 0;
+        while self.ending.is_none() {
+            let at = Situation::new(&self.order, &self.units, &self.hosts, &self.network_guard);
+            let Some(i) = self.starts.next_start(from, at) else {
                 break;
-            }
-            if self.quota.has_room(self.hosts.of(i)) {
-                self.start(i);
-                self.quota.note(self.hosts.of(i), self.units[i].starting());
-            }
+            };
+            self.start(i);
+            let (machine, end) = (self.hosts.of(i), self.units[i].starting());
+            self.starts.quota.note(machine, end);
+            from = i + 1;
         }
-        self.quota.end_turn(now);
-    }
-
-    /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
-    /// one process, the first one stands for all.
-    fn may_start(&self, i: usize) -> bool {
-        let mates = &self.mates[i];
-        let name = self.units[i].process_name();
-        self.ending.is_none()
-            && mates.first() == Some(&i)
-            && mates.iter().all(|&j| self.lets_its_process_start(j))
-            && !self.sweeps.hold_back(name)
-            && (self.hosts.of(i).is_some() || self.network_guard.lets_start(name))
-            && self.hosts.lets_start(i)
-    }
-
-    /// Whether a unit does not hold its process back.
-    fn lets_its_process_start(&self, i: usize) -> bool {
-        let lets = |&j: &usize| self.units[j].lets_start(&self.units[i]);
-        let is_elsewhere = self.hosts.of(i).is_some();
-        self.needs[i].difference(&self.mates[i]).all(lets)
-            && self.units[i].is_due()
-            && (is_elsewhere || self.network_guard.lets_start(self.units[i].name()))
+        self.starts.quota.end_turn(now);
     }
 }
 

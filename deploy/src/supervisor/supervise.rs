@@ -4,11 +4,8 @@
 use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::network_guard::{GuardChange, NetworkGuard};
-use crate::log::relay::Relay;
 use crate::log::reporter::Reporter;
-use crate::log::rotation::{self, Rotation};
 use crate::process::memory::MemoryRounds;
-use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use crate::remote::{HostSource, Hosts};
 use crate::supervisor::chains::ChainWatch;
@@ -16,11 +13,12 @@ use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
 use crate::supervisor::flight_recorder::{FlightRecorder, RecorderChange};
+use crate::supervisor::network_logs::NetworkLogs;
 use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::renewal::Renewal;
-use crate::supervisor::start_order::{configured_first, in_order_of_start};
-use crate::supervisor::starts::{self, StartQuota};
+use crate::supervisor::start_order::{StartOrder, in_order_of_start};
+use crate::supervisor::starts::StartScheduler;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
@@ -31,7 +29,7 @@ use rc_files::Disk;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -74,30 +72,22 @@ pub(crate) struct Supervisor<'p> {
     pub(super) digest: Option<String>,
     pub(super) report: &'p Reporter,
     pub(super) units: Vec<Unit>,
-    /// For each unit, the units that must be ready before it starts.
-    pub(super) needs: Vec<BTreeSet<usize>>,
-    /// For each unit, the units of its process, also itself.
-    pub(super) mates: Vec<BTreeSet<usize>>,
-    /// The managed units that are configured before the first one is activated.
-    pub(super) configured_first: BTreeSet<usize>,
+    pub(super) order: StartOrder,
+    pub(super) starts: StartScheduler,
     pub(super) hosts: Hosts,
     pub(super) network_guard: NetworkGuard,
     /// The conditions of the network as a whole, and when its files are looked at.
     pub(super) troubles: NetworkTroubles,
-    pub(super) look: Instant,
+    look: Instant,
     pub(super) renewal: Renewal,
     pub(super) control: Control,
     pub(super) commands: Commands,
-    pub(super) quota: StartQuota,
-    pub(super) signals: Signals,
-    pub(super) relay: Option<Relay>,
-    pub(super) rotation: Rotation,
-    /// The disk of the recordings beside the logs, if there are some.
-    pub(super) recordings: Option<Disk>,
+    signals: Signals,
+    pub(super) logs: NetworkLogs,
     pub(super) rounds: MemoryRounds,
-    pub(super) launcher: Option<Launcher>,
+    /// The process that waits until the network is up.
+    launcher: Option<Launcher>,
     pub(super) is_up: bool,
-    pub(super) sweeps: OrphanSweeps,
     pub(super) recorder: Option<FlightRecorder>,
     /// The measured chains, if there are some.
     pub(super) chains: Option<ChainWatch>,
@@ -139,31 +129,18 @@ impl<'p> Supervisor<'p> {
         for path in written.chain(hosts.logs()) {
             logs::clear(path).context(format!("write {}", path.display()))?;
         }
-        let relay = options
-            .relay
-            .then(|| {
-                let logs = logs.iter();
-                let logs = logs.map(|(name, log)| ((*name).to_owned(), (*log).to_owned()));
-                Relay::new(&log_directory, logs)
-            })
-            .transpose()
-            .context("follow the logs")?;
-        let limit = options.log_limit.unwrap_or(rotation::LIMIT);
-        let logs = logs.values().map(|log| (*log).to_owned());
-        let ring_log = logs::file(&log_directory, logs::RING);
-        let logs = logs.chain([guard_log.clone(), supervisor_log, ring_log]);
-        let logs = logs.collect();
-        let rotation = Rotation::new(&log_directory, logs, limit).context("watch the logs")?;
         let records = plan.ring.is_some() || plan.components.iter().any(|c| c.exact);
         let recordings = records.then(|| Disk::new(Disk::usual_floor(&guard_log)));
+        let ring_log = logs::file(&log_directory, logs::RING);
+        let others = [guard_log.clone(), supervisor_log, ring_log];
+        let logs = NetworkLogs::new(&log_directory, &logs, others, recordings, options)?;
         let signals = Signals::new().context("listen to signals")?;
         let guard_command = match &options.guard {
             Some(command) => command.clone(),
             None => GuardCommand::own().context("find out which program this is")?,
         };
-        let needs = plan.needs();
-        let mates = plan.mates();
-        let services = in_order_of_start(options.hold.clone(), plan, &needs);
+        let order = StartOrder::new(plan, &units);
+        let services = in_order_of_start(options.hold.clone(), plan, order.all_needs());
         let mut network_guard =
             NetworkGuard::new(&plan.network, lock, guard_command, guard_log, services)?;
         let socket = network_guard.directory().socket(supervisor::SOCKET);
@@ -176,26 +153,21 @@ impl<'p> Supervisor<'p> {
             plan,
             digest: digest(&plan.ddsl),
             report,
-            configured_first: configured_first(&units, &needs, &mates),
             units,
-            commands: Commands::new(&needs, &mates),
-            needs,
-            mates,
+            commands: Commands::new(order.all_needs(), order.all_mates()),
+            order,
+            starts: StartScheduler::new(),
             hosts,
             network_guard,
             troubles,
             look: Instant::now() + LOOK,
             renewal: Renewal::default(),
             control,
-            quota: StartQuota::new(*starts::LIMIT),
             signals,
-            relay,
-            rotation,
-            recordings,
+            logs,
             rounds: MemoryRounds::new(memory_pause),
             launcher: None,
             is_up: false,
-            sweeps: OrphanSweeps::default(),
             recorder: plan
                 .ring
                 .map(|ring| FlightRecorder::new(&plan.network, ring, &log_directory)),
@@ -251,7 +223,7 @@ impl<'p> Supervisor<'p> {
     /// Starts the process of a unit.
     pub(super) fn start(&mut self, i: usize) {
         let gone = self.gone();
-        let mates = &self.mates[i];
+        let mates = self.order.mates(i);
         for &j in mates {
             self.units[j].event(self.report, Severity::Info, "starting", "starting");
         }
@@ -260,8 +232,8 @@ impl<'p> Supervisor<'p> {
             self.units[i].start(mark, &gone)
         } else {
             let inside = |j: usize| -> Vec<String> {
-                let after = self.needs[j].intersection(mates);
-                let names = after.map(|&k| process_name(&self.plan.components[k].name));
+                let after = self.order.needs_inside(j);
+                let names = after.map(|k| process_name(&self.plan.components[k].name));
                 names.collect()
             };
             let units = self.units.iter_mut().enumerate();
@@ -293,12 +265,8 @@ impl<'p> Supervisor<'p> {
             return;
         }
         let alive = (0..self.units.len()).filter(|&i| self.units[i].is_alive());
-        let needed = alive.flat_map(|i| self.needs[i].difference(&self.mates[i]));
-        let needed: BTreeSet<usize> = needed.copied().collect();
-        for (unit, mates) in self.units.iter_mut().zip(&self.mates) {
-            if needed.is_disjoint(mates) {
-                unit.ask_to_stop();
-            }
+        for i in self.order.unneeded(alive) {
+            self.units[i].ask_to_stop();
         }
     }
 
@@ -333,10 +301,10 @@ impl<'p> Supervisor<'p> {
                 PollFlags::IN,
             );
         }
-        if let Some(watch) = self.relay.as_ref().and_then(Relay::descriptor) {
+        if let Some(watch) = self.logs.shown() {
             add(Source::Relay, watch.as_fd(), PollFlags::IN);
         }
-        if let Some(watch) = self.rotation.descriptor() {
+        if let Some(watch) = self.logs.grown() {
             add(Source::Rotation, watch.as_fd(), PollFlags::IN);
         }
         if let Some(guard) = self.network_guard.descriptor() {
@@ -366,16 +334,14 @@ impl<'p> Supervisor<'p> {
             add(Source::Control(source), descriptor, flags);
         }
         let units = self.units.iter().filter_map(Unit::deadline);
-        let relay = self.relay.as_ref().and_then(Relay::deadline);
         let commands = self.commands.deadline();
         let hosts = self.hosts.deadline();
-        let deadline = units.chain(relay).chain(hosts).chain(commands);
-        let deadline = deadline.chain(self.sweeps.deadline());
+        let deadline = units.chain(hosts).chain(commands);
         let deadline = deadline.chain(self.control.deadline());
         let deadline = deadline
             .chain(self.network_guard.deadline())
-            .chain(self.quota.next());
-        let deadline = deadline.chain(self.rotation.deadline());
+            .chain(self.starts.deadline());
+        let deadline = deadline.chain(self.logs.deadline());
         let recorder = self.recorder.as_ref();
         let deadline = deadline.chain(recorder.and_then(FlightRecorder::deadline));
         let deadline = deadline.chain([self.rounds.deadline(), self.look]).min();
@@ -403,12 +369,8 @@ impl<'p> Supervisor<'p> {
                 self.launcher = None;
                 self.stop(StopReason::Asked, "the process that started it has ended");
             }
-            Source::Relay => {
-                if let Some(relay) = &mut self.relay {
-                    relay.wake();
-                }
-            }
-            Source::Rotation => self.rotation.wake(),
+            Source::Relay => self.logs.wake_shown(),
+            Source::Rotation => self.logs.wake_grown(),
             Source::Control(source) => self.control.turn(source, events),
             Source::Guard => self.guard_ended(),
             Source::GuardLink => {
@@ -456,9 +418,7 @@ impl<'p> Supervisor<'p> {
 
     pub(super) fn check_deadlines(&mut self) {
         let now = Instant::now();
-        if let Some(relay) = &mut self.relay {
-            relay.show(now, self.report);
-        }
+        self.logs.show(now, self.report);
         self.control.check(now);
         self.check_hosts(now);
         self.network_guard.check(now);
@@ -469,7 +429,7 @@ impl<'p> Supervisor<'p> {
             self.look_at_recordings();
             self.look_for_name();
         }
-        let disk = self.rotation.check(now, self.report);
+        let disk = self.logs.check(now, self.report);
         self.disk_changed(disk);
         let mark = self.network_guard.mark();
         let recorder = self.recorder.as_mut();
@@ -484,17 +444,17 @@ impl<'p> Supervisor<'p> {
             None => {}
         }
         if self.rounds.is_due(now) {
-            let disk = self.rotation.check_disk();
+            let disk = self.logs.check_disk();
             self.disk_changed(disk);
             let pause = self.rounds.pause;
             for (i, unit) in self.units.iter_mut().enumerate() {
                 // The memory of a process is told once.
-                if self.mates[i].first() == Some(&i) {
+                if self.order.leads(i) {
                     unit.measure(pause, self.report);
                 }
             }
         }
-        for (name, left) in self.sweeps.done() {
+        for (name, left) in self.starts.swept() {
             self.left_over(&name, left);
         }
         for i in 0..self.units.len() {
@@ -537,9 +497,7 @@ impl<'p> Supervisor<'p> {
             self.control.send_events(&self.report.journal());
             recorder.end();
         }
-        if let Some(relay) = &mut self.relay {
-            relay.finish(self.report);
-        }
+        self.logs.finish(self.report);
         let (left, removed, lock) = self.network_guard.finish(cleanup);
         let event = |severity, code, text| self.report.event(Event::network(severity, code, text));
         if left > 0 {

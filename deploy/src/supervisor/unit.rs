@@ -1,11 +1,17 @@
 //! One component: its process, its link, its limits. It knows nothing of the others.
 
+mod deadlines;
+mod status;
+
+pub(super) use deadlines::HEARTBEAT_LIMIT;
+pub(crate) use deadlines::Overdue;
+
 use crate::guard::process_registry::RegisteredProcess;
 use crate::log::reporter::Reporter;
 use crate::process::identity::Mark;
 use crate::process::launch::{LocalProcess, NewThread};
 use crate::process::memory::resident;
-use crate::remote::{self, Outbox, RemoteProcess};
+use crate::remote::{Outbox, RemoteProcess};
 use crate::supervisor::followers::without_followers;
 use crate::supervisor::health::HealthMonitor;
 use crate::supervisor::lifecycle_control::LifecycleControl;
@@ -14,11 +20,9 @@ use crate::supervisor::process_handle::ProcessHandle;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::logs;
-use rc_deploy_network::plan::{Component, Policy};
+use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::component::{ConvertedStatus, State};
-use rc_management::event::Severity;
-use rc_management::supervisor::{ComponentState, ComponentStatus};
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,8 +32,6 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// How old the last heartbeat of a component, or the last iteration of its loop, may be.
-pub(super) const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 /// How long after its link a process may end. Later, the closed link is an event.
 const CLOSED_LIMIT: Duration = Duration::from_secs(1);
 
@@ -137,18 +139,6 @@ pub(crate) struct Termination {
     pub(crate) ran: Duration,
     /// Whether the process did not end and was given up.
     lost: bool,
-}
-
-/// Meaning of a deadline for a component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Overdue {
-    Nothing,
-    /// It is not ready within its limit.
-    NotReady,
-    /// It did not end after SIGKILL.
-    NotKilled,
-    /// It hangs for longer than its policy allows.
-    HungTooLong,
 }
 
 impl Unit {
@@ -546,163 +536,6 @@ impl Unit {
             }
         }
         next
-    }
-
-    /// When the passing of time next matters.
-    pub(crate) fn deadline(&self) -> Option<Instant> {
-        let Phase::Alive(running) = &self.phase else {
-            return self.due;
-        };
-        let limit = match running.stop() {
-            Stop::Asked(at) | Stop::Killed(at) => Some(at),
-            Stop::No if !self.ready => Some(running.started + self.component.ready),
-            Stop::No => self.silence().or_else(|| self.hung_limit()),
-        };
-        let limit = limit.into_iter().chain(running.closed);
-        limit.chain(self.goal_deadline()).min()
-    }
-
-    /// When it will have been silent for too long.
-    fn silence(&self) -> Option<Instant> {
-        let linked = self.handle().is_some_and(ProcessHandle::is_linked);
-        (self.hung.is_none() && linked).then(|| self.heard + self.silence_limit())
-    }
-
-    /// When it will have been hung for longer than its policy allows.
-    fn hung_limit(&self) -> Option<Instant> {
-        let rules = self.component.restart;
-        let limit = rules.hung.filter(|_| rules.policy != Policy::Never);
-        Some(self.hung? + limit?)
-    }
-
-    /// How long heartbeats may be missing. A component on another machine is also silent when its
-    /// host is, which is reported first.
-    fn silence_limit(&self) -> Duration {
-        match self.outbox {
-            None => HEARTBEAT_LIMIT,
-            Some(_) => HEARTBEAT_LIMIT + remote::HOST_LIMIT,
-        }
-    }
-
-    /// Looks at the clock.
-    pub(crate) fn check(&mut self, now: Instant, report: &Reporter) -> Overdue {
-        if self.deadline().is_none_or(|deadline| now < deadline) {
-            return Overdue::Nothing;
-        }
-        if let Phase::Alive(running) = &mut self.phase
-            && running.closed.take_if(|at| now >= *at).is_some()
-        {
-            if self.ready && running.has_mates() && running.stop() == Stop::No {
-                self.end_alone(report);
-            } else {
-                self.report_closed_link(report);
-            }
-            return Overdue::Nothing;
-        }
-        let Phase::Alive(running) = &self.phase else {
-            self.due = None;
-            return Overdue::Nothing;
-        };
-        match running.stop() {
-            Stop::Asked(_) => {
-                let limit = running.stopping.limit;
-                let text = format!("did not end within {limit:?} and is killed");
-                self.process_event(report, Severity::Warning, "killed", text);
-                self.kill();
-                Overdue::Nothing
-            }
-            Stop::Killed(_) => {
-                let text = format!("process {} does not end after SIGKILL", self.pid_text());
-                self.event(report, Severity::Error, "not-killed", text.clone());
-                let ran = running.started.elapsed();
-                self.phase = Phase::Ended(Termination {
-                    done: false,
-                    text,
-                    ran,
-                    lost: true,
-                });
-                Overdue::NotKilled
-            }
-            Stop::No if !self.ready => Overdue::NotReady,
-            // The supervisor's loop handles a goal that is late.
-            Stop::No if self.goal_deadline().is_some_and(|at| now >= at) => Overdue::Nothing,
-            Stop::No if self.hung.is_some() => Overdue::HungTooLong,
-            Stop::No => {
-                let text = format!("has not sent a heartbeat for {:?}", self.silence_limit());
-                self.hang(report, self.heard, &text);
-                Overdue::Nothing
-            }
-        }
-    }
-
-    /// Notes that it has ended in order, and its process runs on with other threads.
-    fn end_alone(&mut self, report: &Reporter) {
-        let Phase::Alive(running) = &self.phase else {
-            return;
-        };
-        let end = Termination {
-            done: true,
-            text: format!("its process {} runs on", self.process_name()),
-            ran: running.started.elapsed(),
-            lost: false,
-        };
-        let text = format!("ended: {}", end.text);
-        self.phase = Phase::Ended(end);
-        self.event(report, Severity::Info, "exited", text);
-    }
-
-    fn pid_text(&self) -> String {
-        let pid = self.handle().and_then(ProcessHandle::pid);
-        pid.map_or_else(String::new, |pid| pid.to_string())
-    }
-
-    pub(crate) fn status(&self) -> ComponentStatus {
-        let running = match &self.phase {
-            Phase::Alive(running) => Some(running),
-            _ => None,
-        };
-        ComponentStatus {
-            name: self.name().to_owned(),
-            by_hand: false,
-            state: self.state(),
-            lifecycle: running.and_then(|_| self.lifecycle_state()),
-            process: self.component.thread.as_ref().map(|t| t.process.clone()),
-            host: self.component.host.as_ref().map(|host| host.name.clone()),
-            pid: running.and_then(|r| r.handle.pid()),
-            uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
-            ready: self.ready && running.is_some(),
-            middleware: self.component.middleware.clone(),
-            transports: self.component.transports.clone(),
-            cpu: self.component.cpu.clone(),
-            priority: self.component.priority,
-            executable: self.component.executable.clone(),
-            log: self.log.clone(),
-            restarts: self.restarts.count(),
-            ready_ms: self.component.ready.as_millis() as u64,
-            stop_ms: self.component.stop.as_millis() as u64,
-            lost: self.lost.clone(),
-            converted: self.converted.clone(),
-            troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
-            clock: running.and_then(|_| self.health.clock().cloned()),
-            machine: running.and_then(|_| self.health.machine().cloned()),
-            exit: match &self.phase {
-                Phase::Ended(end) => Some(end.text.clone()),
-                _ => None,
-            },
-        }
-    }
-
-    fn state(&self) -> ComponentState {
-        match &self.phase {
-            Phase::Waiting | Phase::Ended(_) if self.stopped => ComponentState::Stopped,
-            Phase::Waiting => ComponentState::Waiting,
-            Phase::Ended(end) if end.done => ComponentState::Done,
-            Phase::Ended(_) => ComponentState::Failed,
-            Phase::Alive(running) if running.stop() != Stop::No => ComponentState::Stopping,
-            Phase::Alive(_) if self.hung.is_some() => ComponentState::Hung,
-            Phase::Alive(_) if self.ready => self.reported.unwrap_or(State::Running).into(),
-            Phase::Alive(_) => ComponentState::Starting,
-        }
     }
 }
 

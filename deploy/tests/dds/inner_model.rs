@@ -1,9 +1,9 @@
 //! The unchanged `inner_model.ddsl` over DDS and over ROS 2.
 
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use std::path::Path;
 
-fn up(middleware: &str, site: &Site) -> Ran {
+fn up(middleware: &str, site: &Site) -> CommandOutput {
     site.write_trees(&format!("{middleware} {{ domain 36; }}"));
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(["up", "--build", "--detach", "--profile", "dev"]);

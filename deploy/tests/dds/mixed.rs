@@ -4,7 +4,7 @@
 use crate::patrol::{assert_unchanged, of_user};
 use crate::{await_well, patrol::END, tools};
 use rc_record::bag::Info;
-use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_site::site::{CommandOutput, PATROL, Site};
 use rc_test_support::python;
 use std::path::Path;
 use std::process::Command;
@@ -30,7 +30,7 @@ fn place_patrol(name: &str) -> Site {
     site
 }
 
-fn up(site: &Site, domain: &str, more: &[&str]) -> Ran {
+fn up(site: &Site, domain: &str, more: &[&str]) -> CommandOutput {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(["up", "--build", "--detach", "--profile", "dev"]);
     command.args(more).arg(site.ddsl());

@@ -2,7 +2,7 @@
 //! recordings.
 
 use rc_test_site::racks::{self, RACK, Racks, json};
-use rc_test_site::site::{Ran, Running, Site};
+use rc_test_site::site::{CommandOutput, Running, Site};
 use rc_test_support::python;
 use rustix::process::{Signal, kill_process};
 use serde_json::Value;
@@ -49,7 +49,7 @@ impl Python {
         Some(Self { site, environment })
     }
 
-    fn rcdeploy(&self, args: &[&str]) -> Ran {
+    fn rcdeploy(&self, args: &[&str]) -> CommandOutput {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
         command.args(args);
         command.env("CARGO_NET_OFFLINE", "true");
@@ -58,7 +58,7 @@ impl Python {
     }
 
     /// Builds what the network needs, and starts it.
-    fn up(&self) -> Ran {
+    fn up(&self) -> CommandOutput {
         let file = self.site.ddsl().display().to_string();
         self.rcdeploy(&["up", "--build", "--detach", "--profile", "dev", &file])
     }

@@ -3,12 +3,12 @@
 
 use rc_record::bag::Info;
 use rc_test_site::recordings::count;
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use serde_json::Value;
 use std::path::Path;
 
 /// Runs rcdeploy where the network runs.
-fn tool(site: &Site, args: &[&str]) -> Ran {
+fn tool(site: &Site, args: &[&str]) -> CommandOutput {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(args);
     site.run(command)

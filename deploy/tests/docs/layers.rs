@@ -203,3 +203,32 @@ fn the_runtime_and_the_traits_name_no_middleware() {
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
+
+/// The crates of languages, and the languages that each knows.
+const LANGUAGES: [(&str, &[&str]); 7] = [
+    ("rc-idsl", &[]),
+    ("rc-pdsl", &[]),
+    ("rc-smdsl", &[]),
+    ("rc-prototypes", &["rc-idsl"]),
+    ("rc-cdsl", &["rc-idsl", "rc-prototypes"]),
+    ("rc-ddsl", &["rc-cdsl", "rc-idsl", "rc-prototypes"]),
+    ("graph-language", &[]),
+];
+
+#[test]
+fn languages_do_no_input_or_output_and_know_others_as_the_page_says() {
+    let crates = crates();
+    let reaches = ["fs::", "env::", "process::", "TcpStream", "UnixStream"];
+    let reaches = reaches.map(|part| format!("std::{part}"));
+    let does = |line: &str| reaches.iter().any(|part| line.contains(part));
+    let mut found = Vec::new();
+    for (name, known) in LANGUAGES {
+        let (folder, dependencies) = crates.get(name).unwrap_or_else(|| panic!("{name}"));
+        code(&Path::new(ROOT).join(folder).join("src"), &does, &mut found);
+        let is_language = |other: &&String| LANGUAGES.iter().any(|(name, _)| name == other);
+        let mut others: Vec<&String> = dependencies.iter().filter(is_language).collect();
+        others.sort();
+        assert_eq!(others, known, "{name}");
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}

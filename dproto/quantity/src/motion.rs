@@ -68,7 +68,7 @@ impl Transform {
         translation: [0.0; 3],
     };
 
-    /// The same transform, of numbers that are known.
+    /// This transform, of numbers that are known.
     #[must_use]
     pub fn constant<T: Real>(&self) -> Transform<T> {
         Transform {
@@ -112,7 +112,7 @@ impl Transform {
         }
     }
 
-    /// The same twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and
+    /// This twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and
     /// `v' = R v + t × R ω` (Lynch and Park, Modern Robotics, 3.3.2).
     #[must_use]
     pub fn twist(&self, twist: &Spatial) -> Spatial {
@@ -124,7 +124,7 @@ impl Transform {
         }
     }
 
-    /// The same wrench, in the other frame and at its origin: `f' = R f` and `τ' = R τ + t × R f`.
+    /// This wrench, in the other frame and at its origin: `f' = R f` and `τ' = R τ + t × R f`.
     /// Its power with a twist is the same in both frames.
     #[must_use]
     pub fn wrench(&self, wrench: &Spatial) -> Spatial {

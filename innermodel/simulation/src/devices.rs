@@ -1,10 +1,9 @@
 //! Devices of a scene.
 
 use crate::error::Error;
-use crate::world::World;
-use innermodel::Kind;
 use innermodel::kinds::Signal;
 use innermodel::slots::owner;
+use innermodel::{Kind, Snapshot};
 
 /// A sensor, an actuator or another device of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,89 +14,67 @@ pub struct Device {
     pub tag: &'static str,
 }
 
-impl World {
-    /// The sensors, bases, joints, batteries and people of the scene, in the order of the tree.
-    pub fn devices(&self) -> Vec<Device> {
-        let tree = self.tree();
-        let served = tree.nodes().filter(|node| {
-            let kind = node.kind();
-            kind.signal().is_some()
-                || matches!(
-                    kind,
-                    Kind::Robot(_)
-                        | Kind::Joint(_)
-                        | Kind::Prismatic(_)
-                        | Kind::Battery(_)
-                        | Kind::Human(_)
-                )
-        });
-        served
-            .map(|node| Device {
-                id: node.id().to_owned(),
-                tag: node.kind().tag(),
-            })
-            .collect()
-    }
+/// The sensors, bases, joints, batteries and people of a tree, in its order.
+pub(crate) fn all(tree: &Snapshot) -> Vec<Device> {
+    let served = tree.nodes().filter(|node| {
+        let kind = node.kind();
+        kind.signal().is_some()
+            || matches!(
+                kind,
+                Kind::Robot(_)
+                    | Kind::Joint(_)
+                    | Kind::Prismatic(_)
+                    | Kind::Battery(_)
+                    | Kind::Human(_)
+            )
+    });
+    served
+        .map(|node| Device {
+            id: node.id().to_owned(),
+            tag: node.kind().tag(),
+        })
+        .collect()
+}
 
-    /// The nodes of some kinds by what they belong to: see [`World::owner`]. In the order of the
-    /// tree.
-    pub fn groups(&self, tags: &[&str]) -> Vec<(String, Vec<String>)> {
-        let tree = self.tree();
-        let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-        for node in tree
-            .nodes()
-            .filter(|node| tags.contains(&node.kind().tag()))
-        {
-            let owner = owner(&tree, node);
-            match groups.iter_mut().find(|(id, _)| id == owner) {
-                Some((_, nodes)) => nodes.push(node.id().to_owned()),
-                None => groups.push((owner.to_owned(), vec![node.id().to_owned()])),
-            }
+/// The nodes of some kinds by their owners, in the order of the tree.
+pub(crate) fn groups(tree: &Snapshot, tags: &[&str]) -> Vec<(String, Vec<String>)> {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for node in tree
+        .nodes()
+        .filter(|node| tags.contains(&node.kind().tag()))
+    {
+        let owner = owner(tree, node);
+        match groups.iter_mut().find(|(id, _)| id == owner) {
+            Some((_, nodes)) => nodes.push(node.id().to_owned()),
+            None => groups.push((owner.to_owned(), vec![node.id().to_owned()])),
         }
-        groups
     }
+    groups
+}
 
-    /// The owner of a node: the robot above it, else the outermost node above it.
-    pub fn owner(&self, id: &str) -> Result<String, Error> {
-        let tree = self.tree();
-        let node = tree.node(id)?;
-        Ok(owner(&tree, node).to_owned())
-    }
+/// How a sensor measures.
+pub(crate) fn signal(tree: &Snapshot, id: &str) -> Result<Signal, Error> {
+    let node = tree.node(id)?;
+    let signal = node.kind().signal().cloned();
+    signal.ok_or_else(|| Error::other_kind(id, node.kind(), "sensor"))
+}
 
-    /// How a sensor measures.
-    pub fn signal(&self, id: &str) -> Result<Signal, Error> {
-        let tree = self.tree();
-        let node = tree.node(id)?;
-        let signal = node.kind().signal().cloned();
-        signal.ok_or_else(|| Error::other_kind(id, node.kind(), "sensor"))
+/// Refuses a signal with numbers that are not finite or negative, or a probability above 1.
+pub(crate) fn check_signal(id: &str, signal: &Signal) -> Result<(), Error> {
+    let Signal {
+        rate,
+        noise,
+        quantum,
+        dropout,
+        drift,
+        latency,
+    } = *signal;
+    let numbers = [rate, noise, quantum, dropout, drift, latency];
+    if numbers.iter().any(|n| !n.is_finite()) {
+        return Err(Error::not_finite("a number", id));
     }
-
-    /// How a sensor measures from its next frame on.
-    ///
-    /// # Errors
-    /// There is no such sensor, or a number is not finite, is negative, or is a probability above
-    /// 1.
-    pub fn set_signal(&mut self, id: &str, signal: Signal) -> Result<(), Error> {
-        let Signal {
-            rate,
-            noise,
-            quantum,
-            dropout,
-            drift,
-            latency,
-        } = signal;
-        let numbers = [rate, noise, quantum, dropout, drift, latency];
-        if numbers.iter().any(|n| !n.is_finite()) {
-            return Err(Error::not_finite("a number", id));
-        }
-        if numbers.iter().any(|n| *n < 0.0) || dropout > 1.0 {
-            return Err(Error::Signal(rc_diagnostics::foreign::clean(id)));
-        }
-        self.signal(id)?;
-        let mut kind = self.tree().node(id)?.kind().clone();
-        if let Some(known) = kind.signal_mut() {
-            *known = signal;
-        }
-        self.edit(|edit| edit.set_kind(id, kind))
+    if numbers.iter().any(|n| *n < 0.0) || dropout > 1.0 {
+        return Err(Error::Signal(rc_diagnostics::foreign::clean(id)));
     }
+    Ok(())
 }

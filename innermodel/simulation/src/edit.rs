@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::human;
 use crate::state::State;
 use crate::world::World;
-use innermodel::{Edit, Pose, Snapshot};
+use innermodel::{Edit, Snapshot};
 use innermodel_collision::Space;
 use rc_diagnostics::foreign::clean;
 use std::collections::BTreeSet;
@@ -44,7 +44,8 @@ impl World {
             Ok(result)
         })?;
         self.find_devices();
-        self.jump(&before);
+        let after = self.tree();
+        self.sensors.jump(&before, &after);
         self.follow();
         Ok(result)
     }
@@ -61,9 +62,9 @@ impl World {
         trial.change(self.state.time, &make)?;
         let after = trial.snapshot();
         self.follow();
-        let before = self.space.collisions().into_iter();
+        let before = self.bodies.space().collisions().into_iter();
         let before: BTreeSet<_> = before.map(|contact| (contact.a, contact.b)).collect();
-        let mut space = Space::clone(&self.space);
+        let mut space = Space::clone(self.bodies.space());
         space.update(&after);
         let new = space.collisions().into_iter().find(|contact| {
             let (a, b) = (contact.a, contact.b);
@@ -76,11 +77,6 @@ impl World {
             });
         }
         self.edit(make)
-    }
-
-    /// Puts a node to a place at once, whatever is in between. Odometry does not notice.
-    pub fn teleport(&mut self, id: &str, base: &str, pose: Pose) -> Result<(), Error> {
-        self.edit(|edit| edit.set_pose_in(id, base, pose))
     }
 
     /// The world as it is, to set it back later.
@@ -101,28 +97,14 @@ impl World {
             steps: self.state.steps,
             ..to.state.clone()
         };
-        self.is_space_present = false;
+        self.bodies.forget_place();
         self.follow();
         self.find_devices();
-        self.jump(&before);
+        let after = self.tree();
+        self.sensors.jump(&before, &after);
         // Forces stay as they are switched; bodies get their speeds back.
         if let (Some(own), Some(kept)) = (&mut self.dynamics, &to.dynamics) {
             *own = kept.duplicate();
-        }
-    }
-
-    /// Tells inertial sensors that a change has put them elsewhere: a place that jumps is no
-    /// acceleration.
-    fn jump(&mut self, before: &Snapshot) {
-        let tree = self.tree();
-        for (node, sensor) in &mut self.sensors {
-            let there = tree.node(*node).map(|node| node.to_root());
-            let was = before.node(*node).map(|node| node.to_root());
-            if let (Ok(there), Ok(was)) = (there, was)
-                && there != was
-            {
-                sensor.jump_to(&there);
-            }
         }
     }
 
@@ -137,9 +119,7 @@ impl World {
         // All digits of numbers are printed.
         format!("{:?}", self.state).hash(&mut hasher);
         (self.step, self.seed).hash(&mut hasher);
-        for (node, sensor) in &self.sensors {
-            (node, sensor.digest()).hash(&mut hasher);
-        }
+        self.sensors.hash_state(&mut hasher);
         let speeds = self.dynamics.as_ref().map(|dynamics| dynamics.digest());
         speeds.hash(&mut hasher);
         hasher.finish()

@@ -1,11 +1,13 @@
 //! How far a base gets in a step before it touches an obstacle.
 
+use crate::dynamics::Dynamics;
 use crate::error::Error;
 use crate::pose2d::{Motion, Speed};
-use crate::world::World;
-use innermodel::{Kind, NodeId, NodeRef, Transform};
-use innermodel_collision::Touching;
+use crate::problems::Problems;
+use innermodel::{Kind, NodeId, NodeRef, Snapshot, Transform};
+use innermodel_collision::{Space, Touching};
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// How often the last piece of a way to an obstacle is halved: the base stops within a micrometre.
 const HALVINGS: u32 = 24;
@@ -41,22 +43,43 @@ pub(crate) struct Pressed {
     places: (Transform, Transform),
 }
 
-impl World {
+/// What a base can touch in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings<'a> {
+    pub(crate) space: &'a Space,
+    pub(crate) tree: &'a Snapshot,
+    /// Bodies that forces move give way.
+    pub(crate) forces: Option<&'a dyn Dynamics>,
+    pub(crate) step: Duration,
+}
+
+/// Motions that obstacles prevented in the last steps of bases.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Obstacles(BTreeMap<NodeId, Vec<Pressed>>);
+
+impl Obstacles {
+    /// Forgets all of them: the scene has changed.
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
     /// Which part of a motion of one step is possible for a robot that is at `here` and starts at
     /// `from`, before it touches an obstacle, or gets deeper into one that it touches now.
     pub(crate) fn free_fraction(
         &mut self,
+        around: Surroundings<'_>,
         node: NodeId,
         here: &Transform,
         from: &Transform,
         speed: &Speed,
+        problems: &mut Problems,
     ) -> Result<Free, Error> {
-        if let Some(pair) = self.still_pressed(node, from, speed) {
+        if let Some(pair) = self.still_pressed(around, node, from, speed) {
             return Ok((0.0, Some(pair)));
         }
-        let found = self.search(node, here, from, speed)?;
+        let found = around.search(node, here, from, speed, problems)?;
         if let (0.0, Some(pair)) = found {
-            self.press(node, from, speed, pair)?;
+            self.press(around, node, from, speed, pair)?;
         }
         Ok(found)
     }
@@ -64,29 +87,30 @@ impl World {
     /// What prevents a motion, if it did so before and nothing has changed since.
     fn still_pressed(
         &self,
+        around: Surroundings<'_>,
         node: NodeId,
         from: &Transform,
         speed: &Speed,
     ) -> Option<(NodeId, NodeId)> {
-        let known = self.pressed.get(&node)?.iter();
+        let known = self.0.get(&node)?.iter();
         let pressed = known
             .filter(|known| known.from == *from && known.speed == *speed)
-            .find(|known| self.places(known.pair).is_ok_and(|at| at == known.places))?;
-        let forces = self.dynamics.as_deref();
-        let gives_way = forces.is_some_and(|forces| forces.moves(pressed.pair.1));
+            .find(|known| around.places(known.pair).is_ok_and(|at| at == known.places))?;
+        let gives_way = around.gives_way(pressed.pair.1);
         (!gives_way).then_some(pressed.pair)
     }
 
     /// Keeps that an obstacle prevents a motion.
     fn press(
         &mut self,
+        around: Surroundings<'_>,
         node: NodeId,
         from: &Transform,
         speed: &Speed,
         pair: (NodeId, NodeId),
     ) -> Result<(), Error> {
-        let places = self.places(pair)?;
-        let known = self.pressed.entry(node).or_default();
+        let places = around.places(pair)?;
+        let known = self.0.entry(node).or_default();
         // A step has two motions: the way, and a turn where it ended.
         known.truncate(1);
         known.insert(
@@ -100,32 +124,37 @@ impl World {
         );
         Ok(())
     }
+}
+
+impl Surroundings<'_> {
+    /// Whether forces move a body.
+    fn gives_way(&self, body: NodeId) -> bool {
+        self.forces.is_some_and(|forces| forces.moves(body))
+    }
 
     fn places(&self, (body, other): (NodeId, NodeId)) -> Result<(Transform, Transform), Error> {
-        let tree = self.tree();
+        let tree = self.tree;
         Ok((tree.node(body)?.to_root(), tree.node(other)?.to_root()))
     }
 
     fn search(
-        &mut self,
+        &self,
         node: NodeId,
         here: &Transform,
         from: &Transform,
         speed: &Speed,
+        problems: &mut Problems,
     ) -> Result<Free, Error> {
-        let (way, pieces, last) = self.pieces(node, speed)?;
-        let space = self.space();
+        let (way, pieces, last) = self.pieces(node, speed, problems)?;
+        let (space, tree) = (self.space, self.tree);
         let seconds = self.step.as_secs_f64();
         let back = here.inverse();
-        let tree = self.tree();
         // A bumper gives way.
         let counts = |body: NodeId, _| {
             let body = tree.node(body).ok();
             let mut above = std::iter::successors(body, NodeRef::parent);
             !above.any(|node| matches!(node.kind(), Kind::TouchSensor(_)))
         };
-        let forces = self.dynamics.as_deref();
-        let gives_way = |body: NodeId| forces.is_some_and(|forces| forces.moves(body));
         let touching = |motion: &Transform| {
             #[cfg(test)]
             tests::SEARCHES.with(|count| count.set(count.get() + 1));
@@ -141,7 +170,7 @@ impl World {
             .into_iter()
             .map(|t| {
                 let most = match t.depth {
-                    Some(depth) if depth > PRESSED || !gives_way(t.other) => {
+                    Some(depth) if depth > PRESSED || !self.gives_way(t.other) => {
                         TOLERANCE.max(depth + ROUNDING)
                     }
                     _ => f64::INFINITY,
@@ -151,7 +180,7 @@ impl World {
             .collect();
         let stops = |t: &Touching| match known.get(&(t.body, t.other)) {
             Some(most) => t.depth.unwrap_or(f64::MAX) > *most,
-            None => t.depth.unwrap_or(f64::MAX) > TOLERANCE && !gives_way(t.other),
+            None => t.depth.unwrap_or(f64::MAX) > TOLERANCE && !self.gives_way(t.other),
         };
         let new = |part: f64| -> Result<Option<(NodeId, NodeId)>, Error> {
             let stopping = touched(part)?.into_iter().find(stops);
@@ -185,8 +214,13 @@ impl World {
     /// Into how many pieces a motion is cut, so that no body of a robot jumps over another one, and
     /// which part of the motion they are: all of it, if the robot is not too fast for the step.
     /// First, the way of the body that moves most, in millimetres.
-    fn pieces(&mut self, node: NodeId, speed: &Speed) -> Result<(f64, u32, f64), Error> {
-        let space = self.space();
+    fn pieces(
+        &self,
+        node: NodeId,
+        speed: &Speed,
+        problems: &mut Problems,
+    ) -> Result<(f64, u32, f64), Error> {
+        let space = self.space;
         let (half, reach) = (space.half_thickness(node)?, space.reach(node)?);
         let seconds = self.step.as_secs_f64();
         let turn = speed.turn.abs() * seconds;
@@ -200,8 +234,8 @@ impl World {
         if pieces <= MOST_PIECES {
             return Ok((way, pieces as u32, 1.0));
         }
-        let id = self.id_of(node).unwrap_or_default();
-        self.report(format!(
+        let id = self.tree.node(node).map_or("", |node| node.id());
+        problems.add(format!(
             "`{id}` is too fast for steps of {:?}: its bodies move by at most {:.0} mm in one",
             self.step,
             MOST_PIECES * half
@@ -213,9 +247,9 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::World;
     use innermodel::{InnerModel, Pose};
     use std::cell::Cell;
-    use std::time::Duration;
 
     thread_local! {
         /// Searches for contacts by this thread.

@@ -26,28 +26,31 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod base;
-mod battery;
+mod bases;
+mod batteries;
+mod bodies;
+mod commands;
 mod devices;
 mod dynamics;
 mod edit;
 mod error;
-mod forces;
 mod frames;
 mod free_path;
 mod human;
 mod imu;
 mod imu_integrator;
 mod measure;
-mod motor;
+mod motors;
 mod people;
-mod picture;
+mod pictures;
 mod pose2d;
 mod predict;
+mod problems;
 mod random;
 mod ranges;
 mod schedule;
 mod sensor_noise;
+mod sensors;
 mod state;
 mod step;
 mod touch;

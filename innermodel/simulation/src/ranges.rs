@@ -1,16 +1,15 @@
 //! Sensors that measure ranges by rays.
 
-use crate::battery::robot_of;
+use crate::batteries::robot_of;
 use crate::error::Error;
-use crate::frames::{Cloud, CloudPoint, Range, Scan};
-use crate::schedule::{Frame, Measured};
+use crate::frames::{CloudPoint, Range};
+use crate::random::Random;
+use crate::schedule::Frame;
 use crate::sensor_noise::SensorNoise;
-use crate::world::World;
 use innermodel::kinds::{Laser, Lidar, Ultrasound};
-use innermodel::{Kind, NodeId, NodeRef, Point, Vector};
+use innermodel::{NodeId, NodeRef, Point, Vector};
 use innermodel_collision::Space;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 /// The most points of one frame.
 const MOST_POINTS: u64 = 4_000_000;
@@ -63,146 +62,102 @@ fn check(id: &str, values: u64) -> Result<(), Error> {
     })
 }
 
-impl World {
-    /// The last frame of a `laser` or an `ultrasound`.
-    pub fn scan(&mut self, id: &str) -> Result<Arc<Scan>, Error> {
-        let (node, frame) = match self.frame(id)? {
-            (_, _, Some(Measured::Scan(scan))) => return Ok(scan),
-            (node, frame, _) => (node, frame),
-        };
-        let tree = Arc::clone(&frame.tree);
-        let here = tree.node(node)?;
-        let ranges = match here.kind() {
-            Kind::Laser(laser) => self.laser(&here, laser, &frame)?,
-            Kind::Ultrasound(sonar) => self.ultrasound(&here, sonar, &frame)?,
-            kind => return Err(Error::other_kind(id, kind, "laser or ultrasound sensor")),
-        };
-        let scan = Arc::new(Scan {
-            number: frame.number,
-            time: frame.time,
-            ranges,
-        });
-        self.keep(node, Measured::Scan(Arc::clone(&scan)));
-        Ok(scan)
-    }
+/// The ranges of a laser. `space` has the bodies as they were in the frame.
+pub(crate) fn laser(
+    space: &Space,
+    node: NodeRef<'_>,
+    laser: &Laser,
+    frame: &Frame,
+    random: Random,
+) -> Result<Vec<Range>, Error> {
+    check(node.id(), u64::from(laser.measures))?;
+    let own = OwnBodies::of(node, space);
+    let caster = space.caster(node.node_id())?;
+    let mut errors = SensorNoise::new(&laser.signal, random, frame.bias[0]);
+    let angles = innermodel::sensors::laser_angles(laser);
+    Ok(angles
+        .map(|angle| {
+            let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(b));
+            // A ray without an echo takes random numbers, too: what it meets changes no other
+            // ray.
+            let measured = errors.measure(hit.map_or(laser.max, |(_, distance)| distance));
+            let distance = hit
+                .and(measured)
+                .map_or(laser.max, |d| d.max(laser.min).min(laser.max));
+            Range { angle, distance }
+        })
+        .collect())
+}
 
-    /// The last frame of a `lidar`.
-    pub fn cloud(&mut self, id: &str) -> Result<Arc<Cloud>, Error> {
-        let (node, frame) = match self.frame(id)? {
-            (_, _, Some(Measured::Cloud(cloud))) => return Ok(cloud),
-            (node, frame, _) => (node, frame),
-        };
-        let tree = Arc::clone(&frame.tree);
-        let here = tree.node(node)?;
-        let Kind::Lidar(lidar) = here.kind() else {
-            return Err(Error::other_kind(id, here.kind(), "lidar"));
-        };
-        let cloud = Arc::new(Cloud {
-            number: frame.number,
-            time: frame.time,
-            points: self.lidar(&here, lidar, &frame)?,
-        });
-        self.keep(node, Measured::Cloud(Arc::clone(&cloud)));
-        Ok(cloud)
-    }
+/// The one range of an ultrasound sensor, as [`laser`].
+pub(crate) fn ultrasound(
+    space: &Space,
+    node: NodeRef<'_>,
+    sonar: &Ultrasound,
+    frame: &Frame,
+    random: Random,
+) -> Result<Vec<Range>, Error> {
+    let own = OwnBodies::of(node, space);
+    let caster = space.caster(node.node_id())?;
+    let cast = |turn: [f64; 2]| {
+        let (sin, cos) = turn[0].hypot(turn[1]).sin_cos();
+        let (up, right) = turn[1].atan2(turn[0]).sin_cos();
+        let ray = Vector::new(sin * right, sin * up, cos);
+        let hit = caster.cast(&ray, sonar.max, &|b| !own.contains(b));
+        hit.map(|(_, distance)| distance)
+    };
+    let nearest = nearest_in_cone(sonar.angle / 2.0, cast);
+    let mut errors = SensorNoise::new(&sonar.signal, random, frame.bias[0]);
+    let measured = nearest.and_then(|distance| errors.measure(distance));
+    let distance = measured.map_or(sonar.max, |d| d.max(sonar.min).min(sonar.max));
+    Ok(vec![Range {
+        angle: 0.0,
+        distance,
+    }])
+}
 
-    fn laser(
-        &mut self,
-        node: &NodeRef<'_>,
-        laser: &Laser,
-        frame: &Frame,
-    ) -> Result<Vec<Range>, Error> {
-        check(node.id(), u64::from(laser.measures))?;
-        let random = self.random(node.id(), frame.number);
-        let space = self.space_at(&frame.tree);
-        let own = OwnBodies::of(*node, space);
-        let caster = space.caster(node.node_id())?;
-        let mut errors = SensorNoise::new(&laser.signal, random, frame.bias[0]);
-        let angles = innermodel::sensors::laser_angles(laser);
-        Ok(angles
-            .map(|angle| {
-                let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(b));
-                // A ray without an echo takes random numbers, too: what it meets changes no other
-                // ray.
-                let measured = errors.measure(hit.map_or(laser.max, |(_, distance)| distance));
-                let distance = hit
-                    .and(measured)
-                    .map_or(laser.max, |d| d.max(laser.min).min(laser.max));
-                Range { angle, distance }
-            })
-            .collect())
+/// The points of a lidar, as [`laser`].
+pub(crate) fn lidar(
+    space: &Space,
+    node: NodeRef<'_>,
+    lidar: &Lidar,
+    frame: &Frame,
+    random: Random,
+) -> Result<Vec<CloudPoint>, Error> {
+    if lidar.measures == 0 {
+        return Ok(Vec::new());
     }
-
-    fn ultrasound(
-        &mut self,
-        node: &NodeRef<'_>,
-        sonar: &Ultrasound,
-        frame: &Frame,
-    ) -> Result<Vec<Range>, Error> {
-        let random = self.random(node.id(), frame.number);
-        let space = self.space_at(&frame.tree);
-        let own = OwnBodies::of(*node, space);
-        let caster = space.caster(node.node_id())?;
-        let cast = |turn: [f64; 2]| {
-            let (sin, cos) = turn[0].hypot(turn[1]).sin_cos();
-            let (up, right) = turn[1].atan2(turn[0]).sin_cos();
-            let ray = Vector::new(sin * right, sin * up, cos);
-            let hit = caster.cast(&ray, sonar.max, &|b| !own.contains(b));
-            hit.map(|(_, distance)| distance)
-        };
-        let nearest = nearest_in_cone(sonar.angle / 2.0, cast);
-        let mut errors = SensorNoise::new(&sonar.signal, random, frame.bias[0]);
-        let measured = nearest.and_then(|distance| errors.measure(distance));
-        let distance = measured.map_or(sonar.max, |d| d.max(sonar.min).min(sonar.max));
-        Ok(vec![Range {
-            angle: 0.0,
-            distance,
-        }])
-    }
-
-    fn lidar(
-        &mut self,
-        node: &NodeRef<'_>,
-        lidar: &Lidar,
-        frame: &Frame,
-    ) -> Result<Vec<CloudPoint>, Error> {
-        if lidar.measures == 0 {
-            return Ok(Vec::new());
-        }
-        let values = u64::from(lidar.measures) * u64::from(lidar.rings);
-        check(node.id(), values)?;
-        let random = self.random(node.id(), frame.number);
-        let space = self.space_at(&frame.tree);
-        let own = OwnBodies::of(*node, space);
-        let caster = space.caster(node.node_id())?;
-        let mut errors = SensorNoise::new(&lidar.signal, random, frame.bias[0]);
-        let mut points = Vec::new();
-        for ring in 0..lidar.rings {
-            let part = f64::from(ring) / f64::from(lidar.rings.saturating_sub(1).max(1));
-            let elevation = lidar.low + (lidar.high - lidar.low) * part;
-            for azimuth in ring_angles(lidar) {
-                let way = direction(azimuth, elevation);
-                let hit = caster.cast(&way, lidar.max, &|b| !own.contains(b));
-                // A ray without an echo takes random numbers, too.
-                let measured = errors.measure(hit.map_or(lidar.max, |(_, distance)| distance));
-                let (Some((met, _)), Some(distance)) = (hit, measured) else {
-                    continue;
-                };
-                if distance < lidar.min || distance > lidar.max {
-                    continue;
-                }
-                points.push(CloudPoint {
-                    point: Point::from(way * distance),
-                    azimuth,
-                    elevation,
-                    distance,
-                    node: met,
-                    ring,
-                });
+    let values = u64::from(lidar.measures) * u64::from(lidar.rings);
+    check(node.id(), values)?;
+    let own = OwnBodies::of(node, space);
+    let caster = space.caster(node.node_id())?;
+    let mut errors = SensorNoise::new(&lidar.signal, random, frame.bias[0]);
+    let mut points = Vec::new();
+    for ring in 0..lidar.rings {
+        let part = f64::from(ring) / f64::from(lidar.rings.saturating_sub(1).max(1));
+        let elevation = lidar.low + (lidar.high - lidar.low) * part;
+        for azimuth in ring_angles(lidar) {
+            let way = direction(azimuth, elevation);
+            let hit = caster.cast(&way, lidar.max, &|b| !own.contains(b));
+            // A ray without an echo takes random numbers, too.
+            let measured = errors.measure(hit.map_or(lidar.max, |(_, distance)| distance));
+            let (Some((met, _)), Some(distance)) = (hit, measured) else {
+                continue;
+            };
+            if distance < lidar.min || distance > lidar.max {
+                continue;
             }
+            points.push(CloudPoint {
+                point: Point::from(way * distance),
+                azimuth,
+                elevation,
+                distance,
+                node: met,
+                ring,
+            });
         }
-        Ok(points)
     }
+    Ok(points)
 }
 
 /// The shortest distance in a cone about z: the nearest of some rays, and from it the nearest

@@ -1,9 +1,11 @@
 //! State that changes with time, besides the tree.
 
-use crate::human::Walk;
+use crate::bases::Bases;
+use crate::batteries::Batteries;
+use crate::motors::Motors;
+use crate::people::People;
 use crate::pose2d::{Pose2D, Speed};
-use innermodel::NodeId;
-use std::collections::BTreeMap;
+use innermodel::{NodeId, Snapshot};
 use std::time::Duration;
 
 /// State that changes with time, besides the tree.
@@ -11,10 +13,26 @@ use std::time::Duration;
 pub(crate) struct State {
     pub(crate) time: Duration,
     pub(crate) steps: u64,
-    pub(crate) bases: BTreeMap<NodeId, BaseState>,
-    pub(crate) motors: BTreeMap<NodeId, MotorState>,
-    pub(crate) batteries: BTreeMap<NodeId, BatteryState>,
-    pub(crate) people: BTreeMap<NodeId, Walk>,
+    pub(crate) bases: Bases,
+    pub(crate) motors: Motors,
+    pub(crate) batteries: Batteries,
+    pub(crate) people: People,
+}
+
+impl State {
+    /// Makes the state of devices that are new, and drops that of devices that are gone.
+    pub(crate) fn find_devices(&mut self, tree: &Snapshot) {
+        for node in tree.nodes() {
+            self.bases.notice(node);
+            self.motors.notice(node);
+            self.batteries.notice(node);
+            self.people.notice(node);
+        }
+        self.bases.drop_removed(tree);
+        self.motors.drop_removed(tree);
+        self.batteries.drop_removed(tree);
+        self.people.drop_removed(tree);
+    }
 }
 
 /// State of a base.

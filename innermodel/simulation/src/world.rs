@@ -1,26 +1,21 @@
 //! The world: a tree, what moves in it, and what measures.
 
+use crate::bodies::Bodies;
 use crate::dynamics::Dynamics;
 use crate::error::Error;
-use crate::free_path::Pressed;
+use crate::free_path::Obstacles;
 use crate::human;
-use crate::imu_integrator::ImuIntegrator;
-use crate::pose2d::Pose2D;
-use crate::schedule::Sensor;
-use crate::state::{BaseState, BatteryState, MotorState, State};
-use innermodel::{Edit, InnerModel, Keep, Kind, NodeId, Snapshot, Vector};
-use innermodel_collision::Space;
-use innermodel_render::Scene;
-use rc_diagnostics::foreign::clean;
-use std::collections::{BTreeMap, BTreeSet};
+use crate::pictures::Pictures;
+use crate::problems::Problems;
+use crate::sensors::Sensors;
+use crate::state::State;
+use innermodel::{Edit, InnerModel, Keep, NodeId, Snapshot};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// The shortest and the longest step.
 const STEPS: std::ops::RangeInclusive<Duration> =
     Duration::from_micros(10)..=Duration::from_secs(1);
-/// The direction to the light of all cameras, in the root: from above, to the left and behind.
-const LIGHT: [f64; 3] = [-0.4, 1.0, -0.3];
 
 /// Nothing asks for the past.
 const NO_PAST: Keep = Keep {
@@ -28,8 +23,6 @@ const NO_PAST: Keep = Keep {
     duration: Duration::from_secs(10),
     gap: Duration::from_secs(1),
 };
-/// The most problems that wait for [`World::problems`].
-const MOST_PROBLEMS: usize = 100;
 
 /// A world that moves by fixed steps of simulated time.
 ///
@@ -39,37 +32,34 @@ const MOST_PROBLEMS: usize = 100;
 #[derive(Debug)]
 pub struct World {
     pub(crate) model: Arc<InnerModel>,
-    pub(crate) space: Arc<Space>,
-    /// Whether `space` has the bodies where they are at present.
-    pub(crate) is_space_present: bool,
-    pub(crate) scene: Scene,
+    pub(crate) bodies: Bodies,
+    pub(crate) pictures: Pictures,
     pub(crate) step: Duration,
     pub(crate) seed: u64,
     pub(crate) state: State,
-    pub(crate) sensors: BTreeMap<NodeId, Sensor>,
+    pub(crate) sensors: Sensors,
     pub(crate) dynamics: Option<Box<dyn Dynamics>>,
-    /// Motions that obstacles prevented in the last steps of bases. A change of the scene forgets
-    /// them.
-    pub(crate) pressed: BTreeMap<NodeId, Vec<Pressed>>,
-    problems: Vec<String>,
+    pub(crate) obstacles: Obstacles,
+    pub(crate) problems: Problems,
 }
 
 impl Clone for World {
     fn clone(&self) -> Self {
         let model = self.model.fork();
         model.keep(NO_PAST);
+        let mut bodies = self.bodies.clone();
+        bodies.forget_place();
         Self {
             model: Arc::new(model),
-            space: Arc::clone(&self.space),
-            is_space_present: false,
-            scene: self.scene.clone(),
+            bodies,
+            pictures: self.pictures.clone(),
             step: self.step,
             seed: self.seed,
             state: self.state.clone(),
             sensors: self.sensors.clone(),
             dynamics: self.dynamics.as_ref().map(|dynamics| dynamics.duplicate()),
-            pressed: self.pressed.clone(),
-            problems: Vec::new(),
+            obstacles: self.obstacles.clone(),
+            problems: Problems::default(),
         }
     }
 }
@@ -92,23 +82,19 @@ impl World {
         }
         model.change(Duration::ZERO, human::add_skeletons)?;
         model.keep(NO_PAST);
-        let space = Space::new(&model.snapshot());
-        let mut scene = Scene::new();
-        scene.set_light(Some(Vector::from(LIGHT)));
+        let mut problems = Problems::default();
         let mut world = Self {
+            bodies: Bodies::new(&model.snapshot(), &mut problems),
             model,
-            space: Arc::new(space),
-            is_space_present: true,
-            scene,
+            pictures: Pictures::new(),
             step,
             seed,
             state: State::default(),
-            sensors: BTreeMap::new(),
+            sensors: Sensors::default(),
             dynamics: None,
-            pressed: BTreeMap::new(),
-            problems: Vec::new(),
+            obstacles: Obstacles::default(),
+            problems,
         };
-        world.report_bodies();
         world.find_devices();
         Ok(world)
     }
@@ -141,34 +127,7 @@ impl World {
     /// Takes the problems since the last call, such as bodies whose meshes cannot be read. At most
     /// 100 wait.
     pub fn problems(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.problems)
-    }
-
-    /// Adds a problem, if it does not wait already.
-    pub(crate) fn report(&mut self, problem: String) {
-        if self.problems.len() < MOST_PROBLEMS && !self.problems.contains(&problem) {
-            self.problems.push(problem);
-        }
-    }
-
-    /// Changes of many nodes by the world itself: one that is refused, such as a place that would
-    /// be infinite, is reported, and the others are made.
-    pub(crate) fn change_each<T>(
-        &mut self,
-        all: &[T],
-        make: impl Fn(&mut Edit, &T) -> Result<(), innermodel::Error>,
-    ) {
-        if self
-            .change(|edit| all.iter().try_for_each(|one| make(edit, one)))
-            .is_ok()
-        {
-            return;
-        }
-        for one in all {
-            if let Err(error) = self.change(|edit| make(edit, one)) {
-                self.report(format!("something cannot move: {error}"));
-            }
-        }
+        self.problems.take()
     }
 
     /// A change by the world itself.
@@ -182,88 +141,22 @@ impl World {
     /// Moves the bodies to where the present version has them.
     pub(crate) fn follow(&mut self) {
         let tree = self.tree();
-        if !self.is_space_present || self.space.tree().version() != tree.version() {
-            std::sync::Arc::make_mut(&mut self.space).update(&tree);
-            self.is_space_present = true;
-            self.report_bodies();
-        }
-    }
-
-    /// Tells which meshes have given no body.
-    pub(crate) fn report_bodies(&mut self) {
-        let space = std::sync::Arc::make_mut(&mut self.space);
-        for problem in space.problems() {
-            let (id, error) = (clean(&problem.id), clean(&problem.error.to_string()));
-            self.report(format!("`{id}` has no body: {error}"));
-        }
-    }
-
-    /// The bodies at present.
-    pub(crate) fn space(&self) -> &innermodel_collision::Space {
-        &self.space
+        self.bodies.follow(&tree, &mut self.problems);
     }
 
     /// Makes the state of devices that are new, and drops that of devices that are gone.
     pub(crate) fn find_devices(&mut self) {
-        self.pressed.clear();
+        self.obstacles.clear();
         let tree = self.tree();
-        let mut there: BTreeSet<NodeId> = BTreeSet::new();
-        let mut problems: Vec<String> = Vec::new();
-        for node in tree.nodes() {
-            let id = node.node_id();
-            let kind = node.kind();
-            if let Some(signal) = kind.signal() {
-                let (time, tree) = (self.state.time, Arc::clone(&tree));
-                // At the start, all stands.
-                let speed = (self.state.steps == 0).then(Vector::zeros);
-                let track = || ImuIntegrator::new(node.to_root(), speed);
-                let track = matches!(kind, Kind::Imu(_)).then(track);
-                let sensor = self.sensors.entry(id);
-                let sensor = sensor.or_insert_with(|| Sensor::new(signal, time, tree, track));
-                let found = sensor.check(signal, self.step);
-                problems.extend(
-                    found
-                        .into_iter()
-                        .map(|text| format!("`{}`: {text}", node.id())),
-                );
-                there.insert(id);
-            }
-            match kind {
-                Kind::Robot(_) => {
-                    let place = Pose2D::of(&node.to_root());
-                    self.state.bases.entry(id).or_insert_with(|| BaseState {
-                        odometer: place,
-                        corrected: place,
-                        ..BaseState::default()
-                    });
-                }
-                Kind::Joint(_) | Kind::Prismatic(_) => {
-                    self.state.motors.entry(id).or_insert_with(|| MotorState {
-                        position: node.position().unwrap_or_default(),
-                        ..MotorState::default()
-                    });
-                }
-                Kind::Battery(battery) => {
-                    let full = BatteryState {
-                        level: battery.level,
-                        is_connected: true,
-                    };
-                    self.state.batteries.entry(id).or_insert(full);
-                }
-                Kind::Human(_) => {
-                    self.state.people.entry(id).or_default();
-                }
-                _ => continue,
-            }
-            there.insert(id);
-        }
-        problems
-            .into_iter()
-            .for_each(|problem| self.report(problem));
-        self.sensors.retain(|node, _| there.contains(node));
-        self.state.bases.retain(|node, _| there.contains(node));
-        self.state.motors.retain(|node, _| there.contains(node));
-        self.state.batteries.retain(|node, _| there.contains(node));
-        self.state.people.retain(|node, _| there.contains(node));
+        let times = (self.state.time, self.step);
+        let is_start = self.state.steps == 0;
+        let problems = &mut self.problems;
+        self.sensors.find(&tree, times, is_start, problems);
+        self.state.find_devices(&tree);
+    }
+
+    /// The id of a node that is there.
+    pub fn id_of(&self, node: NodeId) -> Option<String> {
+        Some(self.tree().node(node).ok()?.id().to_owned())
     }
 }

@@ -27,7 +27,7 @@ pub use innermodel;
 pub use input::{Input, Key, Modifiers, Pixel, ViewerAction};
 pub use navigator::{Navigator, scene};
 pub use overlay::{Marks, draw};
-pub use remote_view::{Picture, Steered, Wish, watch};
+pub use remote_view::{Picture, PictureRequest, Steered, watch};
 pub use tree_view::{Options, TreeView, run};
 pub use viewer::{Viewer, parameter_tree, reach};
 pub use viewpoint::{Viewpoint, ViewpointError};

@@ -4,7 +4,7 @@
 use crate::command_line::{Failure, Live};
 use innermodel::{Folders, InnerModel, Point, Vector};
 use innermodel_render::{Scene, View};
-use innermodel_viewer::{Navigator, Picture, Steered, Viewpoint, Wish, watch};
+use innermodel_viewer::{Navigator, Picture, PictureRequest, Steered, Viewpoint, watch};
 use rc_diagnostics::foreign::clean;
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -34,7 +34,7 @@ pub(crate) fn show(live: &Live) -> Result<(), Failure> {
     };
     let title = format!("{} – rcview", clean(&live.network.to_string_lossy()));
     let asked = live.clone();
-    let ask = move |wish: &Wish| {
+    let ask = move |wish: &PictureRequest| {
         let drawn = draw(&asked, Some(wish.size), wish.view.as_ref(), Stdio::null());
         let bytes = drawn.map_err(|failure| failure.text().to_owned())?;
         Picture::of_png(&bytes)

@@ -53,7 +53,7 @@ impl Picture {
 
 /// What a picture is to show.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wish {
+pub struct PictureRequest {
     /// Its size in pixels.
     pub size: (usize, usize),
     /// The camera of the user. Without one, the other process chooses.
@@ -72,7 +72,7 @@ pub struct Steered {
 
 /// What both threads know.
 struct Shared {
-    wish: Wish,
+    wish: PictureRequest,
     newest: Result<Picture, String>,
     /// How many pictures there were.
     number: u64,
@@ -87,13 +87,13 @@ pub fn watch(
     size: (u16, u16),
     first: Picture,
     steered: Option<Steered>,
-    ask: impl Fn(&Wish) -> Result<Picture, String> + Send + 'static,
+    ask: impl Fn(&PictureRequest) -> Result<Picture, String> + Send + 'static,
 ) -> Result<(), WindowError> {
     let pixels = (size.0.into(), size.1.into());
     let sees_all = steered.as_ref().is_some_and(|steered| steered.sees_all);
     let navigator = steered.map(|steered| steered.navigator);
     let begin = navigator.as_ref().filter(|_| sees_all);
-    let wish = Wish {
+    let wish = PictureRequest {
         size: pixels,
         view: begin.map(|navigator| navigator.view(pixels.0, pixels.1)),
     };
@@ -129,7 +129,7 @@ fn locked(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
 
 fn keep_asking(
     (shared, wakes): &(Mutex<Shared>, Condvar),
-    ask: impl Fn(&Wish) -> Result<Picture, String>,
+    ask: impl Fn(&PictureRequest) -> Result<Picture, String>,
 ) {
     loop {
         let wish = locked(shared).wish.clone();
@@ -169,7 +169,7 @@ impl RemoteView {
         self.size = Some(size);
         let steering = self.steering.as_ref().filter(|_| self.is_steered);
         let view = steering.map(|steering| steering.navigator.view(size.0, size.1));
-        locked(&self.shared.0).wish = Wish { size, view };
+        locked(&self.shared.0).wish = PictureRequest { size, view };
     }
 }
 

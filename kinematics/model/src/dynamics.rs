@@ -213,7 +213,7 @@ impl<T: Real> Composite<T> {
         }
     }
 
-    /// The same mass, seen from the frame in which its own one is at `place`.
+    /// This mass, seen from the frame in which its own one is at `place`.
     fn seen(&self, place: &Transform<T>) -> Self {
         let turn = &place.rotation;
         let moment = turned(turn, self.moment);

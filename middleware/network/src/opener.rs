@@ -19,7 +19,7 @@ const LONGEST_LOOK: Duration = Duration::from_millis(32);
 
 /// Limits of waiting for peers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Patience {
+pub(crate) struct PeerLimits {
     /// How long a component waits, in all, for endpoints on this machine that discovery does not
     /// find.
     pub(crate) local: Duration,
@@ -48,7 +48,7 @@ impl Opener {
         environment: &Environment,
         folder: &Path,
         domain: u32,
-        patience: Patience,
+        patience: PeerLimits,
     ) -> Self {
         Self {
             registry: LocalRegistry::new(folder, domain),

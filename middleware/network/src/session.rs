@@ -2,7 +2,7 @@
 
 use crate::configuration::Joining;
 use crate::entities::WatchedEndpoint;
-use crate::opener::{Opener, Patience};
+use crate::opener::{Opener, PeerLimits};
 use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
 use crate::{EndpointInfo, EndpointKind, EndpointState, report, udp};
 use rc_ddsc::{Discovery, Domain, Event, Listener, Participant, Qos, Writer};
@@ -14,7 +14,7 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-const PATIENCE: Patience = Patience {
+const PATIENCE: PeerLimits = PeerLimits {
     local: Duration::from_secs(3),
     remote: Duration::from_millis(300),
 };

@@ -1,24 +1,25 @@
 //! The network of prototypes: which of them convert into each other by one step, and the cheapest
 //! way between two of them.
 
+mod notes;
+
 use crate::covariance;
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::plan::{Cost, Kind, Plan, Step};
 use crate::refusal::Refusal;
 use crate::rotation;
-use crate::shape::{MOST, Shape, Shapes, Value};
+use crate::shape::{MOST, Shape, Shapes};
 use crate::values::Notes;
+use notes::{Chain, keeps_axes, numbers, taken_axes};
+use rc_formula::Program;
 use rc_formula::is_reserved;
-use rc_formula::{Program, fits};
 use rc_formula::{Recorder, Term};
 use rc_prototypes::model::{Content, Library, Part, Prototype};
-use rc_prototypes::semantic;
-use rc_quantity::Axes;
 use rc_vocabulary::Primitive;
 use std::cell::RefCell;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
 use std::rc::Rc;
 
 /// The prototypes of a library.
@@ -414,104 +415,6 @@ impl<'l> Network<'l> {
         }
     }
 
-    /// Whether two prototypes may convert: they and their parts mean the same, in the same frames.
-    fn agree(&self, one: &'l Prototype, other: &'l Prototype) -> Result<(), Refusal> {
-        let mut pairs = Vec::new();
-        self.pairs(&[one], &[other], &mut pairs);
-        for (from, to) in &pairs {
-            let (Some(one), Some(other)) = (from.first(), to.first()) else {
-                continue;
-            };
-            let meaning = (&one.domain, &one.semantic) == (&other.domain, &other.semantic);
-            if from.len() == to.len() && !meaning {
-                return Err(Refusal::Meaning(
-                    one.semantic.clone(),
-                    other.semantic.clone(),
-                ));
-            }
-            for end in ["of", "with_respect_to"] {
-                if let Some((one, other)) = frame(from, end).zip(frame(to, end))
-                    && one != other
-                {
-                    return Err(Refusal::Frame(end.to_owned(), one, other));
-                }
-            }
-            if one.sequence.is_some() != other.sequence.is_some() {
-                return Err(Refusal::Sequence);
-            }
-        }
-        Ok(())
-    }
-
-    /// What a step loses that is no number of it, of both prototypes and, if `deep`, of their parts.
-    fn notes(&self, from: &str, to: &str, deep: bool) -> Result<Notes, Refusal> {
-        let mut notes = Notes::default();
-        let mut pairs = Vec::new();
-        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
-        self.pairs(&[one], &[other], &mut pairs);
-        if !deep {
-            pairs.truncate(1);
-        }
-        if deep {
-            // The functions take and give float64.
-            for (name, end) in [(from, "of the input"), (to, "of the output")] {
-                let values = self.shape(name)?.values();
-                let is_wide = |value: &&Value| {
-                    value.number.limits().is_some() && !fits(value.number, Primitive::F64)
-                };
-                if values.iter().any(is_wide) {
-                    notes.lose(
-                        format!("float64 {end} above 2^53"),
-                        Bound::Relative(f64::powi(2.0, -53)),
-                    );
-                }
-            }
-        }
-        let mut parts = BTreeSet::new();
-        for (from, to) in &pairs {
-            let (Some(one), Some(other)) = (from.first(), to.first()) else {
-                continue;
-            };
-            for (chain, own) in [(from, one), (to, other)] {
-                if chain.len() > 1 && own.covariance.is_some() && parts.insert(&own.name) {
-                    let name = &own.name;
-                    notes.lose(
-                        format!("the covariance of `{name}` is not converted"),
-                        Bound::None,
-                    );
-                }
-            }
-            let own: Vec<&str> = match &one.content {
-                Content::Parts(own) => own.iter().map(|part| part.name.as_str()).collect(),
-                Content::Values { .. } => {
-                    let of = semantic(&one.semantic).map_or(&[][..], |of| of.parts);
-                    of.iter().map(|(name, _)| *name).collect()
-                }
-            };
-            if let Content::Parts(wanted) = &other.content {
-                for name in own {
-                    if wanted.iter().all(|part| part.name != name) && from.len() == to.len() {
-                        notes.lose(format!("`{name}` is not kept"), Bound::None);
-                    }
-                }
-            }
-        }
-        Ok(notes)
-    }
-
-    /// The smallest `loss` that a prototype or one of its parts allows.
-    fn limit(&self, name: &str) -> Result<Option<f64>, Refusal> {
-        let prototype = self.prototype(name)?;
-        let mut limit = prototype.loss;
-        if let Content::Parts(parts) = &prototype.content {
-            for part in parts {
-                let own = self.limit(&part.prototype)?;
-                limit = limit.into_iter().chain(own).reduce(f64::min);
-            }
-        }
-        Ok(limit)
-    }
-
     /// Records all steps of a way.
     fn follow<'r>(
         &self,
@@ -577,55 +480,4 @@ fn edge(way: Way, mut notes: Notes, program: &Program) -> Edge {
         cost,
         is_scaling: program.is_scaling(),
     }
-}
-
-/// The numbers of a prototype for comments: its values, then its covariance.
-fn numbers((shape, of): (&Shape, &Prototype), spread: usize) -> Vec<String> {
-    let values = shape.values().into_iter().map(described);
-    let member = of.covariance.iter().map(|of| of.member.as_str());
-    let spread = member.flat_map(|member| (0..spread).map(move |at| format!("{member}.{at}")));
-    values.chain(spread).collect()
-}
-
-/// `points.X in mm, float32`
-fn described(value: &Value) -> String {
-    let unit = value.unit.as_deref().filter(|unit| *unit != "1");
-    let unit = unit.map(|unit| format!(" in {unit}")).unwrap_or_default();
-    format!("{}{unit}, {}", value.member, value.number.word())
-}
-
-/// Whether a plan between these axes may lead over a prototype with those of `inner`: the turns along
-/// the way must be that of the direct step. Unknown axes are taken as those of the neighbour, so a
-/// turn before or after them is lost, or one that no one asked for remains.
-fn keeps_axes(from: &[Option<Axes>], to: &[Option<Axes>], inner: &[Option<Axes>]) -> bool {
-    let ends = || from.iter().chain(to);
-    if ends().all(Option::is_some) {
-        return inner.iter().all(Option::is_some);
-    }
-    let mut known = ends().flatten();
-    let first = known.next();
-    known.all(|axes| Some(axes) == first) && inner.iter().flatten().all(|axes| Some(axes) == first)
-}
-
-/// A prototype without axes has those of the other end of the plan: that is not known, but taken so.
-fn taken_axes(from: (&str, &Shape), to: (&str, &Shape)) -> Vec<String> {
-    let taken = |(name, own): (&str, &Shape), (other, with): (&str, &Shape)| {
-        let is_taken = own.axes().contains(&None) && with.axes().iter().any(Option::is_some);
-        is_taken.then(|| format!("`{name}` has no axes: they are taken as those of `{other}`"))
-    };
-    [taken(from, to), taken(to, from)]
-        .into_iter()
-        .flatten()
-        .collect()
-}
-
-/// A prototype, and the wholes that it is a part of: the innermost one first.
-type Chain<'l> = Vec<&'l Prototype>;
-
-/// The frame at one end of a part: its own one, or that of the whole.
-fn frame(chain: &[&Prototype], end: &str) -> Option<String> {
-    let mut frames = chain.iter().flat_map(|of| &of.frames);
-    let frame = frames.find(|(name, _)| name == end).map(|(_, frame)| frame);
-    // A frame in a message is known when it arrives.
-    frame.filter(|frame| !frame.starts_with("member ")).cloned()
 }

@@ -1,18 +1,22 @@
 //! Resolves prototypes.
 
+mod composition;
+mod covariance;
+
 use super::{Kind, Resolver};
-use crate::ast::{Item, ItemKind, Map, Operand, OperandKind, Representation};
+use crate::ast::{Item, ItemKind, Operand, OperandKind, Representation};
 use crate::fields::Fields;
 use crate::geometry::{Coordinate, coordinate, semantic};
 use crate::interface::Interface;
 use crate::maps::{Side, pairs};
-use crate::model::{Content, Covariance, Datum, Part, Prototype};
+use crate::model::{Content, Datum, Part, Prototype};
 use crate::roles::{Roles, role};
-use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use covariance::covariances;
+use rc_diagnostics::{Diagnostic, Span};
 use rc_quantity::Unit;
 use rc_syntax::Name;
 use rc_vocabulary::Primitive;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 /// All fields of a prototype.
 const FIELDS: [&str; 14] = [
@@ -31,9 +35,6 @@ const FIELDS: [&str; 14] = [
     "tolerance",
     "loss",
 ];
-
-/// The deepest composition.
-const DEEPEST: usize = 16;
 
 /// Known coordinates.
 enum Coordinates {
@@ -493,168 +494,6 @@ impl<'f> Resolver<'f> {
             .map(|(name, of)| (name.text(), of.text()))
             .collect()
     }
-
-    /// `{ member covariance, order = xyz_rpy, rotation = fixed }`
-    fn covariance(
-        &mut self,
-        fields: &Fields<'f>,
-        meaning: Option<&String>,
-        interface: Option<&Interface<'f>>,
-    ) -> Option<Covariance> {
-        let map = fields.map("covariance", &mut self.found)?;
-        let member = map.entries.first().filter(|first| first.right.is_none());
-        let Some(OperandKind::Member(member)) = member.map(|first| &first.left.kind) else {
-            let at = map.entries.first().map_or(map.span, |first| first.span);
-            self.error("wrong-entry", at, "expected `member NAME` first");
-            return None;
-        };
-        let rest = Map {
-            span: map.span,
-            entries: map.entries.iter().skip(1).cloned().collect(),
-        };
-        let known = ["order", "rotation"].map(str::to_owned);
-        let (left, right) = (Side::some("covariance", &known), Side::free("a convention"));
-        let mut covariance = Covariance {
-            member: member.clone(),
-            order: None,
-            rotation: None,
-            number: interface.and_then(|of| of.element(member, map.span)),
-        };
-        for (name, value) in pairs(&rest, &left, &right, &mut self.found) {
-            let (wanted, meanings, place) = match name.text().as_str() {
-                "order" => (["xyz_rpy", "rpy_xyz"], &["Pose"][..], &mut covariance.order),
-                _ => (
-                    ["fixed", "moving"],
-                    &["Pose", "Orientation"][..],
-                    &mut covariance.rotation,
-                ),
-            };
-            if let Some(meaning) = meaning.filter(|own| !meanings.contains(&own.as_str())) {
-                let message = format!("the covariance of {meaning} has no `{}`", name.text());
-                self.error("conflicting-fields", name.span, message);
-            } else if wanted.contains(&value.text().as_str()) {
-                *place = Some(value.text());
-            } else {
-                let [one, other] = wanted;
-                let message = format!("expected `{one}` or `{other}`");
-                self.error("wrong-entry", value.span, message);
-            }
-        }
-        Some(covariance)
-    }
-
-    /// Reports a covariance that has not as many numbers as its meaning needs.
-    fn covariance_length(
-        &mut self,
-        fields: &Fields<'f>,
-        interface: &Interface<'f>,
-        meaning: &str,
-        numbers: u32,
-    ) {
-        let map = fields.map("covariance", &mut Diagnostics::new());
-        let Some(first) = map.and_then(|map| map.entries.first()) else {
-            return;
-        };
-        let OperandKind::Member(path) = &first.left.kind else {
-            return;
-        };
-        if let Some(length) = interface.length(path, first.left.span)
-            && length != numbers
-        {
-            let message =
-                format!("the covariance of {meaning} has {numbers} numbers, `{path}` has {length}");
-            self.error("wrong-count", first.left.span, message);
-        }
-    }
-
-    /// Reports prototypes that compose themselves, and compositions that are too deep.
-    pub(super) fn compose(&mut self) {
-        let prototypes = &self.library.prototypes;
-        let parts: HashMap<&str, Vec<&str>> = prototypes
-            .iter()
-            .map(|prototype| {
-                let parts = match &prototype.content {
-                    Content::Parts(parts) => parts.iter().map(|p| p.prototype.as_str()).collect(),
-                    Content::Values { .. } => Vec::new(),
-                };
-                (prototype.name.as_str(), parts)
-            })
-            .collect();
-        // Those with this many levels below them.
-        let mut deep: HashSet<&str> = parts.keys().copied().collect();
-        for _ in 0..=DEEPEST {
-            deep = parts
-                .iter()
-                .filter(|(_, parts)| parts.iter().any(|part| deep.contains(part)))
-                .map(|(name, _)| *name)
-                .collect();
-        }
-        let wrong = prototypes
-            .iter()
-            .filter(|prototype| deep.contains(prototype.name.as_str()))
-            .map(|prototype| {
-                let (code, message) = if composes_itself(&prototype.name, &parts) {
-                    let message = format!("`{}` composes itself", prototype.name);
-                    ("circular-prototypes", message)
-                } else {
-                    let message =
-                        format!("prototypes are composed more than {DEEPEST} levels deep");
-                    ("nested-too-deep", message)
-                };
-                Diagnostic::error(code, prototype.span, message)
-            });
-        self.found.extend(wrong.collect::<Vec<_>>());
-        self.check_held();
-    }
-
-    /// Reports parts of composites that are of another type than their prototypes.
-    fn check_held(&mut self) {
-        let mut wrong = Vec::new();
-        for (composite, held) in &self.held {
-            let Some(composite) = self.library.prototype(composite) else {
-                continue;
-            };
-            for (name, member, ty) in held {
-                let part = self.library.prototype(name);
-                let Some((wanted, ty)) = part.and_then(Prototype::interface_type).zip(ty.as_ref())
-                else {
-                    continue;
-                };
-                if wanted != ty {
-                    let message = format!("`{member}` is {ty}, and `{name}` is about {wanted}");
-                    wrong.push(Diagnostic::error("wrong-type", composite.span, message));
-                }
-            }
-        }
-        self.found.extend(wrong);
-    }
-}
-
-/// The numbers of the covariance of a meaning of `geometry`. `None` for one that has none.
-fn covariances(meaning: &str) -> Option<u32> {
-    match meaning {
-        "Pose" | "Twist" | "Wrench" => Some(36),
-        "PairPose" | "JointState" | "TimeStamp" => None,
-        "Range" => Some(1),
-        _ => Some(9),
-    }
-}
-
-/// Whether a prototype is among its parts, their parts and so on.
-fn composes_itself(name: &str, parts: &HashMap<&str, Vec<&str>>) -> bool {
-    let mut seen = HashSet::new();
-    let mut open = vec![name];
-    while let Some(next) = open.pop() {
-        for part in parts.get(next).into_iter().flatten() {
-            if *part == name {
-                return true;
-            }
-            if seen.insert(*part) {
-                open.push(part);
-            }
-        }
-    }
-    false
 }
 
 /// The numbers of a type of C, such as `float[3]`.

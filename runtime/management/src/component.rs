@@ -67,7 +67,7 @@ pub enum Request {
         pairs: Vec<hops::Pair>,
     },
     /// Takes what was noted since the last time. Answered at once with
-    /// [`Taken`](crate::hops::Taken).
+    /// [`HopReport`](crate::hops::HopReport).
     Hops,
     /// Copies the messages of a slot to this client from now on, or no more: notifications
     /// [`Tapped`](crate::observation::Tapped) and `Dropped`. The end of the connection ends it.

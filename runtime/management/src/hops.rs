@@ -159,7 +159,7 @@ pub struct Following {
 
 /// The answer to [`Request::Hops`](crate::component::Request::Hops).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Taken {
+pub struct HopReport {
     /// Whether the component handles messages: a managed one that is not active does not.
     pub active: bool,
     /// How many hops had no room since the last time.
@@ -210,16 +210,19 @@ mod tests {
 
     #[test]
     fn damaged_hops_are_refused() {
-        let taken = Taken {
+        let taken = HopReport {
             active: true,
             overwritten: 1,
             hops: vec![HOP; 3],
         };
         let text = serde_json::to_string(&taken).expect("JSON");
-        assert_eq!(serde_json::from_str::<Taken>(&text).expect("hops"), taken);
+        assert_eq!(
+            serde_json::from_str::<HopReport>(&text).expect("hops"),
+            taken
+        );
         for hops in ["AAAA", "!", &"/".repeat(64)] {
             let text = format!(r#"{{"active":true,"overwritten":0,"hops":"{hops}"}}"#);
-            assert!(serde_json::from_str::<Taken>(&text).is_err(), "{hops}");
+            assert!(serde_json::from_str::<HopReport>(&text).is_err(), "{hops}");
         }
     }
 

@@ -93,7 +93,7 @@ pub fn run_components(types: &'static [ComponentType]) -> ExitCode {
     let code = run(types, std::env::args_os().skip(1), &program);
     ExitCode::from(code.unwrap_or_else(|error| {
         let name = program.file_name().unwrap_or(program.as_os_str());
-        print_error(&error.last_words(&name.to_string_lossy()));
+        print_error(&error.report_line(&name.to_string_lossy()));
         error.exit_code()
     }))
 }
@@ -376,7 +376,7 @@ impl<'p> Process<'p> {
         hosted.phase = Phase::Ended;
         if let Err(error) = result {
             let name = &hosted.arguments.name;
-            let mut words = error.last_words(name);
+            let mut words = error.report_line(name);
             if matches!(error, StartError::Configuration(_)) {
                 words += &format!("{name}: error: its configuration is wrong\n");
             }

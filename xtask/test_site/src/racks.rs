@@ -1,6 +1,6 @@
 //! Two racks, whose members exchange messages over three middlewares.
 
-use crate::site::{Ran, Site};
+use crate::site::{CommandOutput, Site};
 use serde_json::Value;
 
 /// The rack in Rust.
@@ -20,7 +20,7 @@ pub struct Racks {
 }
 
 /// The line that a tool prints.
-pub fn json(ran: &Ran) -> Value {
+pub fn json(ran: &CommandOutput) -> Value {
     assert_eq!(ran.code, 0, "{ran:?}");
     let line = ran.stdout.lines().next().unwrap_or_default();
     serde_json::from_str(line).expect("JSON")
@@ -63,7 +63,7 @@ impl Racks {
 
 /// Checks the running network with its tools, ends it, and repeats the recordings of both.
 /// `rcdeploy` runs a command.
-pub fn check(site: &Site, rcdeploy: &dyn Fn(&[&str]) -> Ran) {
+pub fn check(site: &Site, rcdeploy: &dyn Fn(&[&str]) -> CommandOutput) {
     let tool = |command: &str, args: &[&str]| {
         let all: Vec<&str> = [command, &site.network]
             .into_iter()

@@ -31,7 +31,7 @@ pub fn rcdeploy() -> PathBuf {
 
 /// The exit code and the output of a command.
 #[derive(Debug)]
-pub struct Ran {
+pub struct CommandOutput {
     /// The exit code; -1 after a signal.
     pub code: i32,
     /// Its standard output.
@@ -219,10 +219,10 @@ impl Site {
     }
 
     /// Runs a program in this environment.
-    pub fn run(&self, mut command: Command) -> Ran {
+    pub fn run(&self, mut command: Command) -> CommandOutput {
         self.place(&mut command);
         let output = command.output().expect("to run");
-        Ran {
+        CommandOutput {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
             stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
@@ -230,7 +230,7 @@ impl Site {
     }
 
     /// Runs rcdeploy. With `file`, appends the network's file to the arguments.
-    pub fn rcdeploy(&self, args: &[&str], file: bool) -> Ran {
+    pub fn rcdeploy(&self, args: &[&str], file: bool) -> CommandOutput {
         let mut command = Command::new(rcdeploy());
         command.args(args);
         if file {
@@ -240,7 +240,7 @@ impl Site {
     }
 
     /// Runs a component of this repository.
-    pub fn component(&self, name: &str, args: &[&str]) -> Ran {
+    pub fn component(&self, name: &str, args: &[&str]) -> CommandOutput {
         let mut command = self.command(&Self::executable(name));
         command.args(args);
         self.run(command)

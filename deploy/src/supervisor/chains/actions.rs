@@ -52,7 +52,7 @@ impl Supervisor<'_> {
         let Some(i) = self.units.iter().position(|unit| unit.name() == name) else {
             return;
         };
-        let mates = self.mates[i].iter();
+        let mates = self.order.mates(i).iter();
         let names: Vec<String> = mates.map(|&i| self.units[i].name().to_owned()).collect();
         let request = ClientRequest::own(Request::Stop {
             names: names.clone(),

@@ -7,7 +7,7 @@ use rc_deploy_network::plan::Plan;
 use rc_deploy_network::planned_chain::{PlannedMessage, ReactsIn};
 use rc_deploy_network::process_name;
 use rc_management::component::Request;
-use rc_management::hops::{Following, Hop, MOST_PAIRS, Message, Pair, Taken, Way};
+use rc_management::hops::{Following, Hop, HopReport, MOST_PAIRS, Message, Pair, Way};
 use rc_management::{CallError, Client};
 use rc_middleware::{RunDirectory, now};
 use rc_observe::{Estimate, MachineClock, RemoteClock};
@@ -51,7 +51,7 @@ struct Connection {
 pub(super) struct Answer {
     /// Since when it is followed, if that has begun in this round, and its senders.
     pub(super) following: Option<(u64, Following)>,
-    pub(super) taken: Taken,
+    pub(super) taken: HopReport,
     /// How far its clock is ahead, and the greatest error.
     pub(super) ahead: (i64, u64),
 }

@@ -8,7 +8,7 @@ use rc_deploy_network::planned_chain::{
     LateAction, PlannedChain, PlannedHop, PlannedMessage, ReactsIn,
 };
 use rc_management::chains::ChainStatus;
-use rc_management::hops::{Following, Hop, Kind, Taken};
+use rc_management::hops::{Following, Hop, HopReport, Kind};
 use rc_runtime::fastrand;
 use std::time::Duration;
 
@@ -166,7 +166,7 @@ impl Network {
             let senders = vec![vec![*sender, 7000 + *sender]];
             Ok(Answer {
                 following: std::mem::take(begins).then_some((now, Following { senders })),
-                taken: Taken {
+                taken: HopReport {
                     active: true,
                     overwritten: 0,
                     hops: is_told,
@@ -401,7 +401,7 @@ fn many_messages_are_followed_in_part_and_none_counts_as_lost() {
     let now = network.next() + SECOND;
     let answers = (0..=HOPS).map(|at| {
         Ok(Answer {
-            taken: Taken {
+            taken: HopReport {
                 active: true,
                 overwritten: if at == 3 { 100 } else { 0 },
                 hops: std::mem::take(&mut network.noted[at]),

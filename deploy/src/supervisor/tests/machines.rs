@@ -227,7 +227,7 @@ fn a_disk_without_room_for_recordings_is_a_condition() {
     let mut net = Net::up(vec![component("a")]);
     net.look_at_recordings();
     assert_eq!(net.events(), [""; 0], "nothing is recorded");
-    net.recordings = Some(Disk::new(u64::MAX));
+    net.logs.recordings = Some(Disk::new(u64::MAX));
     net.look_at_recordings();
     net.look_at_recordings();
     let events = net.events();
@@ -237,7 +237,7 @@ fn a_disk_without_room_for_recordings_is_a_condition() {
     assert_eq!(net.troubles.list()[0].code, "recordings-stopped");
     let mut disk = Disk::new(1);
     disk.look(0);
-    net.recordings = Some(disk);
+    net.logs.recordings = Some(disk);
     net.look_at_recordings();
     let events = net.events();
     assert!(events[0].starts_with("- recordings-free: "), "{events:?}");
@@ -275,7 +275,7 @@ fn a_log_that_cannot_be_written_is_reported_until_it_can() {
 #[test]
 fn a_folder_of_logs_that_comes_back_ends_its_trouble() {
     let mut net = Net::up(vec![component("a")]);
-    let logs = net.rotation.directory().to_owned();
+    let logs = net.logs.directory().to_owned();
     let away = logs.with_extension("away");
     std::fs::rename(&logs, &away).expect("a folder");
     std::fs::write(&logs, "").expect("a file in its place");

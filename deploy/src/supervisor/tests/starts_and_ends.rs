@@ -21,7 +21,11 @@ fn two_units_start_in_a_turn_and_a_few_at_a_time() {
     let mut net = Net::connected(components);
     net.start_ready_units();
     assert_eq!(net.alive(), ["c0", "c1"]);
-    assert!(net.quota.next().is_some_and(|next| next <= Instant::now()));
+    assert!(
+        net.starts
+            .deadline()
+            .is_some_and(|next| next <= Instant::now())
+    );
     // As if no time passed, however long the test takes.
     let later = Instant::now() + Duration::from_hours(1);
     for _ in 0..net.units.len() {
@@ -35,7 +39,7 @@ fn two_units_start_in_a_turn_and_a_few_at_a_time() {
     let alive = net.alive();
     assert_eq!(alive.len(), *LIMIT + 1);
     assert!(alive.contains(&"far"), "another machine has its own limit");
-    let next = net.quota.next().expect("a time");
+    let next = net.starts.deadline().expect("a time");
     assert_eq!(
         Some(next),
         net.units[0].starting(),
@@ -60,7 +64,7 @@ fn a_unit_starts_when_those_that_it_needs_are_ready() {
     net.start_ready_units();
     assert_eq!(net.alive(), ["a"]);
     net.start_ready_units();
-    assert_eq!((net.alive(), net.quota.next()), (vec!["a"], None));
+    assert_eq!((net.alive(), net.starts.deadline()), (vec!["a"], None));
     assert!(!net.is_up);
     net.say(0, &ComponentMessage::Ready);
     net.start_ready_units();

@@ -2,7 +2,7 @@
 
 use crate::network::recorded::text;
 use rc_record::{Limits, Schema, Stamp, Writer};
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -55,7 +55,7 @@ fn a_recording_is_shown_to_people() {
     let path = site.path("x.mcap");
     write(&path);
     let file = text(&path);
-    let bag = |args: &[&str]| -> Ran { site.rcdeploy(&[&["bag"], args].concat(), false) };
+    let bag = |args: &[&str]| -> CommandOutput { site.rcdeploy(&[&["bag"], args].concat(), false) };
     let info = bag(&["info", &file]);
     assert_eq!(info.code, 0, "{info:?}");
     for line in [

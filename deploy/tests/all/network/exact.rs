@@ -1,6 +1,6 @@
 //! Exact recordings: the patrol in simulated time lives again, and a run that differs is found.
 
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use std::path::{Path, PathBuf};
 
 /// How many poses a run has: twenty seconds of simulated time.
@@ -29,7 +29,7 @@ fn recording(site: &Site, component: &str) -> PathBuf {
     folder.join(format!("{component}.exact.mcap"))
 }
 
-fn replay(site: &Site, file: &Path) -> Ran {
+fn replay(site: &Site, file: &Path) -> CommandOutput {
     site.rcdeploy(&["replay", "--check", &file.display().to_string()], false)
 }
 

@@ -3,7 +3,7 @@
 
 use crate::network::recorded::{Tool, info, play};
 use rc_test_site::recordings::count;
-use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_site::site::{CommandOutput, PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::process::Command;
@@ -29,7 +29,7 @@ fn programs(site: &Site, network: &str) -> Vec<(Value, Value)> {
 }
 
 /// Calls an operation of `Simulation`.
-pub(crate) fn control(site: &Site, operation: &str, request: &str) -> Ran {
+pub(crate) fn control(site: &Site, operation: &str, request: &str) -> CommandOutput {
     let operation = format!("rcis.Simulation.{operation}");
     let network = &site.network;
     site.rcdeploy(

@@ -2,14 +2,14 @@
 //! `docs/shared-memory-wire.md`. The programs are in `middleware/iceoryx2/tests/stranger`, as
 //! examples for users.
 
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python;
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
 
 /// Runs one of the programs in the network of a test.
-pub(super) fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> Ran {
+pub(super) fn external(site: &Site, python: &Path, program: &str, args: &[&str]) -> CommandOutput {
     let folder = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../middleware/iceoryx2/tests/stranger"

@@ -1,6 +1,6 @@
 //! Tools look at the patrol, call its operations and send to its topics, and are no peers.
 
-use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_site::site::{CommandOutput, PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::process::{Child, Command, Stdio};
@@ -14,7 +14,7 @@ fn patrol(name: &str) -> Site {
 }
 
 /// A command about the network of a site.
-fn tool(site: &Site, command: &str, args: &[&str]) -> Ran {
+fn tool(site: &Site, command: &str, args: &[&str]) -> CommandOutput {
     let mut all = vec![command, site.network.as_str()];
     all.extend(args);
     site.rcdeploy(&all, false)
@@ -39,7 +39,7 @@ impl Drop for RunningTool {
     }
 }
 
-pub(crate) fn json_of(ran: &Ran) -> Value {
+pub(crate) fn json_of(ran: &CommandOutput) -> Value {
     assert_eq!(ran.code, 0, "{ran:?}");
     serde_json::from_str(ran.stdout.lines().next().unwrap_or_default()).expect("JSON")
 }
@@ -154,7 +154,7 @@ fn a_running_network_is_listed_shown_measured_and_called() {
 #[test]
 fn wrong_names_and_values_are_refused_with_what_is_allowed() {
     let site = patrol("refused");
-    let fails = |ran: Ran, text: &str| {
+    let fails = |ran: CommandOutput, text: &str| {
         assert_eq!(ran.code, 1, "{ran:?}");
         assert!(ran.stderr.contains(text), "{ran:?}");
     };

@@ -2,7 +2,7 @@
 
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_site::site::{CommandOutput, PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::fs;
@@ -40,7 +40,7 @@ fn site(name: &str) -> Site {
     site
 }
 
-fn params(site: &Site, args: &[&str]) -> Ran {
+fn params(site: &Site, args: &[&str]) -> CommandOutput {
     site.rcdeploy(&[&["params"], args].concat(), false)
 }
 

@@ -6,7 +6,7 @@ use rc_codegen::FileLoader;
 use rc_deploy_graph::{Graph, GraphFormat};
 use rc_deploy_network::{self as network, Network, Overrides, Profile};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rustix::process::{Signal, kill_process};
 use std::path::Path;
 use std::process::Stdio;
@@ -186,7 +186,7 @@ fn an_external_peer_is_drawn_outside() {
 const ALONE: &str = "Deployment patrol\n{\n    Component avoider { cdsl \"../avoider/avoider.cdsl\"; };\n    \
     external avoider.Laser, avoider.DifferentialRobot;\n};\n";
 
-fn params(site: &Site, args: &[&str]) -> Ran {
+fn params(site: &Site, args: &[&str]) -> CommandOutput {
     site.rcdeploy(&[&["params"], args].concat(), false)
 }
 

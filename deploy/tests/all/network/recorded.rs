@@ -4,7 +4,7 @@
 use rc_record::bag::Info;
 use rc_record::{Limits, Schema, Stamp, Writer, keys};
 use rc_test_site::recordings::count;
-use rc_test_site::site::{Ran, Running, Site};
+use rc_test_site::site::{CommandOutput, Running, Site};
 use rc_test_support::python;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
@@ -78,7 +78,7 @@ pub(crate) fn received(site: &Site, component: &str) -> u64 {
     number(&slot["handlers"]["count"]) + number(&slot["lost"])
 }
 
-pub(crate) fn play(site: &Site, file: &Path, args: &[&str]) -> Ran {
+pub(crate) fn play(site: &Site, file: &Path, args: &[&str]) -> CommandOutput {
     let file = text(file);
     let all = [&["play", &file, "--network", &site.network], args].concat();
     let ran = site.rcdeploy(&all, false);

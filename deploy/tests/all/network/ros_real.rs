@@ -5,7 +5,7 @@
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python::{self, skipped};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -47,7 +47,7 @@ impl Ros {
         command
     }
 
-    fn run(&self, script: &str) -> Ran {
+    fn run(&self, script: &str) -> CommandOutput {
         self.domain.site.run(self.shell(60, script))
     }
 

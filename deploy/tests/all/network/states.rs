@@ -1,7 +1,7 @@
 //! The states of a component in a running network: events from outside, status, pictures.
 
 use crate::remote::SSH;
-use rc_test_site::site::{PATROL, Ran, Site};
+use rc_test_site::site::{CommandOutput, PATROL, Site};
 use serde_json::Value;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
@@ -22,7 +22,8 @@ fn events_are_fired_and_states_are_shown() {
     let net = site.network.as_str();
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
-    let fire = |event: &str| -> Ran { site.rcdeploy(&["fire", net, "avoider", event], false) };
+    let fire =
+        |event: &str| -> CommandOutput { site.rcdeploy(&["fire", net, "avoider", event], false) };
     Site::until("the robot drives", || {
         states(&site)
             .iter()
@@ -138,7 +139,8 @@ fn an_event_reaches_a_component_on_another_host() {
     let up = site.run(up);
     assert_eq!(up.code, 0, "{up:?}");
     let net = site.network.as_str();
-    let fire = |event: &str| -> Ran { site.rcdeploy(&["fire", net, "avoider", event], false) };
+    let fire =
+        |event: &str| -> CommandOutput { site.rcdeploy(&["fire", net, "avoider", event], false) };
     Site::until("the robot drives", || {
         states(&site)
             .iter()

@@ -84,7 +84,7 @@ fn of_observation(golden: &mut Golden) {
 
 pub(crate) fn of_components(golden: &mut Golden) {
     use component::{Request, Role, State};
-    use rc_management::hops::{Following, Hop, Kind, Message, Pair, Taken, Way};
+    use rc_management::hops::{Following, Hop, HopReport, Kind, Message, Pair, Way};
     let message = || Message {
         slot: text("LaserPub"),
         operation: text("newScan"),
@@ -162,7 +162,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
     golden.result(&Following {
         senders: vec![vec![7, 8], Vec::new()],
     });
-    golden.result(&Taken {
+    golden.result(&HopReport {
         active: true,
         overwritten: 3,
         hops: vec![Hop {

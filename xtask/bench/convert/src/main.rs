@@ -15,13 +15,13 @@ const IDSL: &str = include_str!("../Cloud.idsl");
 const PROTOTYPES: &str = include_str!("../lidar.dproto");
 const POINTS: usize = 100_000;
 
-/// The same as `scan_to_point`, as one would write it.
+/// Does what `scan_to_point` does, as one would write it.
 fn point_by_hand(from: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = from.map(|number| number / 1000.0);
     [y, -x, z]
 }
 
-/// The same as `scan_pose_to_pose`.
+/// Does what `scan_pose_to_pose` does.
 fn pose_by_hand(from: &[f64; 7]) -> Option<[f64; 7]> {
     let [px, py, pz, x, y, z, w] = *from;
     let length = (x * x + y * y + z * z + w * w).sqrt();

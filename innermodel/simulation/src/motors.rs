@@ -2,11 +2,12 @@
 
 use crate::error::Error;
 use crate::pose2d::FASTEST;
+use crate::random::Random;
 use crate::sensor_noise::SensorNoise;
 use crate::state::{MotorGoal, MotorState};
-use crate::world::World;
 use innermodel::kinds::{Encoder, Signal};
-use innermodel::{Kind, NodeId, NodeRef};
+use innermodel::{Kind, NodeId, NodeRef, Snapshot};
+use std::collections::BTreeMap;
 
 /// The greatest position of a joint without a limit, in rad or mm.
 const FARTHEST: f64 = 1e9;
@@ -30,14 +31,38 @@ fn encoder(kind: &Kind) -> Option<Encoder> {
     }
 }
 
-impl World {
-    /// Sets the goals of motors: all of them, or none if one is refused. Returns for each one
-    /// whether a value beyond its limits was replaced by the limit.
-    ///
-    /// # Errors
-    /// There is no such joint, or a number is not finite.
-    pub fn command(&mut self, goals: &[(&str, MotorGoal)]) -> Result<Vec<bool>, Error> {
-        let tree = self.tree();
+/// The motors of a world.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Motors(BTreeMap<NodeId, MotorState>);
+
+impl Motors {
+    /// Adds the motor of a node, if it is a joint, and is new.
+    pub(crate) fn notice(&mut self, node: NodeRef<'_>) {
+        if limits(node.kind()).is_some() {
+            self.0.entry(node.node_id()).or_insert_with(|| MotorState {
+                position: node.position().unwrap_or_default(),
+                ..MotorState::default()
+            });
+        }
+    }
+
+    /// Drops those that the tree does not have any more.
+    pub(crate) fn drop_removed(&mut self, tree: &Snapshot) {
+        let there = |node| tree.node(node).is_ok_and(|n| limits(n.kind()).is_some());
+        self.0.retain(|node, _| there(*node));
+    }
+
+    /// All motors, for the forces that move joints.
+    pub(crate) fn states(&self) -> &BTreeMap<NodeId, MotorState> {
+        &self.0
+    }
+
+    /// Sets the goals of motors: all of them, or none. Returns which values were limited.
+    pub(crate) fn command(
+        &mut self,
+        tree: &Snapshot,
+        goals: &[(&str, MotorGoal)],
+    ) -> Result<Vec<bool>, Error> {
         let mut checked = Vec::new();
         for (id, goal) in goals {
             let node = tree.node(*id)?;
@@ -72,17 +97,20 @@ impl World {
             checked.push((node.node_id(), allowed, allowed != *goal));
         }
         for (node, goal, _) in &checked {
-            if let Some(motor) = self.state.motors.get_mut(node) {
+            if let Some(motor) = self.0.get_mut(node) {
                 motor.goal = *goal;
             }
         }
         Ok(checked.into_iter().map(|(.., clamped)| clamped).collect())
     }
 
-    /// State of the motor of a joint. The position is that of the encoder, the same as long as no
-    /// step is made. The tree has the exact one.
-    pub fn motor(&self, id: &str) -> Result<MotorState, Error> {
-        let tree = self.tree();
+    /// State of a motor, with the position that its encoder measures.
+    pub(crate) fn get(
+        &self,
+        tree: &Snapshot,
+        id: &str,
+        random: Random,
+    ) -> Result<MotorState, Error> {
         let node = tree.node(id)?;
         let (Some(position), Some(encoder)) = (node.position(), encoder(node.kind())) else {
             return Err(Error::other_kind(id, node.kind(), "joint"));
@@ -92,21 +120,24 @@ impl World {
             quantum: encoder.quantum,
             ..Signal::default()
         };
-        let mut errors = SensorNoise::new(&signal, self.random(id, self.state.steps), 0.0);
-        let state = self.state.motors.get(&node.node_id()).copied();
+        let mut errors = SensorNoise::new(&signal, random, 0.0);
+        let state = self.0.get(&node.node_id()).copied();
         Ok(MotorState {
             position: errors.inexact(position),
             ..state.unwrap_or_default()
         })
     }
 
-    /// Moves all joints by one step.
-    pub(crate) fn move_joints(&mut self) {
-        let tree = self.tree();
-        let seconds = self.step.as_secs_f64();
-        let mut moves: Vec<(NodeId, f64)> = Vec::new();
-        for (node, motor) in &mut self.state.motors {
-            if self.dynamics.as_ref().is_some_and(|d| d.moves_joint(*node)) {
+    /// Moves motors by a step, but for those whose joints forces move. Returns the new positions.
+    pub(crate) fn step(
+        &mut self,
+        tree: &Snapshot,
+        seconds: f64,
+        is_forced: impl Fn(NodeId) -> bool,
+    ) -> Vec<(NodeId, f64)> {
+        let mut moves = Vec::new();
+        for (node, motor) in &mut self.0 {
+            if is_forced(*node) {
                 continue;
             }
             let Ok(node) = tree.node(*node) else {
@@ -116,12 +147,18 @@ impl World {
                 moves.push((node.node_id(), position));
             }
         }
-        if moves.is_empty() {
-            return;
+        moves
+    }
+
+    /// Notes where forces have moved joints from the positions of `before`.
+    pub(crate) fn forced(&mut self, before: &Snapshot, joints: &[(NodeId, f64)], seconds: f64) {
+        for (joint, position) in joints {
+            let was = before.node(*joint).ok().and_then(|joint| joint.position());
+            if let (Some(motor), Some(was)) = (self.0.get_mut(joint), was) {
+                motor.velocity = (position - was) / seconds;
+                motor.position = *position;
+            }
         }
-        self.change_each(&moves, |edit, (node, position)| {
-            edit.set_joint(*node, *position).map(drop)
-        });
     }
 }
 
@@ -153,5 +190,36 @@ impl MotorState {
         self.velocity = (next - position) / seconds;
         self.position = next;
         (next != position).then_some(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use innermodel::InnerModel;
+
+    #[test]
+    fn goals_are_limited_and_all_or_none() {
+        let scene = r#"<innerModel><joint id="hip" min="-1" max="1" maxspeed="2"/>
+            <joint id="knee"/><transform id="foot"/></innerModel>"#;
+        let tree = InnerModel::parse(scene).expect("a scene").snapshot();
+        let mut motors = Motors::default();
+        tree.nodes().for_each(|node| motors.notice(node));
+        assert_eq!(motors.states().len(), 2);
+        let far = MotorGoal::Position {
+            target: 5.0,
+            speed: 0.0,
+        };
+        let refused = motors.command(&tree, &[("hip", far), ("foot", far)]);
+        refused.expect_err("a foot is no joint");
+        let hip = tree.node("hip").expect("a joint").node_id();
+        assert_eq!(motors.states()[&hip].goal, MotorGoal::Hold);
+        let clamped = motors.command(&tree, &[("hip", far), ("knee", MotorGoal::Hold)]);
+        assert_eq!(clamped.expect("goals"), [true, false]);
+        assert!(motors.step(&tree, 0.1, |_| true).is_empty());
+        let moves = motors.step(&tree, 0.1, |_| false);
+        assert_eq!(moves, [(hip, 0.2)], "the greatest speed");
+        motors.forced(&tree, &[(hip, 0.5)], 0.1);
+        assert_eq!(motors.states()[&hip].velocity, 5.0);
     }
 }

@@ -1,0 +1,237 @@
+//! Attributes of nodes and edges, and the lists of names.
+
+use super::Edit;
+use crate::element::{Attributes, Element, NONE, Neighbours, NodeId};
+use crate::error::Error;
+use crate::names::{Named, Symbol};
+use crate::snapshot::value;
+use crate::value::{MOST_BYTES, Value};
+use rc_diagnostics::foreign;
+use std::sync::Arc;
+
+impl Edit {
+    /// Sets an attribute.
+    pub fn set(
+        &mut self,
+        element: impl Into<Element>,
+        attribute: impl Named,
+        value: impl Into<Value>,
+    ) -> Result<(), Error> {
+        self.step()?;
+        let (element, value) = (self.owner(element.into()), value.into());
+        let attribute = self.name(attribute);
+        self.check_value(attribute, &value)?;
+        self.put(element, attribute, Some(value))
+    }
+
+    /// Sets many attributes of one element, in a time in proportion to their number. Of two with the
+    /// same name, the last one counts.
+    pub fn set_all<N: Named, V: Into<Value>>(
+        &mut self,
+        element: impl Into<Element>,
+        values: impl IntoIterator<Item = (N, V)>,
+    ) -> Result<(), Error> {
+        let element = self.owner(element.into());
+        let before = self.next.attributes(element)?.clone();
+        let mut set = Vec::new();
+        for (attribute, value) in values {
+            self.step()?;
+            let (attribute, value) = (self.name(attribute), value.into());
+            self.check_value(attribute, &value)?;
+            set.push((attribute, value));
+        }
+        if set.is_empty() {
+            return Ok(());
+        }
+        let mut set = last_of_each(set);
+        for (attribute, value) in &set {
+            self.note(element, *attribute, Some(value))?;
+        }
+        if let Some(before) = before {
+            set = last_of_each(before.iter().cloned().chain(set).collect());
+        }
+        *self.attributes(element)? = Some(set.into());
+        self.touch(element);
+        Ok(())
+    }
+
+    fn check_value(&self, attribute: Symbol, value: &Value) -> Result<(), Error> {
+        if !value.is_finite() {
+            return Err(Error::NotFinite(self.cleaned(attribute)));
+        }
+        if value.size() > MOST_BYTES && !matches!(value, Value::Text(_) | Value::Texts(_)) {
+            return Err(Error::TooManyBytes(self.cleaned(attribute)));
+        }
+        Ok(())
+    }
+
+    /// Removes an attribute. It is no error if the element has none.
+    pub fn unset(
+        &mut self,
+        element: impl Into<Element>,
+        attribute: impl Named,
+    ) -> Result<(), Error> {
+        self.step()?;
+        let element = self.owner(element.into());
+        match self.next.symbol(attribute) {
+            Some(attribute) => self.put(element, attribute, None),
+            None => self.next.attributes(element).map(|_| ()),
+        }
+    }
+
+    fn cleaned(&self, symbol: Symbol) -> String {
+        foreign::clean(self.next.text(symbol))
+    }
+
+    fn put(
+        &mut self,
+        element: Element,
+        attribute: Symbol,
+        value: Option<Value>,
+    ) -> Result<(), Error> {
+        self.note(element, attribute, value.as_ref())?;
+        store(self.attributes(element)?, attribute, value);
+        self.touch(element);
+        Ok(())
+    }
+
+    pub(super) fn attributes(&mut self, element: Element) -> Result<&mut Attributes, Error> {
+        let found = match element {
+            Element::Node(node) => {
+                let here = self.next.nodes.get_mut(node.place as usize);
+                here.map(|node| &mut node.attributes)
+            }
+            Element::Edge(edge) => {
+                let here = self.next.edges.get_mut(edge.place as usize);
+                here.map(|edge| &mut edge.attributes)
+            }
+        };
+        found.ok_or(Error::Removed)
+    }
+
+    /// Notes what else an attribute changes: names, keys, trees and histories.
+    fn note(
+        &mut self,
+        element: Element,
+        attribute: Symbol,
+        value: Option<&Value>,
+    ) -> Result<(), Error> {
+        let types = Arc::clone(&self.next.types);
+        let kind = self.next.kind(element)?;
+        match element {
+            Element::Node(node) => {
+                if attribute == types.name {
+                    self.unname(node)?;
+                    if let Some(Value::Text(text)) = value {
+                        self.rename(node, text)?;
+                    }
+                }
+                let entity = types.entity(kind);
+                if entity.is_some_and(|e| e.keys.iter().any(|(key, _)| *key == attribute)) {
+                    self.keyed.push(node.place);
+                }
+                if types.has_history
+                    && types
+                        .of_entity(kind, attribute)
+                        .is_some_and(|a| a.history.is_some())
+                {
+                    self.kept.push((element, attribute));
+                }
+            }
+            Element::Edge(edge) => {
+                let here = self.next.edge_of(edge)?;
+                let (from, to) = (here.from, here.to);
+                let ends = (self.next.node_at(from), self.next.node_at(to));
+                if let (Some(from), Some(to)) = ends {
+                    self.note_moved(kind, from, to);
+                }
+                if types.has_history
+                    && types
+                        .of_relation(kind, attribute)
+                        .is_some_and(|a| a.history.is_some())
+                {
+                    self.kept.push((element, attribute));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a node out of the list of its name.
+    pub(super) fn unname(&mut self, node: NodeId) -> Result<(), Error> {
+        let here = self.next.nodes.get(node.place as usize);
+        let attributes = &here.ok_or(Error::Removed)?.attributes;
+        let Some(Value::Text(name)) = value(attributes, self.next.types.name) else {
+            return Ok(());
+        };
+        let name = Arc::clone(name);
+        let list = self.lists(node.place)?.of_name;
+        if list.next != NONE {
+            self.lists(list.next)?.of_name.previous = list.previous;
+        }
+        if list.previous == NONE {
+            let named = &mut self.shape().named;
+            named.remove(&*name);
+            if list.next != NONE {
+                named.insert(name, list.next);
+            }
+        } else {
+            self.lists(list.previous)?.of_name.next = list.next;
+        }
+        self.lists(node.place)?.of_name = Neighbours::NO;
+        Ok(())
+    }
+
+    /// Puts a node into the list of a name.
+    fn rename(&mut self, node: NodeId, name: &Arc<str>) -> Result<(), Error> {
+        let first = self.next.shape.named.get(&**name);
+        self.lists(node.place)?.of_name.next = first.unwrap_or(NONE);
+        let named = &mut self.shape().named;
+        if let Some(first) = first {
+            named.remove(&**name);
+            named.insert(Arc::clone(name), node.place);
+            self.lists(first)?.of_name.previous = node.place;
+        } else {
+            named.insert(Arc::clone(name), node.place);
+        }
+        Ok(())
+    }
+}
+
+/// Attributes in the order of their symbols. Of several with one name, the last one stays.
+fn last_of_each(mut all: Vec<(Symbol, Value)>) -> Vec<(Symbol, Value)> {
+    // The sort is stable.
+    all.sort_by_key(|(attribute, _)| *attribute);
+    let mut kept: Vec<(Symbol, Value)> = Vec::with_capacity(all.len());
+    for entry in all {
+        match kept.last_mut() {
+            Some(last) if last.0 == entry.0 => *last = entry,
+            _ => kept.push(entry),
+        }
+    }
+    kept
+}
+
+/// Sets or removes one of the attributes. They stay in the order of their symbols.
+fn store(attributes: &mut Attributes, attribute: Symbol, value: Option<Value>) {
+    let old = attributes.as_deref().unwrap_or_default();
+    let at = old.iter().position(|(known, _)| *known >= attribute);
+    let at = at.unwrap_or(old.len());
+    let is_there = old.get(at).is_some_and(|(known, _)| *known == attribute);
+    if is_there && let Some(value) = value {
+        // The usual case: one value is another one.
+        if let Some(all) = attributes.as_mut() {
+            Arc::make_mut(all)[at].1 = value;
+        }
+        return;
+    }
+    let rest = &old[at + usize::from(is_there)..];
+    let new = value.map(|value| (attribute, value));
+    let all: Arc<[_]> = old[..at]
+        .iter()
+        .cloned()
+        .chain(new)
+        .chain(rest.iter().cloned())
+        .collect();
+    *attributes = (!all.is_empty()).then_some(all);
+}

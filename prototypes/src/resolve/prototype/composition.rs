@@ -1,0 +1,90 @@
+//! How prototypes compose each other: in no circle, not too deep, of fitting types.
+
+use super::super::Resolver;
+use crate::model::{Content, Prototype};
+use rc_diagnostics::Diagnostic;
+use std::collections::{HashMap, HashSet};
+
+/// The deepest composition.
+const DEEPEST: usize = 16;
+
+impl Resolver<'_> {
+    /// Reports prototypes that compose themselves, and compositions that are too deep.
+    pub(in crate::resolve) fn compose(&mut self) {
+        let prototypes = &self.library.prototypes;
+        let parts: HashMap<&str, Vec<&str>> = prototypes
+            .iter()
+            .map(|prototype| {
+                let parts = match &prototype.content {
+                    Content::Parts(parts) => parts.iter().map(|p| p.prototype.as_str()).collect(),
+                    Content::Values { .. } => Vec::new(),
+                };
+                (prototype.name.as_str(), parts)
+            })
+            .collect();
+        // Those with this many levels below them.
+        let mut deep: HashSet<&str> = parts.keys().copied().collect();
+        for _ in 0..=DEEPEST {
+            deep = parts
+                .iter()
+                .filter(|(_, parts)| parts.iter().any(|part| deep.contains(part)))
+                .map(|(name, _)| *name)
+                .collect();
+        }
+        let wrong = prototypes
+            .iter()
+            .filter(|prototype| deep.contains(prototype.name.as_str()))
+            .map(|prototype| {
+                let (code, message) = if composes_itself(&prototype.name, &parts) {
+                    let message = format!("`{}` composes itself", prototype.name);
+                    ("circular-prototypes", message)
+                } else {
+                    let message =
+                        format!("prototypes are composed more than {DEEPEST} levels deep");
+                    ("nested-too-deep", message)
+                };
+                Diagnostic::error(code, prototype.span, message)
+            });
+        self.found.extend(wrong.collect::<Vec<_>>());
+        self.check_held();
+    }
+
+    /// Reports parts of composites that are of another type than their prototypes.
+    fn check_held(&mut self) {
+        let mut wrong = Vec::new();
+        for (composite, held) in &self.held {
+            let Some(composite) = self.library.prototype(composite) else {
+                continue;
+            };
+            for (name, member, ty) in held {
+                let part = self.library.prototype(name);
+                let Some((wanted, ty)) = part.and_then(Prototype::interface_type).zip(ty.as_ref())
+                else {
+                    continue;
+                };
+                if wanted != ty {
+                    let message = format!("`{member}` is {ty}, and `{name}` is about {wanted}");
+                    wrong.push(Diagnostic::error("wrong-type", composite.span, message));
+                }
+            }
+        }
+        self.found.extend(wrong);
+    }
+}
+
+/// Whether a prototype is among its parts, their parts and so on.
+fn composes_itself(name: &str, parts: &HashMap<&str, Vec<&str>>) -> bool {
+    let mut seen = HashSet::new();
+    let mut open = vec![name];
+    while let Some(next) = open.pop() {
+        for part in parts.get(next).into_iter().flatten() {
+            if *part == name {
+                return true;
+            }
+            if seen.insert(*part) {
+                open.push(part);
+            }
+        }
+    }
+    false
+}

@@ -1,0 +1,49 @@
+//! What ports count: messages sent, withheld and converted, queues, mismatches.
+
+use super::Connections;
+use crate::converting::ConversionCounts;
+use rc_middleware::{Counter, QueueGauge};
+
+impl Connections {
+    /// The counters of the sending ends, each with the index of its slot.
+    pub(crate) fn sent(&self) -> Vec<(usize, Counter)> {
+        self.sent.borrow().clone()
+    }
+
+    /// The counters of samples that were not published, each with the index of its slot.
+    pub(crate) fn withheld(&self) -> Vec<(usize, Counter)> {
+        self.withheld.borrow().clone()
+    }
+
+    /// The counts of slots that convert, each with the index of its slot.
+    pub(crate) fn converted(&self) -> Vec<(usize, ConversionCounts)> {
+        self.converted.borrow().clone()
+    }
+
+    /// New counts for a slot that converts.
+    pub(super) fn conversion(&self, slot: usize) -> ConversionCounts {
+        let counts = ConversionCounts::default();
+        self.converted.borrow_mut().push((slot, counts.clone()));
+        counts
+    }
+
+    /// The receive queues, each with the index of its slot.
+    pub(crate) fn queues(&self) -> Vec<(usize, QueueGauge)> {
+        self.queues.borrow().clone()
+    }
+
+    pub(super) fn watch(&self, slot: usize, queue: Option<QueueGauge>) {
+        let queue = queue.map(|queue| (slot, queue));
+        self.queues.borrow_mut().extend(queue);
+    }
+
+    pub(super) fn count(&self, slot: usize, counter: &Counter) {
+        self.sent.borrow_mut().push((slot, counter.clone()));
+    }
+
+    /// Peers that are there and do not fit.
+    pub(crate) fn mismatches(&self) -> Vec<String> {
+        let all = self.backends.iter().map(|(_, backend)| backend);
+        all.flat_map(|backend| backend.mismatches()).collect()
+    }
+}

@@ -1,0 +1,36 @@
+//! Endpoints of slots, and which of them are opened.
+
+use crate::slots::OpenSlot;
+use rc_management::component::ClockKind;
+use rc_middleware::{Endpoint, Linked, OpenError, TypeIdentity};
+use std::collections::BTreeSet;
+
+/// Whether a component opens a middleware beside its own one: for its slots, or for its clock. One
+/// without slots is a node of its middlewares; a source of time publishes over all of them.
+pub(super) fn is_needed(
+    linked: &Linked,
+    used: &BTreeSet<&str>,
+    clock: ClockKind,
+    of_time: Option<&str>,
+) -> bool {
+    let by_clock = match clock {
+        ClockKind::System => false,
+        ClockKind::Source => true,
+        ClockKind::Ros => linked.clock.is_some(),
+        ClockKind::Simulated => of_time == Some(linked.name),
+    };
+    by_clock || used.is_empty() || used.contains(linked.name)
+}
+
+pub(super) fn call_endpoint(slot: &OpenSlot) -> Result<Endpoint, OpenError> {
+    let types = TypeIdentity {
+        name: slot.type_name.to_owned(),
+        hash: slot.type_hash,
+    };
+    Ok(Endpoint {
+        address: slot.address()?.clone(),
+        types,
+        qos: slot.qos,
+        external_types: slot.external_types().collect(),
+    })
+}
