@@ -173,7 +173,11 @@ impl LimitChecker<'_> {
                 described(literal),
                 ty.word()
             );
-            let help = format!("allowed is {}", ty.described());
+            let text = match &literal.kind {
+                LiteralKind::String(text) if ty == Type::Duration => text.as_str(),
+                _ => "",
+            };
+            let help = duration::help(text, ty.described());
             self.found
                 .push(Diagnostic::error("bad-default", literal.span, message).help(help));
             return None;

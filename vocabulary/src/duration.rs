@@ -41,6 +41,29 @@ pub fn is_unit(word: &str) -> bool {
     UNITS.iter().any(|(unit, _)| *unit == word)
 }
 
+/// What is wrong with a text that is a number with an unknown unit.
+///
+/// ```
+/// use rc_vocabulary::duration;
+///
+/// assert!(duration::unknown_unit("3 sec").is_some());
+/// assert_eq!(duration::unknown_unit("soon"), None);
+/// ```
+pub fn unknown_unit(text: &str) -> Option<&'static str> {
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-. ".contains(c));
+    let has_number = text[..text.len() - unit.len()].contains(|c: char| c.is_ascii_digit());
+    let is_unknown = has_number && !unit.is_empty() && !is_unit(unit.trim_end());
+    is_unknown.then_some("unknown unit; the units are us, ms, s and min")
+}
+
+/// What is allowed where `text` is no duration that can be taken: first what is wrong with its unit.
+pub fn help(text: &str, allowed: &str) -> String {
+    match unknown_unit(text) {
+        Some(wrong) => format!("{wrong}; allowed is {allowed}"),
+        None => format!("allowed is {allowed}"),
+    }
+}
+
 /// Converts a whole number of milliseconds into nanoseconds. `None` if it is negative or too large.
 pub fn from_milliseconds(milliseconds: i64) -> Option<u64> {
     let milliseconds = u64::try_from(milliseconds).ok()?;

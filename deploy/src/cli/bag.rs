@@ -13,6 +13,7 @@ use rc_record::bag::{self, Decoder, Info, Selection, length_text};
 use rc_record::table::csv;
 use rc_record::{Faults, RecordError, keys};
 use rc_values::Style;
+use rc_vocabulary::duration;
 use serde_json::{Value as Json, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -65,10 +66,11 @@ fn note_faults(faults: &Faults) -> u8 {
     1
 }
 
-/// Parses `10s`, `1min 30s`, `250ms`.
+/// Parses `10s`, `1.5min`, `250ms`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
-    let parsed = rc_vocabulary::duration::parse(text).map(Duration::from_nanos);
-    parsed.ok_or_else(|| "a time looks like `10s`, `1.5min` or `250ms`".to_owned())
+    let parsed = duration::parse(text).map(Duration::from_nanos);
+    let help = || duration::unknown_unit(text).unwrap_or("a time looks like `10s`, `1.5min` or `250ms`");
+    parsed.ok_or_else(|| help().to_owned())
 }
 
 /// Parses a time above 0.

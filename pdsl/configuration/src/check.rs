@@ -172,6 +172,12 @@ fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
         .iter()
         .any(|known| message.starts_with(known));
     let is_text = is_value && begins && word.chars().all(is_word);
+    if let Some(help) = not_a_number(text, span.start) {
+        return Diagnostic::error("toml-syntax", span, "this is no number").help(help);
+    }
+    if is_value && word.is_empty() {
+        return Diagnostic::error("toml-syntax", span, "expected a value");
+    }
     if is_text || message.starts_with("string values must be quoted") {
         let error = Diagnostic::error("toml-syntax", span, "a text needs quotes");
         return match word.to_ascii_lowercase().as_str() {
@@ -185,11 +191,36 @@ fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
     Diagnostic::error("toml-syntax", span, message)
 }
 
+/// What to write where an error at `at` is in a value that begins as a number does.
+fn not_a_number(text: &str, at: usize) -> Option<&'static str> {
+    let start = text[..at].rfind('\n').map_or(0, |at| at + 1);
+    let line = text[start..].lines().next()?;
+    let (key, value) = line.split_once('=')?;
+    let value = value.split('#').next().unwrap_or_default().trim();
+    let unsigned = value.trim_start_matches(['+', '-']);
+    let begins = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+    if at < start + key.len() || !(begins(unsigned) || unsigned.starts_with('.')) {
+        return None;
+    }
+    if unsigned.starts_with('.') || unsigned.ends_with('.') {
+        return Some("digits stand on both sides of the point");
+    }
+    // A comma ends an element of an array, and an entry of a table in one line.
+    let mut parts = unsigned.split(',');
+    if parts.clone().count() == 2 && parts.all(begins) {
+        return Some("the decimal point is `.`");
+    }
+    let has_letter = unsigned.contains(|c: char| c.is_alphabetic());
+    (has_letter && !unsigned.contains(']'))
+        .then_some("a number has no unit here, and a text needs quotes")
+}
+
 /// The largest number of lines that are left out to read the rest of a file.
 const MAX_LEFT_OUT: usize = 20;
 
 /// The text without the lines that are not TOML, which become spaces, and their errors. `None` if
-/// the rest cannot be read without them: only a line `key = value` can be left out.
+/// the rest cannot be read without them: only a line that sets a key, or was meant to, can be left
+/// out, and no head of a table.
 fn readable(text: &str) -> (Option<Cow<'_, str>>, Vec<TomlError>) {
     let mut text = Cow::Borrowed(text);
     let mut errors: Vec<TomlError> = Vec::new();
@@ -204,11 +235,12 @@ fn readable(text: &str) -> (Option<Cow<'_, str>>, Vec<TomlError>) {
         });
         errors.push(error);
         let is_entry = |line: &Range<usize>| {
-            let key = text[line.clone()]
-                .split_once('=')
-                .map(|(key, _)| key.trim());
+            let line = text[line.clone()].trim();
+            // `key = value`, `key: value`, or a key alone.
+            let key = line.split(['=', ':', '#']).next().unwrap_or_default();
             let word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-            key.is_some_and(|key| !key.is_empty() && key.chars().all(word))
+            let key = key.trim();
+            !key.is_empty() && key.chars().all(word)
         };
         let Some(line) = line.filter(is_entry) else {
             return (None, errors);

@@ -77,8 +77,14 @@ impl Checker {
         let what = document::described(item, has_secrets);
         let message = format!("`{path}` cannot be {what}");
         let span = self.locator.span(item.span(), at);
-        self.found.push(
-            Diagnostic::error("wrong-type", span, message).help(format!("allowed is {allowed}")),
-        );
+        let help = duration_help(item, allowed);
+        self.found
+            .push(Diagnostic::error("wrong-type", span, message).help(help));
     }
+}
+
+/// What is allowed in place of `item`. If that is a duration, also what is wrong with its unit.
+pub(crate) fn duration_help(item: &Item, allowed: &str) -> String {
+    let text = item.as_str().filter(|_| allowed.contains("duration"));
+    rc_vocabulary::duration::help(text.unwrap_or_default(), allowed)
 }

@@ -1,6 +1,6 @@
 //! `[middleware.NAME]`: the settings of middlewares.
 
-use crate::checker::Checker;
+use crate::checker::{Checker, duration_help};
 use crate::document;
 use crate::model;
 use rc_diagnostics::{Diagnostic, Span};
@@ -191,7 +191,7 @@ impl Checker {
     fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");
-        let help = format!("allowed is {allowed}");
+        let help = duration_help(item, allowed);
         self.found
             .push(Diagnostic::error(code, at, message).help(help));
     }

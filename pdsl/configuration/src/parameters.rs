@@ -5,6 +5,7 @@ use crate::document::{self, Locator};
 use crate::model::{ConversionError, Kind, Length, Parameter, Type, Value};
 use crate::untyped_value::UntypedValue;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span, nearest};
+use rc_vocabulary::duration;
 use std::collections::{BTreeMap, HashSet};
 use toml_edit::{Item, TableLike};
 
@@ -257,12 +258,9 @@ impl Reader<'_> {
             document::described(item, parameter.secret)
         );
         let allowed = parameter.allowed_near(value.as_ref().unwrap_or(&Value::Bool(false)));
-        let text = item.as_str().unwrap_or_default();
-        let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | ' '));
-        let help = if ty == Type::Duration && unit != text && !unit.is_empty() {
-            format!("unknown unit; the units are us, ms, s and min; allowed is {allowed}")
-        } else {
-            format!("allowed is {allowed}")
+        let help = match item.as_str() {
+            Some(text) if ty == Type::Duration => duration::help(text, &allowed),
+            _ => format!("allowed is {allowed}"),
         };
         self.found
             .push(Diagnostic::error(code, at, message).help(help));

@@ -413,6 +413,30 @@ fn a_text_without_quotes_is_said_to_need_them_and_hides_nothing() {
 }
 
 #[test]
+fn every_line_that_is_no_toml_is_reported_and_says_what_a_number_is() {
+    check(
+        "[parameters]\nport\nbaud : 3\nrate = 3x\nname = 1,5\ndevice = .5\nmode = \n",
+        &expect![[r#"
+            config.toml:2:5: error[toml-syntax]: key with no value, expected `=`
+            config.toml:3:6: error[toml-syntax]: key with no value, expected `=`
+            config.toml:4:8: error[toml-syntax]: this is no number (a number has no unit here, and a text needs quotes)
+            config.toml:5:9: error[toml-syntax]: this is no number (the decimal point is `.`)
+            config.toml:6:10: error[toml-syntax]: this is no number (digits stand on both sides of the point)
+            config.toml:7:8: error[toml-syntax]: expected a value
+        "#]],
+    );
+    check(
+        "[component]\nperiod = \"2m\"\n[middleware.dds]\nlease = \"3 sec\"\n[parameters]\ntimeout = \"1h\"\n",
+        &expect![[r#"
+            config.toml:2:10: error[wrong-type]: `component.period` cannot be the string "2m" (unknown unit; the units are us, ms, s and min; allowed is a duration such as "50ms", or a number of milliseconds)
+            config.toml:4:9: error[wrong-type]: `middleware.dds.lease` cannot be the string "3 sec" (unknown unit; the units are us, ms, s and min; allowed is a duration of at least 100ms, at most a day)
+            config.toml:5:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
+            config.toml:6:11: error[wrong-type]: `timeout` cannot be the string "1h" (unknown unit; the units are us, ms, s and min; allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
+        "#]],
+    );
+}
+
+#[test]
 fn characters_of_word_processors_are_named_by_their_code_points() {
     check(
         "[parameters]\nport = “fast”\nbaud\u{a0}= 3\n",

@@ -4,7 +4,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
 use rc_diagnostics::Format;
-use rc_vocabulary::{Language, Middleware, listed};
+use rc_vocabulary::{Language, Middleware, duration, listed};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -344,8 +344,9 @@ pub(crate) struct New {
 }
 
 fn period(text: &str) -> Result<Duration, String> {
-    let period = rc_vocabulary::duration::parse(text).map(Duration::from_nanos);
-    period.ok_or_else(|| "expected a duration with a unit, as in `50ms` or `1s`".to_owned())
+    let period = duration::parse(text).map(Duration::from_nanos);
+    let expected = "expected a duration with a unit, as in `50ms` or `1s`";
+    period.ok_or_else(|| duration::unknown_unit(text).unwrap_or(expected).to_owned())
 }
 
 #[derive(Args, Default)]
