@@ -13,7 +13,7 @@ use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use std::collections::HashMap;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
@@ -214,12 +214,21 @@ fn projects(
                     project
                 }
                 Err(error) => {
-                    let message = format!("`{}` cannot be read: {error}", named.text);
+                    let is_relative = Path::new(&named.text).is_relative();
+                    let near = is_relative.then(|| nearest_file(&instance.folder, &named.text));
+                    let near = near.flatten();
+                    let reason = match &near {
+                        Some(_) if error.kind() == ErrorKind::NotFound => {
+                            "No such file or directory".to_owned()
+                        }
+                        _ => error.to_string(),
+                    };
+                    let message = format!("`{}` cannot be read: {reason}", named.text);
                     let error = Diagnostic::error("component-not-found", named.span, message);
-                    let near = nearest_file(&instance.folder, &named.text);
                     found.push(match near {
                         Some(near) => error.did_you_mean(&named.text, Some(&near)),
-                        None => error.help("the path is relative to this file"),
+                        None if is_relative => error.help("the path is relative to this file"),
+                        None => error,
                     });
                     None
                 }

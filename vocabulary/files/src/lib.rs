@@ -2,9 +2,11 @@
 //! knows when a disk is full.
 
 mod disk;
+mod missing;
 mod output;
 
 pub use disk::{Disk, DiskChange};
+pub use missing::nearest_path;
 pub use output::write;
 pub mod unsaved;
 
@@ -53,7 +55,7 @@ pub fn read(path: &Path) -> io::Result<String> {
         return Ok(text);
     }
     // Check before opening: opening a device can have side effects.
-    check(&fs::metadata(path)?)?;
+    check(&metadata(path)?)?;
     text(&open(path, false)?)
 }
 
@@ -62,7 +64,7 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// # Errors
 /// As [`read`], but for text that is not UTF-8.
 pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    check(&fs::metadata(path)?)?;
+    check(&metadata(path)?)?;
     bytes(&open(path, false)?)
 }
 
@@ -71,10 +73,14 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
 /// # Errors
 /// `InvalidInput` for pipes, devices and folders; otherwise the error of the system.
 pub fn open_regular(path: &Path) -> io::Result<File> {
-    check_kind(&fs::metadata(path)?)?;
+    check_kind(&metadata(path)?)?;
     let file = nonblocking(false).open(path)?;
     check_kind(&file.metadata()?)?;
     Ok(file)
+}
+
+fn metadata(path: &Path) -> io::Result<fs::Metadata> {
+    fs::metadata(path).map_err(|error| missing::explained(path, error))
 }
 
 /// Replaces the content `old` of the file at `path` by `new`, atomically.
