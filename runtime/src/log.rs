@@ -171,11 +171,6 @@ fn environment() -> Targets {
     }
 }
 
-/// Prints to standard output. A reader that has left is not an error.
-pub(crate) fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
 /// Prints to standard error, which may be a log on a full disk, where `eprintln!` would panic.
 pub(crate) fn print_error(text: &str) {
     let _ = std::io::stderr().write_all(text.as_bytes());

@@ -6,11 +6,13 @@ use crate::configuration;
 use crate::description::Description;
 use crate::error::StartError;
 use crate::exact;
-use crate::log::{print, print_error};
+use crate::log::print_error;
 use crate::probe;
 use crate::stages::{Hosting, Prepared};
 use crate::start::Start;
 use crate::testing::defaults::DefaultReply;
+use rc_diagnostics::foreign::without_number;
+use rc_diagnostics::print;
 use rc_middleware::WakeEvent;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -48,16 +50,16 @@ pub fn run_with<C: Component>(
     std::hint::black_box(description.note);
     let outcome = match task {
         Task::Print(text) => {
-            print(&text);
+            print::data(&text);
             Ok(())
         }
         Task::Check(arguments) => configuration::load(description, &arguments)
             .and_then(|read| configuration::bindings(description, &arguments, &read.configuration))
-            .map(|_| print(&format!("{}: ok\n", description.name))),
+            .map(|_| print::line(format_args!("{}: ok", description.name))),
         Task::Probe(arguments, wait) => {
             let result = probe::probe(&arguments.network, &arguments.name, wait);
-            print(&format!("{}: {}\n", arguments.name, result.text()));
-            return result.code();
+            print::line(format_args!("{}: {}", arguments.name, result.text()));
+            return printed(description.name, result.code());
         }
         Task::Replay(arguments) => exact::run::replay(description, start, &arguments),
         Task::Run(arguments) => WakeEvent::new()
@@ -74,13 +76,25 @@ pub fn run_with<C: Component>(
             }),
     };
     match outcome {
-        Ok(()) => 0,
+        Ok(()) => printed(description.name, 0),
         Err(error) => fail(description.name, &error),
     }
 }
 
+/// The exit code if standard output cannot be written.
+const REFUSED: u8 = 3;
+
+/// The exit code, which says whether standard output could be written.
+pub(crate) fn printed(name: &str, code: u8) -> u8 {
+    let (code, message) = print::exit_code(code, None, REFUSED);
+    if let Some(message) = message {
+        print::error(format_args!("{name}: error: {message}"));
+    }
+    code
+}
+
 fn fail(name: &str, error: &StartError) -> u8 {
-    print_error(&error.report_line(name));
+    print_error(&without_number(&error.report_line(name)));
     error.exit_code()
 }
 

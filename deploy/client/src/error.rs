@@ -8,23 +8,7 @@ use std::time::Duration;
 
 /// Prints an error or a note for people on standard error.
 pub fn print_error(text: Arguments<'_>) {
-    rc_diagnostics::print::error(format_args!("{}", without_codes(&text.to_string())));
-}
-
-/// A text without the numbers that errors of the system end with: ` (os error 2)`.
-pub fn without_codes(text: &str) -> String {
-    const BEGIN: &str = " (os error ";
-    let mut parts = text.split(BEGIN);
-    let mut out = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let number = part.split_once(')');
-        let number = number.filter(|(number, _)| number.parse::<i32>().is_ok());
-        match number {
-            Some((_, rest)) => out.push_str(rest),
-            None => out.extend([BEGIN, part]),
-        }
-    }
-    out
+    rc_diagnostics::print::error(text);
 }
 
 /// Why a command failed.
@@ -260,27 +244,5 @@ impl<T, E: Into<io::Error>> ErrorContext<T> for Result<T, E> {
             action: action.into(),
             source: source.into(),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn messages_have_no_numbers_of_errors() {
-        let errors = [2, 13, 28].map(io::Error::from_raw_os_error);
-        let text = format!("a: {}; b: {}\n{}", errors[0], errors[1], errors[2]);
-        let plain = "a: No such file or directory; b: Permission denied\nNo space left on device";
-        assert_eq!(without_codes(&text), plain);
-        for text in [
-            "",
-            "a (os error",
-            "a (os error )",
-            "a (os error x) b",
-            "(os error 2)",
-        ] {
-            assert_eq!(without_codes(text), text);
-        }
     }
 }

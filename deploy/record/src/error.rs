@@ -1,5 +1,6 @@
 //! Errors of recordings.
 
+use rc_diagnostics::foreign::without_number;
 use std::path::PathBuf;
 
 /// A recording could not be written or read.
@@ -25,6 +26,9 @@ pub enum RecordError {
     /// The running network refuses.
     #[error(transparent)]
     Network(#[from] rc_observe::Error),
+    /// Where a table goes, nothing more can be written.
+    #[error("the table cannot be written: {0}")]
+    Table(String),
     /// A message or a definition cannot be decoded.
     #[error("{0}")]
     Value(String),
@@ -35,14 +39,7 @@ impl RecordError {
     pub(crate) fn file(path: &std::path::Path, reason: &impl std::fmt::Display) -> Self {
         Self::File {
             path: path.to_owned(),
-            reason: without_number(reason),
+            reason: without_number(&reason.to_string()).into_owned(),
         }
     }
-}
-
-/// The text of an error of the system, without its number.
-pub(crate) fn without_number(reason: &impl std::fmt::Display) -> String {
-    let reason = reason.to_string();
-    let text = reason.split(" (os error ").next().unwrap_or_default();
-    text.to_owned()
 }

@@ -4,6 +4,7 @@ use crate::bag::{Decoder, Selection, each, seconds};
 use crate::error::RecordError;
 use crate::meaning::Converter;
 use crate::reader::{Faults, Message};
+use rc_diagnostics::foreign::without_number;
 use rc_values::{Columns, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -156,7 +157,7 @@ fn row(
 
 fn write(out: &mut dyn Write, text: &str) -> Result<(), RecordError> {
     let written = out.write_all(text.as_bytes());
-    written.map_err(|e| RecordError::Value(format!("the table cannot be written: {e}")))
+    written.map_err(|e| RecordError::Table(without_number(&e.to_string()).into_owned()))
 }
 
 /// The file of a topic: its name without what no file system likes, and a number where another

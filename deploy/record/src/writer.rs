@@ -8,11 +8,12 @@
 mod part;
 
 use crate::content::OVERHEAD;
-use crate::error::{RecordError, without_number};
+use crate::error::RecordError;
 use crate::qos;
 use crate::reader::files::{NUMBER, PART, RECORDING, REPEATED, REPEATED_FILES};
 use crate::schema::Schema;
 use part::Part;
+use rc_diagnostics::foreign::without_number;
 use rc_files::Disk;
 use rc_mcap::read::LONGEST;
 use rc_mcap::{Stamp, system_time};
@@ -183,7 +184,7 @@ impl Writer {
         if let Some(mut part) = self.part.take() {
             // A disk that cannot reserve room may have none for the summary. The file opens
             // without it.
-            let _ = part.end_early(&without_number(reason));
+            let _ = part.end_early(&without_number(&reason.to_string()));
         }
     }
 

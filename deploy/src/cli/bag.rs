@@ -22,7 +22,7 @@ use std::time::{Duration, SystemTime};
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         let code = match error {
-            RecordError::File { .. } => 3,
+            RecordError::File { .. } | RecordError::Table(_) => 3,
             RecordError::Network(error) => return error.into(),
             _ => 1,
         };
@@ -69,7 +69,8 @@ fn note_faults(faults: &Faults) -> u8 {
 /// Parses `10s`, `1.5min`, `250ms`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let parsed = duration::parse(text).map(Duration::from_nanos);
-    let help = || duration::unknown_unit(text).unwrap_or("a time looks like `10s`, `1.5min` or `250ms`");
+    let help =
+        || duration::unknown_unit(text).unwrap_or("a time looks like `10s`, `1.5min` or `250ms`");
     parsed.ok_or_else(|| help().to_owned())
 }
 

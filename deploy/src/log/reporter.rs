@@ -6,7 +6,7 @@
 
 use crate::log::journal::Journal;
 use rc_deploy_client::Format;
-use rc_deploy_client::error::without_codes;
+use rc_diagnostics::foreign::without_number;
 use rc_management::event::{Event, Severity};
 use rustix::process::getpgrp;
 use rustix::termios::{LocalModes, tcgetattr, tcgetpgrp};
@@ -117,7 +117,7 @@ impl Reporter {
 
     /// Writes one event.
     pub(crate) fn event(&self, mut event: Event) {
-        event.message = without_codes(&event.message);
+        event.message = without_number(&event.message).into_owned();
         self.journal.borrow_mut().add(&event);
         let usual = event.severity == Severity::Info && event.component.is_some();
         if usual && self.covered.load(Ordering::Relaxed) {

@@ -1,10 +1,16 @@
 //! Output that cannot be written: the exit code still reports the result of the command.
 
+use rc_test_site::site::Site;
 use std::fs::File;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Runs rcdeploy with both output streams on a full disk. Returns its exit code.
 fn on_a_full_disk(arguments: &[&str]) -> Option<i32> {
+    program_on_a_full_disk(Path::new(env!("CARGO_BIN_EXE_rcdeploy")), arguments)
+}
+
+fn program_on_a_full_disk(program: &Path, arguments: &[&str]) -> Option<i32> {
     let full = || {
         Stdio::from(
             File::options()
@@ -13,7 +19,7 @@ fn on_a_full_disk(arguments: &[&str]) -> Option<i32> {
                 .expect("Linux has it"),
         )
     };
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    let mut command = Command::new(program);
     command.args(arguments).stdout(full()).stderr(full());
     command.status().expect("it runs").code()
 }
@@ -32,7 +38,7 @@ fn unprintable_diagnostics_still_set_the_exit_code() {
 }
 
 /// A network of one component, which nobody has built.
-fn network(folder: &std::path::Path) -> String {
+fn network(folder: &Path) -> String {
     let write = |name: &str, text: &str| {
         std::fs::write(folder.join(name), text).expect("written");
     };
@@ -63,6 +69,27 @@ fn what_cannot_be_printed_is_a_failure_and_a_closed_pipe_is_none() {
         let output = output.expect("it runs");
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
     }
+}
+
+#[test]
+fn components_say_that_they_cannot_print_as_the_tools_do() {
+    let component = Site::executable("pose_monitor");
+    for arguments in [
+        &["--help"][..],
+        &["--version"],
+        &["--check"],
+        &["--probe", "--network", "no_such_network"],
+    ] {
+        let code = program_on_a_full_disk(&component, arguments);
+        assert_eq!(code, Some(3), "{arguments:?}");
+    }
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = Command::new(component);
+    let output = command.arg("--help").stdout(writer).output();
+    let output = output.expect("it runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(output.stderr.is_empty(), "{output:?}");
 }
 
 #[test]

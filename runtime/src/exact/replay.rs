@@ -5,7 +5,6 @@ use super::error_codes;
 use super::report::Report;
 use crate::clock::{Clock, SimulatedClock, Time};
 use crate::description::Description;
-use crate::log;
 use crate::slots::{Listed, SlotTable};
 use crate::worker_error::WorkerError;
 use rc_management::component::State;
@@ -281,5 +280,5 @@ fn state_of(word: &str) -> State {
 
 /// Prints the report as a line of its own, also if the worker has printed half a line.
 fn print(report: &str) {
-    log::print(&format!("\n{report}"));
+    rc_diagnostics::print::data(&format!("\n{report}"));
 }

@@ -19,14 +19,15 @@ use crate::description::Description;
 use crate::dispatch::Serving;
 use crate::error::StartError;
 use crate::link::Link;
-use crate::log::{self, ComponentOutput, print, print_error};
+use crate::log::{self, ComponentOutput, print_error};
 use crate::notify::{self, ServiceState};
-use crate::process::{own_program, run_with};
+use crate::process::{own_program, printed, run_with};
 use crate::signals::Signals;
 use crate::stages::{Hosting, Prepared};
 use crate::waker::{Waker, Wakeups, waker};
 use command_line::{Member, Wanted};
 use handover::{Handed, ProcessLink};
+use rc_diagnostics::foreign::without_number;
 use rc_middleware::WakeEvent;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -91,11 +92,15 @@ impl ComponentType {
 pub fn run_components(types: &'static [ComponentType]) -> ExitCode {
     let program = own_program();
     let code = run(types, std::env::args_os().skip(1), &program);
-    ExitCode::from(code.unwrap_or_else(|error| {
-        let name = program.file_name().unwrap_or(program.as_os_str());
-        print_error(&error.report_line(&name.to_string_lossy()));
-        error.exit_code()
-    }))
+    let name = program.file_name().unwrap_or(program.as_os_str());
+    let name = name.to_string_lossy();
+    ExitCode::from(match code {
+        Ok(code) => printed(&name, code),
+        Err(error) => {
+            print_error(&without_number(&error.report_line(&name)));
+            error.exit_code()
+        }
+    })
 }
 
 /// Errors are those of the process; those of components are printed here.
@@ -111,7 +116,7 @@ fn run(
     let mut members = match command_line::parse(types, args).map_err(StartError::Usage)? {
         Wanted::Run(members) => members,
         Wanted::Help => {
-            print(&command_line::help(types));
+            rc_diagnostics::print::data(&command_line::help(types));
             return Ok(0);
         }
     };
