@@ -75,7 +75,8 @@ pub(super) enum Command {
         #[arg(long)]
         unbuilt: bool,
         /// Shows what the components of the running network do: their states, and the active states
-        /// of their machines. The network may be named instead of its file.
+        /// of their machines. The network may be named instead of its file; if only one runs, that
+        /// is optional.
         #[arg(long)]
         live: bool,
     },

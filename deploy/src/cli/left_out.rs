@@ -17,10 +17,11 @@ pub(super) fn with_network(
 ) -> Result<Vec<OsString>, Failure> {
     // The recorder of a supervisor is started before its network runs.
     let is_whole = |word: &OsString| ["-h", "--help", "--supervised"].iter().any(|w| word == w);
-    let Some(at) = place(command, &words).filter(|_| !words.iter().any(is_whole)) else {
+    let place = place(command, &words).filter(|_| !words.iter().any(is_whole));
+    let Some((at, argument)) = place else {
         return Ok(words);
     };
-    let first = rc_command_line::value_of(command.clone(), words.iter().cloned(), NETWORK);
+    let first = rc_command_line::value_of(command.clone(), words.iter().cloned(), argument);
     let networks = running_networks();
     if let Some(first) = &first
         && (networks.contains(first) || Path::new(first).extension().is_some_and(|e| e == "ddsl"))
@@ -58,8 +59,11 @@ pub(super) fn with_network(
 
 const NETWORK: &str = "network";
 
-/// Where the name of the network belongs, if the command needs one first.
-fn place(command: &Command, words: &[OsString]) -> Option<usize> {
+/// The argument of `graph`, which with `--live` may be the name of a network.
+const FILE: &str = "file";
+
+/// Where the name of the network belongs, if the command needs one first, and as what argument.
+fn place(command: &Command, words: &[OsString]) -> Option<(usize, &'static str)> {
     let mut command = command;
     let mut place = None;
     let mut is_value = false;
@@ -77,7 +81,10 @@ fn place(command: &Command, words: &[OsString]) -> Option<usize> {
         place = Some(at + 1);
     }
     let first = command.get_positionals().next()?;
-    place.filter(|_| first.get_id() == NETWORK && first.is_required_set())
+    let is_live = command.get_name() == "graph" && words.iter().any(|word| word == "--live");
+    let argument = if is_live { FILE } else { NETWORK };
+    let place = place.filter(|_| first.get_id() == argument && first.is_required_set());
+    Some((place?, argument))
 }
 
 /// Whether a component or a group of the network has this name.

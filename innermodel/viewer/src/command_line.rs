@@ -3,15 +3,15 @@
 use innermodel::Point;
 use innermodel_viewer::{Marks, Viewpoint};
 use lexopt::{Arg, Parser, ValueExt};
-use std::ffi::OsString;
-use std::path::PathBuf;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
 
 /// Text of `--help`.
 const HELP: &str = "\
 Shows or edits an InnerModel file in a window, or draws it into a file
 
 Usage: rcview [OPTIONS] FILE.xml
-       rcview --live NETWORK [--simulator NAME] [--png FILE] [--camera CAMERA] [--size WxH]
+       rcview --live [NETWORK] [--simulator NAME] [--png FILE] [--camera CAMERA] [--size WxH]
 
 Options:
       --camera <CAMERA>    The id of a camera or rgbd of the file, or a point X,Y,Z in millimetres that looks
@@ -20,7 +20,8 @@ Options:
       --size <WxH>         The size of the image or the window in pixels [default: that of the camera for an
                            image, otherwise 960x640]
       --ids                Gives each node a colour of its own in the image, and prints the colours
-      --live <NETWORK>     Shows the world of the simulator of a running network, which draws the pictures
+      --live               Shows the world of the simulator of a running network, which draws the pictures;
+                           the network needs a name only if several run
       --simulator <NAME>   The component whose world --live shows, if the network has several simulators
       --edit               Opens an editor: select, move, turn, add and remove nodes; h lists the keys
       --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
@@ -92,7 +93,7 @@ pub(crate) struct Request {
 /// Pictures of a running network: in a window, or one in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Live {
-    pub(crate) network: OsString,
+    pub(crate) network: Option<OsString>,
     pub(crate) simulator: Option<String>,
     pub(crate) png: Option<PathBuf>,
     pub(crate) camera: Viewpoint,
@@ -113,8 +114,8 @@ pub(crate) enum Command {
 
 /// Reads the command line.
 pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
-    let mut file = None;
-    let (mut network, mut simulator) = (None, None);
+    let (mut is_live, mut network, mut simulator) = (false, None, None);
+    let mut values = Vec::new();
     let mut request = Request {
         file: PathBuf::new(),
         include: Vec::new(),
@@ -145,7 +146,10 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 request.size = Some(size(&text).ok_or_else(|| Failure::Usage(wrong()))?);
             }
             Arg::Long("ids") => request.ids = true,
-            Arg::Long("live") => network = Some(parser.value()?),
+            Arg::Long("live") => {
+                is_live = true;
+                network = parser.optional_value();
+            }
             Arg::Long("simulator") => simulator = Some(parser.value()?.string()?),
             Arg::Long("edit") => request.edit = true,
             Arg::Long("slots") => request.slots = true,
@@ -173,19 +177,27 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                     Failure::Usage(text)
                 })?);
             }
-            Arg::Value(path) if file.is_none() => file = Some(PathBuf::from(path)),
+            Arg::Value(value) => values.push(value),
             other => return Err(other.unexpected().into()),
         }
     }
-    if let Some(network) = network {
-        return live(network, simulator, file.is_some(), request);
+    if is_live {
+        // The network is an argument like the file.
+        if network.is_none() && values.first().is_some_and(|value| is_network(value)) {
+            network = Some(values.remove(0));
+        }
+        return live(network, simulator, !values.is_empty(), request);
     }
     if simulator.is_some() {
-        let text = "`--simulator` needs `--live NETWORK`".to_owned();
+        let text = "`--simulator` needs `--live`".to_owned();
         return Err(Failure::Usage(text));
     }
+    let mut values = values.into_iter();
     let missing = || Failure::Usage("expected a file, as in `rcview world.xml`".to_owned());
-    request.file = file.ok_or_else(missing)?;
+    request.file = values.next().ok_or_else(missing)?.into();
+    if let Some(other) = values.next() {
+        return Err(Arg::Value(other).unexpected().into());
+    }
     if request.ids && request.png.is_none() {
         let text = "`--ids` needs `--png FILE`".to_owned();
         return Err(Failure::Usage(text));
@@ -206,9 +218,15 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
     Ok(Command::View(request))
 }
 
+/// Whether an argument may be a network: its name or its .ddsl.
+fn is_network(value: &OsStr) -> bool {
+    let ending = Path::new(value).extension();
+    ending.is_none_or(|ending| ending == "ddsl")
+}
+
 /// A request for pictures of a running network, which has nothing to do with a file.
 fn live(
-    network: OsString,
+    network: Option<OsString>,
     simulator: Option<String>,
     has_file: bool,
     request: Request,

@@ -32,7 +32,10 @@ pub(crate) fn show(live: &Live) -> Result<(), Failure> {
         Viewpoint::Camera(_) => None,
         viewpoint => Some(steered(live, viewpoint, (size.0.into(), size.1.into()))?),
     };
-    let title = format!("{} – rcview", clean(&live.network.to_string_lossy()));
+    let title = match &live.network {
+        Some(network) => format!("{} – rcview", clean(&network.to_string_lossy())),
+        None => "rcview".to_owned(),
+    };
     let asked = live.clone();
     let ask = move |wish: &PictureRequest| {
         let drawn = draw(&asked, Some(wish.size), wish.view.as_ref(), Stdio::null());
@@ -89,16 +92,13 @@ fn draw(
         wanted["height"] = height.into();
     }
     let result = call(live, "draw", &json!({ "view": wanted }), errors)?;
-    png(&result).ok_or_else(|| {
-        let network = clean(&live.network.to_string_lossy());
-        Failure::System(format!("`{network}` has given no picture"))
-    })
+    png(&result).ok_or_else(|| Failure::System("the simulator has given no picture".to_owned()))
 }
 
 /// The result of an operation of the simulator.
 fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Result<Value, Failure> {
     let mut command = Command::new(rcdeploy());
-    command.arg("call").arg(&live.network);
+    command.arg("call").args(&live.network);
     command.arg(match &live.simulator {
         Some(name) => format!("{name}.Simulation.{operation}"),
         None => format!("Simulation.{operation}"),
@@ -119,8 +119,13 @@ fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Resul
     if ran.status.success() {
         return Ok(reply["result"].clone());
     }
-    let network = clean(&live.network.to_string_lossy());
-    let mut text = format!("the simulator of `{network}` has not answered");
+    let mut text = match &live.network {
+        Some(network) => {
+            let network = clean(&network.to_string_lossy());
+            format!("the simulator of `{network}` has not answered")
+        }
+        None => "the simulator has not answered".to_owned(),
+    };
     if live.simulator.is_none() {
         text += "; if there are several, choose one with `--simulator NAME`";
     }

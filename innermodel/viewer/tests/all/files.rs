@@ -167,12 +167,17 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
     for (arguments, text) in [
         (
             &["--simulator", "seen", "x.xml"][..],
-            "`--simulator` needs `--live NETWORK`",
+            "`--simulator` needs `--live`",
         ),
         (
             &["--live", "house", "--png", "x.png", "x.xml"],
             "`--live` cannot be used with a file",
         ),
+        (
+            &["--live", "--png", "x.png", "x.xml"],
+            "`--live` cannot be used with a file",
+        ),
+        (&["x.xml", "y.xml"], "unexpected argument"),
         (
             &["--live", "house", "--png", "x.png", "--joint", "a=1"],
             "`--live` cannot be used with `--joint`",
