@@ -507,8 +507,13 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
     }
     let message = format!("expected {what}, found `{}`", first.text);
     let diagnostic = Diagnostic::error("unknown-field", first.span, message);
-    r.found
-        .push(diagnostic.suggest(&first.text, words.iter().map(|(word, _)| *word)));
+    let diagnostic = diagnostic.suggest(&first.text, words.iter().map(|(word, _)| *word));
+    r.found.push(if diagnostic.help.is_some() {
+        diagnostic
+    } else {
+        let all: Vec<String> = words.iter().map(|(word, _)| format!("`{word}`")).collect();
+        diagnostic.help(format!("expected one of {}", all.join(", ")))
+    });
 }
 
 rc_syntax::language!("`Deployment NAME { … };`", words: [number], {

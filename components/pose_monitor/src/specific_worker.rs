@@ -67,6 +67,7 @@ impl Worker<Context> for SpecificWorker {
 impl SpecificWorker {
     fn draw(&self, path: &Path) -> std::io::Result<()> {
         let page = chart::svg(&self.map, &self.track).map_err(std::io::Error::other)?;
+        make_folder_of(path)?;
         std::fs::write(path, page)
     }
 
@@ -85,8 +86,14 @@ impl SpecificWorker {
     }
 }
 
+fn make_folder_of(path: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(path.parent().unwrap_or(Path::new("")))
+}
+
+/// Creates a file, and the folder that it lies in.
 fn create(path: &Path) -> Result<BufWriter<File>, WorkerError> {
-    let file = File::create(path)
+    let file = make_folder_of(path)
+        .and_then(|()| File::create(path))
         .map_err(|why| WorkerError::Fatal(format!("{}: {why}", path.display())))?;
     Ok(BufWriter::new(file))
 }

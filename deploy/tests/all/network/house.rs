@@ -61,7 +61,8 @@ fn the_robot_drives_in_a_simulated_house_with_the_programs_of_the_patrol() {
     let clause = words(&lines.collect::<Vec<_>>().join(" "));
     assert!(words(HOUSE).contains(&clause), "{clause}");
 
-    let trace = site.path("trace");
+    // The monitor makes the folder.
+    let trace = site.path("new/folder/trace");
     let up = site.rcdeploy(
         &[
             "up",
@@ -102,27 +103,31 @@ fn the_robot_drives_in_a_simulated_house_with_the_programs_of_the_patrol() {
 /// `rcview` draws the world of the simulator without a window.
 fn check_pictures(site: &Site) {
     let png = site.path("now.png");
-    let draw = |network: &str, camera: &str| {
+    let draw = |network: Option<&str>, camera: &str| {
         let mut rcview = Command::new(Site::executable("rcview"));
-        rcview.args([
-            "--live", network, "--camera", camera, "--size", "64x48", "--png",
-        ]);
+        rcview.arg("--live").args(network);
+        rcview.args(["--camera", camera, "--size", "64x48", "--png"]);
         site.run({
             rcview.arg(&png).env_remove("DISPLAY");
             rcview
         })
     };
-    let refused = draw(&site.network, "camer");
+    let refused = draw(Some(&site.network), "camer");
     assert_eq!(refused.code, 1, "{refused:?}");
     assert!(
         refused.stderr.contains("did you mean `camera`?"),
         "{refused:?}"
     );
-    let refused = draw("no_such_network", "camera");
+    let refused = draw(Some("no_such_network"), "camera");
     assert_eq!(refused.code, 3, "{refused:?}");
     assert!(!png.exists());
-    for camera in ["camera", "0,2000,-2000", "0,2000,-2000,0,0,0"] {
-        let drawn = draw(&site.network, camera);
+    // Without a name, the only network that runs here is meant.
+    for (network, camera) in [
+        (Some(site.network.as_str()), "camera"),
+        (Some(&site.network), "0,2000,-2000"),
+        (None, "0,2000,-2000,0,0,0"),
+    ] {
+        let drawn = draw(network, camera);
         assert_eq!(drawn.code, 0, "{drawn:?}");
         let file = std::fs::read(&png).expect("a picture");
         let size = [64_u32, 48].map(u32::to_be_bytes);
