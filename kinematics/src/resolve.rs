@@ -135,12 +135,6 @@ fn robot(
         found.push(error.help("write `import \"robot.urdf\";` before it"));
         return None;
     };
-    if let Some(second) = imports.get(1) {
-        let message = "a second robot is imported: solvers are those of one robot".to_owned();
-        let error = Diagnostic::error("second-robot", second.span, message);
-        let error = error.label(import.span, "the first one");
-        found.push(error.help("write a file for each robot, or connect them to one in a URDF"));
-    }
     let from = sources.path(source).to_path_buf();
     let file = match loader.find(&from, &import.text, "urdf") {
         Ok(file) => file,
@@ -149,6 +143,18 @@ fn robot(
             return None;
         }
     };
+    // One file by two paths is one robot.
+    let identity = loader.identity(&file.path);
+    let is_other = |import: &&Name| {
+        let file = loader.find(&from, &import.text, "urdf");
+        file.map_or(true, |file| loader.identity(&file.path) != identity)
+    };
+    if let Some(second) = imports[1..].iter().find(is_other) {
+        let message = "a second robot is imported: solvers are those of one robot".to_owned();
+        let error = Diagnostic::error("second-robot", second.span, message);
+        let error = error.label(import.span, "the first one");
+        found.push(error.help("write a file for each robot, or connect them to one in a URDF"));
+    }
     let source = sources.add(file.path, file.text);
     let (robot, of_robot) = rc_robot::read(sources, source);
     let is_wrong = of_robot.has_errors();

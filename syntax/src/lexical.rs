@@ -201,6 +201,8 @@ mod tests {
             ('\u{2013}', "U+2013 (a dash)"),
             ('\u{1}', "U+0001 (an invisible character)"),
             ('\u{3000}', "U+3000 (a foreign space)"),
+            ('\u{3164}', "U+3164 (an invisible character)"),
+            ('\u{2800}', "U+2800 (an invisible character)"),
         ] {
             let text = found(&format!("int{c}a; // {c}\n\"{c}\""));
             let wanted = format!("a:1:4: error[stray-character]: unexpected character {name} (");

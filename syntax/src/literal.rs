@@ -72,6 +72,8 @@ impl Literal {
             LiteralKind::Float(value) if value.is_infinite() => {
                 "a number that is too large".to_owned()
             }
+            // With all their digits, such numbers are not read.
+            LiteralKind::Float(value) if value.abs() >= 1e16 => format!("the number {value:e}"),
             LiteralKind::Float(value) => format!("the number {value}"),
             LiteralKind::String(value) => format!("the string \"{value}\""),
             LiteralKind::Bool(value) => format!("`{value}`"),

@@ -43,7 +43,12 @@ pub(crate) fn syntax_error<R: Language>(
     let what = if length == 0 {
         "the end of the file".to_owned()
     } else {
-        format!("`{}`", &found[..length])
+        let found = &found[..length];
+        // `а` of another alphabet looks like `a`.
+        match found.chars().find(|c| !c.is_ascii()) {
+            Some(c) => format!("`{found}` (with U+{:04X})", u32::from(c)),
+            None => format!("`{found}`"),
+        }
     };
     let message = match expected.as_slice() {
         [] => format!("unexpected {what}"),

@@ -78,14 +78,21 @@ fn check_repeated(member: &Member, found: &mut Diagnostics) {
     }
 }
 
-fn bound(literal: Option<&Literal>, missing: f64, found: &mut Diagnostics) -> f64 {
+fn bound(literal: Option<&Literal>, kind: &Kind, missing: f64, found: &mut Diagnostics) -> f64 {
     let Some(literal) = literal else {
         return missing;
     };
-    if let Some(number) = literal.as_f64().filter(|number| number.is_finite()) {
+    let is_whole = matches!(kind, Kind::Int | Kind::Ints(_));
+    let number = literal.as_f64().filter(|number| number.is_finite());
+    if let Some(number) = number.filter(|_| !is_whole || literal.as_i64().is_some()) {
         return number;
     }
-    let message = format!("expected a number, found {}", literal.described());
+    let expected = if is_whole {
+        "an integer of 64 bits"
+    } else {
+        "a number"
+    };
+    let message = format!("expected {expected}, found {}", literal.described());
     found.push(Diagnostic::error("bad-range", literal.span, message));
     missing
 }
@@ -109,9 +116,13 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
         doc: member.doc.clone(),
     };
     for flag in &member.flags {
-        let kind = attribute.kind.text();
+        let kind = &attribute.kind;
         let mut wrong = |what: &str| {
-            let message = format!("`{}` of type {kind} cannot have {what}", member.name.text);
+            let message = format!(
+                "`{}` of type {} cannot have {what}",
+                member.name.text,
+                kind.text()
+            );
             found.push(Diagnostic::error("wrong-type", flag.span, message));
         };
         match &flag.kind {
@@ -123,8 +134,8 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
                 attribute.unit = Some(unit.text.clone());
             }
             FlagKind::Range(low, high) => {
-                let low = bound(low.as_ref(), f64::NEG_INFINITY, found);
-                let high = bound(high.as_ref(), f64::INFINITY, found);
+                let low = bound(low.as_ref(), kind, f64::NEG_INFINITY, found);
+                let high = bound(high.as_ref(), kind, f64::INFINITY, found);
                 if low > high {
                     let message = format!("the range {low}:{high} is empty");
                     found.push(Diagnostic::error("bad-range", flag.span, message));
@@ -136,6 +147,10 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
             FlagKind::Optional => attribute.optional = true,
             FlagKind::History(duration) => {
                 attribute.history = duration.as_nanoseconds().map(Duration::from_nanos);
+                if attribute.history.is_none_or(|time| time.is_zero()) {
+                    let message = "expected a time above 0 such as `2s`";
+                    found.push(Diagnostic::error("bad-time", duration.span, message));
+                }
             }
         }
     }

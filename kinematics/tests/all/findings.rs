@@ -103,10 +103,13 @@ fn robots_are_told_where_they_are_imported() {
     expect![[r#"
         cell.kdsl:1:8: error[import-not-found]: cannot find `amr.urdf`; searched in memory (did you mean `arm.urdf`?)
     "#]].assert_eq(&of(&format!("import \"amr.urdf\";\n{solver}")));
-    let twice = format!("import \"arm.urdf\";\nimport \"arm.urdf\";\n{solver}");
+    let second = format!("import \"arm.urdf\";\nimport \"amr.urdf\";\n{solver}");
     expect![[r#"
         cell.kdsl:2:8: error[second-robot]: a second robot is imported: solvers are those of one robot; the first one at cell.kdsl:1:8 (write a file for each robot, or connect them to one in a URDF)
-    "#]].assert_eq(&of(&twice));
+    "#]].assert_eq(&of(&second));
+    // One file by two paths is one robot.
+    let twice = format!("import \"arm.urdf\";\nimport \"../a/arm.urdf\";\n{solver}");
+    assert_eq!(of(&twice), "");
     expect![[r#"
         cell.kdsl:1:1: error[empty-file]: expected `Kinematics NAME { … };`, found an empty file
     "#]]

@@ -139,7 +139,9 @@ impl Diagnostic {
     /// than 1,000 nothing is looked for: a text may have as many wrong names.
     #[must_use]
     pub fn suggest<'a>(self, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
-        let candidates: Vec<&str> = candidates.into_iter().collect();
+        // One more than are compared: no finding looks at all names of a large file.
+        let candidates = candidates.into_iter().take(MOST_CANDIDATES + 1);
+        let candidates: Vec<&str> = candidates.collect();
         if candidates.len() > MOST_CANDIDATES {
             return self;
         }

@@ -113,10 +113,15 @@ pub fn is_hidden(c: char) -> bool {
             c,
             '\u{ad}'
                 | '\u{61c}'
-                | '\u{180e}'
+                // Fillers of Hangul, which are letters without a picture.
+                | '\u{115f}'..='\u{1160}'
+                | '\u{3164}'
+                | '\u{ffa0}'
+                | '\u{180b}'..='\u{180f}'
                 | '\u{200b}'..='\u{200f}'
                 | '\u{2028}'..='\u{202e}'
                 | '\u{2060}'..='\u{206f}'
+                | '\u{2800}'
                 | '\u{feff}'
                 | '\u{fff9}'..='\u{fffb}'
                 | '\u{e0000}'..='\u{e0fff}'
@@ -158,6 +163,7 @@ mod tests {
             "a\\r\\n\tb\\u{7f}\\u{9b}1m"
         );
         assert_eq!(clean("\u{202e}drib\u{feff}"), r"\u{202e}drib\u{feff}");
+        assert_eq!(clean("a\u{3164}\u{2800}b"), r"a\u{3164}\u{2800}b");
         assert_eq!(clean("größer, 大, C:\\x"), "größer, 大, C:\\x");
         assert_eq!(clean_bytes(b"a\xff\n"), "a\u{fffd}\\n");
     }

@@ -5,7 +5,7 @@
 
 mod human;
 
-use crate::foreign::clean_lines;
+use crate::foreign::{clean_lines, clean_to};
 use crate::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use serde_json::json;
 use std::collections::{BTreeSet, HashSet};
@@ -155,7 +155,7 @@ fn shown(path: &Path) -> String {
             part => out.push(part),
         }
     }
-    clean_lines(&out.to_string_lossy(), LONGEST_TEXT)
+    clean_to(&out.to_string_lossy(), LONGEST_TEXT)
 }
 
 fn place(sources: &SourceMap, span: Span) -> String {
@@ -190,7 +190,8 @@ fn short(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     if let Some(help) = &diagnostic.help {
         line.push_str(&format!(" ({help})"));
     }
-    line
+    // A name of the text may have a line feed, which would forge a finding.
+    line.replace('\n', "\\n")
 }
 
 fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
@@ -371,5 +372,23 @@ mod tests {
         let coloured = render_for(&sources, &found, Format::Human, true);
         assert!(coloured.contains("\u{1b}[1m"), "{coloured}");
         assert!(!coloured.contains("\u{1b}[2J"), "{coloured}");
+    }
+
+    #[test]
+    fn a_name_with_a_line_feed_forges_no_finding() {
+        let mut sources = SourceMap::new();
+        let source = sources.add("a\nb:1:1: error[forged]: x.idsl", "word");
+        let mut found = Diagnostics::new();
+        let span = Span::new(source, 0, 1);
+        let message = "cannot find `a\nc:1:1: error[forged]: y`";
+        found.push(Diagnostic::error("import-not-found", span, message).label(span, "first\nhere"));
+        let text = render(&sources, &found, Format::Short);
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(text.contains(r"find `a\nc:1:1"), "{text}");
+        let text = render(&sources, &found, Format::Human);
+        assert!(
+            !text.lines().any(|line| line.starts_with("b:1:1")),
+            "{text}"
+        );
     }
 }

@@ -164,6 +164,23 @@ fn a_long_chain_of_entities_is_refused() {
 }
 
 #[test]
+fn limits_and_histories_fit_their_type() {
+    check(
+        "entity A { a int 0:18446744073709551616; b int 0:1.5; c int -9223372036854775808:0x7fffffffffffffff;\n\
+         d float 0:1e300; e int[2] :1e400; f float history -1s; g float history 0s; h float history 1e30s;\n\
+         i float history 2s; j float history 5; };",
+        &expect![[r#"
+            a.gdsl:3:20: error[bad-range]: expected an integer of 64 bits, found the number 18446744073709551616
+            a.gdsl:3:50: error[bad-range]: expected an integer of 64 bits, found the number 1.5
+            a.gdsl:4:28: error[bad-range]: expected an integer of 64 bits, found a number that is too large
+            a.gdsl:4:51: error[bad-time]: expected a time above 0 such as `2s`
+            a.gdsl:4:72: error[bad-time]: expected a time above 0 such as `2s`
+            a.gdsl:5:37: error[syntax-error]: expected a duration, found `5`
+        "#]],
+    );
+}
+
+#[test]
 fn wrong_relations_are_findings() {
     check(
         "entity A { x int; s string; };
