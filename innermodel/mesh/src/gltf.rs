@@ -13,6 +13,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use rc_diagnostics::foreign::clean;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
@@ -80,6 +81,28 @@ struct Primitive {
     mode: Option<u32>,
     #[serde(default)]
     targets: Vec<Attributes>,
+    #[serde(default)]
+    extensions: HashMap<String, IgnoredAny>,
+}
+
+impl Primitive {
+    /// Names the compression of data that are missing without it.
+    fn missing(&self, error: MeshError) -> MeshError {
+        let names = self.extensions.keys();
+        let mut names = names.filter(|name| name.ends_with("_compression"));
+        match names.next() {
+            Some(name) => not_read(name),
+            None => error,
+        }
+    }
+}
+
+/// The error of an extension without which a shape is another one.
+fn not_read(extension: &str) -> MeshError {
+    MeshError::Wrong(format!(
+        "the shape needs the extension `{}`, which is not read; export the file without it",
+        clean(extension)
+    ))
 }
 
 /// Accessors by their names: `POSITION`, `TEXCOORD_0`.
@@ -104,10 +127,7 @@ pub(crate) fn read(
     let shape = root.extensions_required.iter();
     let mut shape = shape.filter(|name| !is_read(name) && !is_look(name));
     if let Some(name) = shape.next() {
-        return Err(MeshError::Wrong(format!(
-            "the shape needs the extension `{}`, which is not read; export the file without it",
-            clean(name)
-        )));
+        return Err(not_read(name));
     }
     let mut buffers = Vec::new();
     let mut left = crate::LARGEST;
@@ -356,7 +376,8 @@ impl Reader<'_> {
         if first.saturating_add(self.count(position)?) > 3 * MAX_TRIANGLES {
             return Err(wrong("the scene has more than 150 million vertices"));
         }
-        let mut numbers = self.numbers(position, 3)?;
+        let numbers = self.numbers(position, 3);
+        let mut numbers = numbers.map_err(|error| primitive.missing(error))?;
         self.morph(primitive, weights, &mut numbers)?;
         let places = numbers.as_chunks::<3>().0;
         if let Some(bones) = bones.filter(|_| primitive.attributes.contains_key("JOINTS_0")) {
@@ -430,7 +451,14 @@ fn local(node: &Node) -> Matrix {
     }
     let moved = node.translation.unwrap_or_default();
     let scale = node.scale.unwrap_or([1.0; 3]);
-    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    // Files are to have unit quaternions; one of another length would scale and shear.
+    let length = rotation.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let [x, y, z, w] = if length > 0.0 {
+        rotation.map(|part| part / length)
+    } else {
+        [0.0, 0.0, 0.0, 1.0]
+    };
     let turn = [
         [
             1.0 - 2.0 * (y * y + z * z),

@@ -25,7 +25,9 @@ pub(crate) fn read(
     // A mark of the encoding would hide the first vertex.
     let text = text.trim_start_matches('\u{feff}');
     let mut clipping = Clipping::default();
+    let mut short = None;
     for (number, line) in lines(text) {
+        short = None;
         let line = line.as_ref();
         let wrong = |what: &str| MeshError::Wrong(format!("line {number}: {what}"));
         let mut words = match line.trim_start().as_bytes() {
@@ -41,7 +43,8 @@ pub(crate) fn read(
                 mesh.vertices
                     .push(vertex.map_err(|_| wrong("expected three numbers"))?);
             }
-            Some("f") => {
+            // The older name of a face.
+            Some("f" | "fo") => {
                 let count = mesh.vertices.len();
                 let corner = |word: &str| {
                     let at = word.split('/').next()?.parse::<i64>().ok()?;
@@ -49,6 +52,8 @@ pub(crate) fn read(
                 };
                 let corners: Option<Vec<u32>> = words.clone().map(corner).collect();
                 let corners = corners.ok_or_else(|| wrong("expected places of vertices"))?;
+                // Such a face has no area, unless the file is cut in it.
+                short = (corners.len() < 3).then_some(number);
                 let triangles = clipping.triangles(&mesh.vertices, &corners);
                 let triangles = triangles.map_err(&wrong)?;
                 let places = triangles.iter();
@@ -58,7 +63,7 @@ pub(crate) fn read(
                     painter.face(words, &triangles);
                 }
             }
-            Some("surf" | "call") => {
+            Some("surf" | "call" | "bsp" | "bzp") => {
                 return Err(wrong("curved surfaces and other files are not read"));
             }
             Some(word) => {
@@ -69,17 +74,25 @@ pub(crate) fn read(
             None => {}
         }
     }
-    Ok(mesh)
+    match short.filter(|_| !text.ends_with(['\n', '\r'])) {
+        Some(number) => Err(MeshError::Wrong(format!(
+            "line {number}: the file is cut: a face has three corners or more"
+        ))),
+        None => Ok(mesh),
+    }
 }
 
-/// The lines of a text with their numbers. One that ends with `\\` goes on in the next.
+/// The lines of a text with their numbers. One that ends with `\\` goes on in the next, unless it is
+/// a comment or a name, which may be a path of Windows.
 fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut rest = (1..).zip(text.split(end));
     std::iter::from_fn(move || {
         let (number, line) = rest.next()?;
         let mut line = Cow::Borrowed(line);
-        while let Some(begun) = line.trim_end().strip_suffix('\\') {
+        while let Some(begun) = line.trim_end().strip_suffix('\\')
+            && !is_text(begun)
+        {
             let begun = begun.len();
             let whole = line.to_mut();
             whole.truncate(begun);
@@ -91,6 +104,15 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
         }
         Some((number, line))
     })
+}
+
+/// Whether the end of a line belongs to a comment or to a name.
+fn is_text(line: &str) -> bool {
+    match line.split_whitespace().next() {
+        Some("v" | "vt" | "vn" | "f" | "fo") => line.contains('#'),
+        Some(word) => word.starts_with('#') || matches!(word, "g" | "o" | "usemtl" | "newmtl"),
+        None => false,
+    }
 }
 
 /// What stands before a comment.

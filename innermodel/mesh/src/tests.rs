@@ -190,6 +190,26 @@ fn lines_of_obj_go_on_and_have_comments() {
     );
 }
 
+#[test]
+fn names_and_comments_of_obj_end_with_their_line() {
+    let text = "# made from C:\\models\\\ng C:\\parts\\\no a\\\nv 0 0 0 # of C:\\x\\\nv 1 0 0\n\
+        usemtl b\\\nv 0 2 0.5\nfo 1 2 3\n";
+    let mesh = written("a.obj", text.as_bytes());
+    assert_eq!(mesh.expect("a mesh"), triangle());
+    // A file that is cut in a face.
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 2 0.5\n";
+    let error = problem("a.obj", format!("{corners}f 1 2 3\nf 1 2").as_bytes());
+    assert_eq!(
+        error,
+        "line 5: the file is cut: a face has three corners or more"
+    );
+    let error = problem("a.obj", format!("{corners}f 1 2 3\nbzp 1 2 3").as_bytes());
+    assert_eq!(
+        error,
+        "line 5: curved surfaces and other files are not read"
+    );
+}
+
 /// The area of the triangles is that of the face, so none of them lies outside.
 #[test]
 fn faces_that_are_not_convex_keep_their_shape() {

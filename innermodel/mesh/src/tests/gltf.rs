@@ -50,6 +50,27 @@ fn nodes_have_transforms() {
     {
         assert!((a - b).abs() < 1e-6, "{text:?}");
     }
+    // A rotation that is no unit quaternion turns, and does not scale.
+    let long = written(
+        "a.gltf",
+        {
+            let json = String::from_utf8_lossy(&glb[20..20 + json.len()]);
+            let json = json.replace("[0,0,0.7071067811865476,0.7071067811865476]", "[0,0,3,3]");
+            json.replace("\"byteLength\":42", &format!("\"byteLength\":42{inside}"))
+                .as_bytes()
+                .to_vec()
+        }
+        .as_slice(),
+    )
+    .expect("a mesh");
+    for (a, b) in long
+        .vertices
+        .iter()
+        .flatten()
+        .zip(expected.iter().flatten())
+    {
+        assert!((a - b).abs() < 1e-6, "{long:?}");
+    }
     for length in 0..glb.len() {
         let _ = written("a.glb", &glb[..length]);
     }
@@ -254,6 +275,14 @@ fn a_required_extension_is_read_or_refused() {
             )
         );
     }
+    // Compressed data without others, though the file does not say that it needs the extension.
+    let draco = r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0}}"#;
+    let file = gltf_of(&bytes, view, ["", draco, "", "", ""]);
+    let error = problem("a.gltf", file.as_bytes());
+    assert!(
+        error.contains("the extension `KHR_draco_mesh_compression`, which is not read"),
+        "{error}"
+    );
     let (mesh, looks) = needs("KHR_mesh_quantization").expect("a mesh");
     assert_eq!((mesh, looks.problems), (triangle(), Vec::new()));
     let (mesh, looks) = needs("KHR_texture_transform").expect("a mesh");
