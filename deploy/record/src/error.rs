@@ -26,7 +26,7 @@ pub enum RecordError {
     /// The running network refuses.
     #[error(transparent)]
     Network(#[from] rc_observe::Error),
-    /// Where a table goes, nothing more can be written.
+    /// A table cannot be written.
     #[error("the table cannot be written: {0}")]
     Table(String),
     /// A message or a definition cannot be decoded.

@@ -4,6 +4,7 @@ use super::look::look;
 use super::messages::{interrupts, is_interrupted};
 use super::output::{Failure, print_data, print_line, print_note, system};
 use rc_deploy_client::Format;
+use rc_diagnostics::{SourceMap, Span, stray_character};
 use rc_observe::{Answer, Sender};
 use rc_values::{Struct, Style, Value, from_json};
 use std::sync::Arc;
@@ -12,9 +13,32 @@ use std::time::{Duration, Instant};
 /// Reads the JSON of a command line.
 fn parameters(ty: &Arc<Struct>, text: &str) -> Result<Value, Failure> {
     // The error says at which line and column.
-    let json = rc_values::json_of_person(text)
-        .map_err(|error| Failure(1, format!("the value is no JSON: {error}")))?;
+    let json = rc_values::json_of_person(text).map_err(|error| {
+        let reason = stray(text).unwrap_or_else(|| error.to_string());
+        Failure(1, format!("the value is no JSON: {reason}"))
+    })?;
     from_json(ty, &json).map_err(|error| Failure(1, error.to_string()))
+}
+
+/// The first character outside the strings of a text that a reader does not see or takes for
+/// another one, with its place.
+fn stray(text: &str) -> Option<String> {
+    let mut sources = SourceMap::new();
+    let source = sources.add("", text);
+    let (mut in_string, mut is_escaped) = (false, false);
+    for (at, c) in text.char_indices() {
+        let ends = c == '"' && !is_escaped;
+        is_escaped = in_string && c == '\\' && !is_escaped;
+        in_string ^= ends;
+        let span = Span::new(source, at, at + c.len_utf8());
+        if let Some(found) = stray_character(c, span).filter(|_| !in_string) {
+            let place = sources.position(source, at);
+            let help = found.help.unwrap_or_default();
+            let (message, line, column) = (found.message, place.line, place.column);
+            return Some(format!("{message} at line {line} column {column}; {help}"));
+        }
+    }
+    None
 }
 
 /// `rcdeploy call`.
@@ -102,4 +126,32 @@ pub(super) fn send(
     }
     sender.finish();
     Ok(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stray;
+
+    #[test]
+    fn characters_that_nobody_sees_are_named_in_json() {
+        for (text, wanted) in [
+            (
+                "{\u{a0}\"a\": 1}",
+                "U+00A0 (a no-break space) at line 1 column 2; ",
+            ),
+            (
+                "{\"ü\"\u{200b}: 1}",
+                "U+200B (a zero-width space) at line 1 column 5; ",
+            ),
+            (
+                "{\n\u{201c}a\": 1}",
+                "U+201C (a typographic quote) at line 2 column 1; write `\"`",
+            ),
+        ] {
+            let found = stray(text).unwrap_or_default();
+            assert!(found.contains(wanted), "{found}");
+        }
+        // Strings may have them.
+        assert_eq!(stray("{\"\\\"\u{a0}\u{201c}\": 010}"), None);
+    }
 }

@@ -21,19 +21,24 @@ const LIST: &str = "metadata.yaml";
 /// The longest record at the beginning of a file that is read to find its table.
 const LONGEST_BEGINNING: u64 = 1 << 16;
 
-/// The files of the recording at `path`, in their order.
+/// How many missing parts are named.
+const MOST_MISSING: usize = 8;
+
+/// The files of the recording at `path`, in their order, and the numbers of parts between them that
+/// are missing.
 ///
 /// A folder is one of rosbag2. The first of the parts of a long recording means all that are there;
 /// another one means itself alone.
-pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, RecordError> {
+pub(super) fn files(path: &Path) -> Result<(Vec<PathBuf>, Vec<u32>), RecordError> {
     if path.is_dir() {
-        return in_folder(path);
+        return Ok((in_folder(path)?, Vec::new()));
     }
+    let alone = || Ok((vec![path.to_owned()], Vec::new()));
     let Some((stem, number)) = number_of(path) else {
-        return Ok(vec![path.to_owned()]);
+        return alone();
     };
     let Some((recording, _)) = part_of(path) else {
-        return Ok(vec![path.to_owned()]);
+        return alone();
     };
     let mut parts = BTreeMap::new();
     for entry in entries(path.parent().unwrap_or(Path::new(""))) {
@@ -45,9 +50,12 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, RecordError> {
         }
     }
     if parts.keys().next() != Some(&number) {
-        return Ok(vec![path.to_owned()]);
+        return alone();
     }
-    Ok(parts.into_values().collect())
+    let last = parts.keys().next_back().map_or(number, |last| *last);
+    let missing = (number..last).filter(|number| !parts.contains_key(number));
+    let missing = missing.take(MOST_MISSING).collect();
+    Ok((parts.into_values().collect(), missing))
 }
 
 /// The paths in a folder; an empty path is the present one.

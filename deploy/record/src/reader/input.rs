@@ -4,6 +4,7 @@ use lz4_flex::frame::FrameDecoder;
 use rc_diagnostics::foreign::clean;
 use rc_mcap::read::{END, LONGEST, Summary, summary, summary_start};
 use ruzstd::decoding::StreamingDecoder;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -100,10 +101,12 @@ impl Read for Input {
 }
 
 fn frame(file: BufReader<File>) -> io::Result<Zstd> {
-    StreamingDecoder::new(file).map_err(|error| {
-        let text = format!("its compression with zstd is damaged: {error}");
-        io::Error::new(io::ErrorKind::InvalidData, text)
-    })
+    StreamingDecoder::new(file)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, damaged_zstd(&error)))
+}
+
+pub(super) fn damaged_zstd(error: &dyn Display) -> String {
+    format!("its compression with zstd is damaged: {error}")
 }
 
 /// The records of a chunk, which has `size` bytes before compression.

@@ -10,7 +10,7 @@ mod input;
 use crate::error::RecordError;
 use crate::qos;
 use definitions::Definitions;
-use input::{Input, check_length, decompress};
+use input::{Input, check_length, damaged_zstd, decompress};
 use rc_diagnostics::foreign::clean;
 use rc_mcap::read::{LONGEST, PREFIX, Record as Raw, Summary, next, prefix};
 use rc_mcap::{MAGIC, op};
@@ -99,6 +99,8 @@ pub struct Faults {
     pub without_channel: u64,
     /// What the first damage is.
     pub damage: Option<String>,
+    /// The numbers of parts of a long recording that are not beside the others, the first ones.
+    pub missing: Vec<u32>,
     /// Why a file ends before its end, if one does: it was cut, or is damaged from there on.
     pub cut: Option<String>,
 }
@@ -123,6 +125,10 @@ impl fmt::Display for Faults {
         }
         if self.without_channel > 0 {
             parts.push(format!("{} messages have no channel", self.without_channel));
+        }
+        if !self.missing.is_empty() {
+            let numbers: Vec<String> = self.missing.iter().map(u32::to_string).collect();
+            parts.push(format!("part {} of it is missing", numbers.join(", ")));
         }
         let cut = self.cut.as_ref();
         parts.extend(cut.map(|reason| format!("it ends before its end ({reason})")));
@@ -177,11 +183,20 @@ enum Fault {
     End(String),
 }
 
+/// Whether the summary lists the places of such records.
+fn is_of_summary(code: u8) -> bool {
+    matches!(code, op::CHUNK | op::ATTACHMENT | op::METADATA)
+}
+
 impl Reader {
     /// Opens a recording: a file, also one that is compressed with zstd, the first of the parts of
     /// a long recording, or a folder of rosbag2. Fails if it is no MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let files = files::files(path)?;
+        let (files, missing) = files::files(path)?;
+        let faults = Faults {
+            missing,
+            ..Faults::default()
+        };
         let first = files.first().map_or(path, PathBuf::as_path);
         let input = Input::open(first).map_err(|e| RecordError::file(first, &e))?;
         let mut reader = Self {
@@ -198,7 +213,7 @@ impl Reader {
             repeated: 0,
             repeated_files: 0,
             end: u64::MAX,
-            faults: Faults::default(),
+            faults,
             has_ended: false,
             files,
         };
@@ -257,11 +272,14 @@ impl Reader {
         }
         let summary = self.input.summary();
         let mut begin = [0; MAGIC.len()];
-        if self.input.read_exact(&mut begin).is_err() || begin != MAGIC {
-            return Err(RecordError::NoRecording {
-                path: path.clone(),
-                reason: "it does not begin as an MCAP file does".to_owned(),
-            });
+        let read = self.input.read_exact(&mut begin);
+        if read.is_err() || begin != MAGIC {
+            let reason = match read {
+                Err(error) if self.input.length().is_none() => damaged_zstd(&error),
+                _ => "it does not begin as an MCAP file does".to_owned(),
+            };
+            let path = path.clone();
+            return Err(RecordError::NoRecording { path, reason });
         }
         (self.present, self.at) = (at, MAGIC.len() as u64);
         (self.repeated, self.repeated_files) = (0, 0);
@@ -373,7 +391,10 @@ impl Reader {
     /// Reads a record of the file.
     fn step(&mut self) -> Result<(), Fault> {
         let ends = || "it ends in the middle of a record".to_owned();
-        while self.places.pop_if(|(place, _)| *place <= self.at).is_some() {}
+        let mut is_listed = false;
+        while let Some((place, _)) = self.places.pop_if(|(place, _)| *place <= self.at) {
+            is_listed |= place == self.at;
+        }
         let mut begin = [0; PREFIX];
         if self.input.read_exact(&mut begin).is_err() {
             return Err(self.go_on(ends()));
@@ -415,6 +436,10 @@ impl Reader {
             Err(error) => return Err(self.go_on(error.to_string())),
         }
         self.at = end;
+        if is_listed && !is_of_summary(code) {
+            // Its first byte is damaged: records of an unknown kind are left out.
+            return Err(Fault::Record("a record is damaged".to_owned()));
+        }
         let raw = Raw::parse(code, &body).map_err(Fault::Record)?;
         let Raw::Chunk {
             begin,
@@ -463,8 +488,7 @@ impl Reader {
         let is_there = self.input.seek(place).is_ok()
             && self.input.read_exact(&mut begin).is_ok()
             && prefix(&begin).is_some_and(|(code, length)| {
-                matches!(code, op::CHUNK | op::ATTACHMENT | op::METADATA)
-                    && length.checked_add(PREFIX as u64) == Some(size)
+                is_of_summary(code) && length.checked_add(PREFIX as u64) == Some(size)
             });
         if is_there && self.input.seek(place).is_ok() {
             self.at = place;

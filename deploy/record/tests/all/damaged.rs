@@ -99,11 +99,20 @@ fn a_damaged_chunk_is_skipped_and_counted() {
         assert_eq!(times, without(&[3]), "{length}");
         assert!(faults.damaged >= 1 && faults.cut.is_none(), "{faults}");
     }
-    // Something else in the place of a chunk: the end of the data.
-    let mut bytes = whole.clone();
-    bytes[begins[3]] = op::DATA_END;
-    std::fs::write(&path, &bytes).expect("to write");
-    assert_eq!(read(&path).0, without(&[3]));
+    // Something else in the place of a chunk: the end of the data, a kind that nobody knows, and one
+    // that is read only in the summary.
+    for code in [op::DATA_END, 0x77, 0xff, op::STATISTICS] {
+        let mut bytes = whole.clone();
+        bytes[begins[3]] = code;
+        std::fs::write(&path, &bytes).expect("to write");
+        let (times, faults) = read(&path);
+        assert_eq!(times, without(&[3]), "{code}");
+        assert_eq!(
+            (faults.damaged, &faults.cut),
+            (1, &None),
+            "{code}: {faults}"
+        );
+    }
 }
 
 #[test]

@@ -215,6 +215,16 @@ fn a_long_recording_continues_in_other_files() {
         assert_eq!(Info::read(file).expect("info").attachments.len(), 1);
     }
     assert!(all > 0 && all < count);
+    // A part that is not there is a fault.
+    let aside = folder.path().join("aside");
+    std::fs::rename(&files[1], &aside).expect("to rename");
+    let (times, faults) = read(&path);
+    assert!((times.len() as u64) < count);
+    assert_eq!(
+        (faults.to_string().as_str(), faults.is_none()),
+        ("part 1 of it is missing", false)
+    );
+    std::fs::rename(&aside, &files[1]).expect("to rename");
     // The parts that are left when the oldest one was removed.
     std::fs::remove_file(&path).expect("to remove");
     assert_eq!(read(&files[1]).0.len() as u64, all);

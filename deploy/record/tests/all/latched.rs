@@ -124,6 +124,16 @@ fn a_folder_of_rosbag2_and_compressed_files_are_recordings() {
     zstd.extend(compress_to_vec(&bytes[300..], CompressionLevel::Fastest));
     std::fs::write(bag.join("bag_1.mcap.zstd"), &zstd).expect("to write");
     assert_eq!(read(&bag.join("bag_1.mcap.zstd")).len(), 23);
+    // One that ends in its first block has no byte.
+    let first = folder.path().join("first.mcap.zstd");
+    std::fs::write(&first, &zstd[..20]).expect("to write");
+    let error = Reader::open(&first).map(drop).expect_err("no recording");
+    assert!(
+        error
+            .to_string()
+            .contains("its compression with zstd is damaged: "),
+        "{error}"
+    );
     zstd.truncate(zstd.len() - 20);
     std::fs::write(folder.path().join("short.mcap.zstd"), zstd).expect("to write");
     let short = Info::read(&folder.path().join("short.mcap.zstd")).expect("a recording");
