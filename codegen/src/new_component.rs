@@ -56,6 +56,9 @@ pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
     Ok(workspace)
 }
 
+/// Programs that lie beside those of components in a shared target folder, and in the PATH.
+const TOOLS: [&str; 3] = ["rcgen", "rcview", "rcfoxglove"];
+
 impl NewComponent {
     /// Folder, from the root of the workspace.
     pub fn folder(&self) -> PathBuf {
@@ -73,6 +76,9 @@ impl NewComponent {
         named.map_err(cannot)?;
         if name == "rcdeploy" {
             return Err(cannot("rcdeploy has sockets and logs of this name"));
+        }
+        if TOOLS.contains(&name.as_str()) {
+            return Err(cannot("a program of RoboComp has this name"));
         }
         let folder = self.folder();
         let there = workspace.root().join(&folder);

@@ -316,9 +316,10 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
     }
     Some((address?, text.span))
 }
-/// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
-/// the component where the check of the network did not look.
-const OWN_OPTIONS: [(&str, &str); 6] = [
+/// The options that `rcdeploy` gives a component from other fields, and those with which a component
+/// does something else than to run. One of them in `args` would take the component where the check of
+/// the network did not look.
+const OWN_OPTIONS: [(&str, &str); 17] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -328,12 +329,35 @@ const OWN_OPTIONS: [(&str, &str); 6] = [
     ("--clock", "write `clock` into the deployment"),
     ("--followers", "write `clock` into the deployment"),
     ("--members", "write `slots { … };`"),
+    ("--bind", "write `bind COMPONENT.SLOT -> COMPONENT.SLOT;`"),
+    (
+        "--transport",
+        "write `middleware auto;` into the deployment",
+    ),
+    ("--convert", "write `bind … { convert; };`"),
+    ("--set", "write `parameters { NAME VALUE; };`"),
+    (
+        "--set-middleware",
+        "write `domain` into the deployment, or `[middleware.NAME]` into the configuration",
+    ),
+    ("--replay", NO_RUN),
+    ("--check", NO_RUN),
+    ("--probe", NO_RUN),
+    ("--wait", NO_RUN),
+    ("--help", NO_RUN),
+    ("--version", NO_RUN),
 ];
+const NO_RUN: &str = "the component would not run";
 
 fn check_argument(text: &Name, found: &mut Diagnostics) {
     let option = text.text.split('=').next().unwrap_or_default();
     if let Some((_, help)) = OWN_OPTIONS.iter().find(|(own, _)| *own == option) {
-        let message = format!("`{option}` cannot be in `args`: `rcdeploy` sets it");
+        let reason = if *help == NO_RUN {
+            "a network runs its components"
+        } else {
+            "`rcdeploy` sets it"
+        };
+        let message = format!("`{option}` cannot be in `args`: {reason}");
         let error = Diagnostic::error("reserved-argument", text.span, message);
         found.push(error.help(*help));
     }

@@ -1,6 +1,7 @@
 //! Why a component does not start, and why the configuration checker refuses a change.
 
 use crate::worker_error::WorkerError;
+use rc_diagnostics::foreign::without_number;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_management::rpc::{Error, ErrorData, Finding};
 use rc_middleware::OpenError;
@@ -40,7 +41,7 @@ impl StartError {
     pub(crate) fn report_line(&self, name: &str) -> String {
         match self {
             Self::Configuration(text) => text.clone(),
-            error => format!("{name}: error: {error}\n"),
+            error => format!("{name}: error: {}\n", without_number(&error.to_string())),
         }
     }
 

@@ -11,7 +11,6 @@ use crate::probe;
 use crate::stages::{Hosting, Prepared};
 use crate::start::Start;
 use crate::testing::defaults::DefaultReply;
-use rc_diagnostics::foreign::without_number;
 use rc_diagnostics::print;
 use rc_middleware::WakeEvent;
 use std::ffi::OsString;
@@ -94,7 +93,7 @@ pub(crate) fn printed(name: &str, code: u8) -> u8 {
 }
 
 fn fail(name: &str, error: &StartError) -> u8 {
-    print_error(&without_number(&error.report_line(name)));
+    print_error(&error.report_line(name));
     error.exit_code()
 }
 

@@ -9,6 +9,7 @@ use clap_complete::CompleteEnv;
 pub use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter, CompletionCandidate};
 pub use completion::{Shell, earlier_word, files, value_of, words};
 pub use man::Page;
+use rc_diagnostics::foreign::is_hidden;
 use rc_diagnostics::print::{self, ColorChoice};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -85,7 +86,13 @@ impl Tool {
     /// Prints help or a wrong usage, and ends the process.
     fn end(&self, error: &clap::Error) -> ! {
         if error.use_stderr() {
-            error.exit();
+            let text = error.render().to_string();
+            if !text.chars().any(|c| c != '\n' && is_hidden(c)) {
+                error.exit();
+            }
+            // Words of the command line, which may be names of files.
+            print::error(format_args!("{}", text.trim_end()));
+            std::process::exit(error.exit_code());
         }
         print::data(&error.render().to_string());
         let (code, message) = print::exit_code(0, None, 3);

@@ -92,7 +92,7 @@ fn window_size(wanted: Option<(usize, usize)>) -> (u16, u16) {
 }
 
 fn edit_file(request: &Request) -> Result<(), Failure> {
-    not_urdf(&request.file)?;
+    not_of_others(&request.file)?;
     let folders = Folders::new(request.include.iter().cloned());
     let mut editor = Editor::open(&request.file, folders).map_err(|error| {
         let text = error.to_string().trim_end().to_owned();
@@ -132,21 +132,33 @@ fn pixels(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX).clamp(1, 4096)
 }
 
-/// Refuses a robot of URDF, which is no InnerModel file but becomes one.
-fn not_urdf(file: &Path) -> Result<(), Failure> {
-    if file.extension().is_none_or(|e| e != "urdf") {
-        return Ok(());
-    }
+/// Refuses a robot of URDF, which is no InnerModel file but becomes one, and a mesh, which a file
+/// shows.
+fn not_of_others(file: &Path) -> Result<(), Failure> {
+    let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
     let (path, xml) = (file.display(), file.with_extension("xml"));
     let xml = xml.display();
+    let how = match ending.to_str() {
+        Some("urdf") => {
+            format!("make one: rcgen import {path} --out {xml}, then: rcview {xml}")
+        }
+        Some("stl" | "obj" | "gltf" | "glb") => {
+            let mesh = file.file_name().unwrap_or_default().to_string_lossy();
+            format!(
+                "write `<innerModel><mesh id=\"mesh\" file=\"{mesh}\"/></innerModel>` into {xml}, \
+                 then: rcview {xml}"
+            )
+        }
+        _ => return Ok(()),
+    };
     Err(Failure::Usage(format!(
-        "{path} is no InnerModel file; make one: rcgen import {path} --out {xml}, then: rcview {xml}"
+        "{path} is no InnerModel file; {how}"
     )))
 }
 
 fn load(request: &Request) -> Result<InnerModel, Failure> {
     let wrong = |error: innermodel::Error| Failure::Input(error.to_string());
-    not_urdf(&request.file)?;
+    not_of_others(&request.file)?;
     let folders = Folders::new(request.include.iter().cloned());
     let (document, warnings) = innermodel::read(&request.file, &folders).map_err(|error| {
         let text = error.to_string();

@@ -27,7 +27,6 @@ use crate::stages::{Hosting, Prepared};
 use crate::waker::{Waker, Wakeups, waker};
 use command_line::{Member, Wanted};
 use handover::{Handed, ProcessLink};
-use rc_diagnostics::foreign::without_number;
 use rc_middleware::WakeEvent;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -97,7 +96,7 @@ pub fn run_components(types: &'static [ComponentType]) -> ExitCode {
     ExitCode::from(match code {
         Ok(code) => printed(&name, code),
         Err(error) => {
-            print_error(&without_number(&error.report_line(&name)));
+            print_error(&error.report_line(&name));
             error.exit_code()
         }
     })

@@ -48,6 +48,18 @@ fn what_cannot_be_printed_is_a_failure() {
 }
 
 #[test]
+fn a_wrong_word_sends_nothing_to_the_terminal() {
+    let folder = folder(&[]);
+    let (code, err) = run(&mut command(folder.path(), &["--nix\u{1b}[31m\u{202e}"]));
+    assert_eq!(code, 2, "{err}");
+    assert!(
+        err.contains("unexpected argument") && err.contains(r"\u{202e}"),
+        "{err}"
+    );
+    assert!(!err.contains(['\u{1b}', '\u{202e}']), "{err}");
+}
+
+#[test]
 fn colours_and_ascii_are_chosen() {
     let folder = folder(&[("größe.idsl", "module M { struct S { flaot a; }; };")]);
     let check = |color: &[&str], set: (&str, &str)| {

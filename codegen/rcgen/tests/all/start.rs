@@ -328,6 +328,9 @@ fn an_interface_that_two_modules_declare_is_asked_about() {
         err.contains("rcdeploy has sockets and logs of this name"),
         "{err}"
     );
+    let (code, _, err) = rcgen(&robot, &["new", "rcview"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("a program of RoboComp has this name"), "{err}");
     let (code, _, err) = rcgen(&robot, &["init", "inner"]);
     assert_eq!(code, 2);
     assert!(err.contains("would be inside the workspace"), "{err}");

@@ -306,3 +306,30 @@ fn points_of_a_file_fill_a_cloud() {
         assert!(errors.contains(expected), "{points}: {errors}");
     }
 }
+
+/// A robot and a mesh are no InnerModel files; the message says how they become one, which works.
+#[test]
+fn files_of_others_say_how_they_are_seen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |arguments: &[&str]| {
+        let mut command = rcview();
+        command.args(arguments).current_dir(folder.path());
+        command.env_remove("DISPLAY").output().expect("to run it")
+    };
+    let corners = "v 0 0 0\nv 900 0 0\nv 0 900 0\nf 1 2 3\n";
+    std::fs::write(folder.path().join("part.OBJ"), corners).expect("a file");
+    let output = run(&["part.OBJ"]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("then: rcview part.xml"), "{errors}");
+    let scene = errors.split('`').nth(1).expect("a text");
+    std::fs::write(folder.path().join("part.xml"), scene).expect("a file");
+    success(&run(&["part.xml", "--png", "part.png"]));
+    for arguments in [&["arm.urdf"][..], &["arm.urdf", "--edit"]] {
+        let errors = String::from_utf8_lossy(&run(arguments).stderr).into_owned();
+        assert!(
+            errors.contains("rcgen import arm.urdf --out arm.xml"),
+            "{errors}"
+        );
+    }
+}
