@@ -45,7 +45,7 @@ pub(crate) fn syntax_error<R: Language>(
     } else {
         let found = &found[..length];
         // `а` of another alphabet looks like `a`.
-        match found.chars().find(|c| !c.is_ascii()) {
+        match found.chars().find(|c| !c.is_ascii() && c.is_alphabetic()) {
             Some(c) => format!("`{found}` (with U+{:04X})", u32::from(c)),
             None => format!("`{found}`"),
         }

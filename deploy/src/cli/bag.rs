@@ -2,7 +2,7 @@
 
 use super::arguments::format;
 use super::meaning::As;
-use super::output::{Failure, counted, print_line, print_note, show, system};
+use super::output::{Failure, counted, print_line, print_note, show, system, visible};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
@@ -241,7 +241,7 @@ fn list(
                     Ok(value) => line["value"] = value,
                     Err(error) => line["error"] = Json::from(error.to_string()),
                 }
-                format!("{line}\n")
+                visible(line.to_string()) + "\n"
             }
             (Format::Human, Ok(value)) if is_document => {
                 format!(

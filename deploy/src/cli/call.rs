@@ -2,7 +2,7 @@
 
 use super::look::look;
 use super::messages::{interrupts, is_interrupted};
-use super::output::{Failure, print_data, print_line, print_note, system};
+use super::output::{Failure, json_text, print_data, print_line, print_note};
 use rc_deploy_client::Format;
 use rc_diagnostics::{SourceMap, Span, stray_character};
 use rc_observe::{Answer, Sender};
@@ -54,18 +54,17 @@ pub(super) fn call(
     let parameters = parameters(&operation.operation.request, json)?;
     let limit = Duration::from_secs_f64(timeout);
     let answer = rc_observe::call(&network.name, &operation, &parameters, limit)?;
-    let json = |value: &Value| serde_json::to_string(value).map_err(|e| system(&e));
     match (&answer, format) {
         (Answer::Result(value), Format::Json) => {
-            print_data(&format!("{{\"result\":{}}}\n", json(value)?));
+            print_data(&format!("{{\"result\":{}}}\n", json_text(value)?));
         }
         (Answer::Result(Value::Struct(_, members)), Format::Human) if members.is_empty() => {}
         (Answer::Result(value), Format::Human) => {
             print_line(format_args!("{}", value.text(&whole()).trim_end()));
         }
         (Answer::Exception(value), Format::Json) => {
-            let name = serde_json::to_string(&name(value)).map_err(|e| system(&e))?;
-            let value = json(value)?;
+            let name = json_text(&name(value))?;
+            let value = json_text(value)?;
             print_data(&format!("{{\"exception\":{name},\"value\":{value}}}\n"));
         }
         (Answer::Exception(value), Format::Human) => {

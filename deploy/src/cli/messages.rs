@@ -1,7 +1,7 @@
 //! `rcdeploy echo`: the messages of a topic or of calls. Other commands watch as it does.
 
 use super::look::look;
-use super::output::{Failure, print_note, system};
+use super::output::{Failure, print_note, system, visible};
 use crate::cli::arguments::TopicArguments;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::clean;
@@ -348,7 +348,7 @@ fn one(
                 .to_string()
                 .replacen("\"value\":null", &format!("\"value\":{value}"), 1);
         }
-        return Ok(text + "\n");
+        return Ok(visible(text) + "\n");
     }
     let style = Style::default();
     let mut text = String::new();

@@ -2,6 +2,7 @@
 
 use rc_deploy_client::Format;
 use rc_deploy_client::error::print_error;
+use rc_diagnostics::foreign::is_hidden;
 use rc_diagnostics::print;
 pub(super) use rc_diagnostics::print::{
     data as print_data, findings as print_findings, line as print_line,
@@ -36,9 +37,34 @@ pub(super) fn system(error: &dyn Display) -> Failure {
 
 /// Prints a value as a line of JSON.
 pub(super) fn print_json<T: Serialize>(value: &T) -> Result<(), Failure> {
-    let text = serde_json::to_string(value).map_err(|e| system(&e))?;
-    print_data(&format!("{text}\n"));
+    print_data(&format!("{}\n", json_text(value)?));
     Ok(())
+}
+
+/// A value as JSON, as [`visible`] shows it.
+pub(super) fn json_text<T: Serialize>(value: &T) -> Result<String, Failure> {
+    let text = serde_json::to_string(value).map_err(|e| system(&e))?;
+    Ok(visible(text))
+}
+
+/// JSON in which the characters that a terminal obeys are escapes: a writer of JSON escapes only
+/// those of ASCII.
+pub(super) fn visible(text: String) -> String {
+    if !text.chars().any(is_hidden) {
+        return text;
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_hidden(c) {
+            // They stand only in strings.
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                out.push_str(&format!("\\u{unit:04x}"));
+            }
+        } else {
+            out.push(c);
+        }
+    }
+    out
 }
 
 /// Prints an answer.
@@ -92,4 +118,23 @@ fn code_of(result: Result<u8, Failure>) -> u8 {
         print_failure(&message);
     }
     code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::json_text;
+
+    #[test]
+    fn json_sends_no_control_characters_to_a_terminal() {
+        let value = serde_json::json!({ "a\u{202e}": "x\u{1b}\u{9b}5n\u{e0041}é\n" });
+        let Ok(text) = json_text(&value) else {
+            panic!("it is JSON");
+        };
+        assert_eq!(
+            text,
+            "{\"a\\u202e\":\"x\\u001b\\u009b5n\\udb40\\udc41é\\n\"}"
+        );
+        let same: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(same, value);
+    }
 }

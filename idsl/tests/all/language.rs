@@ -540,11 +540,21 @@ fn numbers_have_the_whole_range_of_their_types() {
             m.idsl:3:17: error[bad-default]: expected an integer from -9223372036854775808 to 9223372036854775807, found the number 9223372036854775808
             m.idsl:4:26: error[enum-value]: the value of `y` would be 2147483648, which is no 32-bit integer (give it a value of its own, as in `last = 7`)
             m.idsl:5:18: error[bad-default]: expected a number within the range of `float64`, found a number that is too large
-            m.idsl:6:17: error[bad-default]: expected a number within the range of `float32`, found the number 1000000000000000000000000000000000000000
+            m.idsl:6:17: error[bad-default]: expected a number within the range of `float32`, found the number 1e39
             m.idsl:7:13: error[bad-range]: the limits of `@range` must be numbers of the member's type
             m.idsl:7:37: error[bad-range]: the limits of `@range` must be numbers of the member's type
             m.idsl:7:106: error[default-out-of-range]: the default 9223372036854775806 of `c` is outside its range
             m.idsl:8:15: warning[leading-zero]: `010` is the decimal number 10, not an octal one (write `10`)
+        "#]],
+    );
+}
+
+#[test]
+fn a_letter_that_looks_like_another_is_named() {
+    check(
+        "struct S { int \u{430}; };",
+        &expect![[r#"
+            m.idsl:2:16: error[syntax-error]: expected a name, found `а` (with U+0430)
         "#]],
     );
 }

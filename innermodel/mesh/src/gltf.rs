@@ -13,7 +13,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use rc_diagnostics::foreign::clean;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
@@ -82,7 +81,7 @@ struct Primitive {
     #[serde(default)]
     targets: Vec<Attributes>,
     #[serde(default)]
-    extensions: HashMap<String, IgnoredAny>,
+    extensions: HashMap<String, serde_json::Value>,
 }
 
 impl Primitive {
