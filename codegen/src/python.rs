@@ -5,6 +5,7 @@ pub(crate) mod component;
 pub mod component_interpreter;
 mod documentation;
 pub mod environment;
+pub mod environment_copy;
 mod handlers;
 mod interfaces;
 pub mod interpreter;

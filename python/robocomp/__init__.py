@@ -1,8 +1,5 @@
 """Components of robots: workers in Python over the runtime of RoboComp."""
 
-import importlib.machinery
-import importlib.util
-import os
 import sys
 
 if sys.version_info < (3, 11):
@@ -19,32 +16,9 @@ except ImportError as error:
     ) from error
 
 
-def _load_native() -> None:
-    """Loads the extension module that cargo built, if ROBOCOMP_NATIVE names one. A wheel has its own."""
-    name = "robocomp._native"
-    path = os.environ.get("ROBOCOMP_NATIVE")
-    if name in sys.modules:
-        return
-    if not path:
-        if importlib.util.find_spec(name) is None:
-            raise ImportError(
-                "robocomp has no extension module; build it with `rcdeploy up --build NETWORK.ddsl`, "
-                "and let ROBOCOMP_NATIVE name target/release/librobocomp_python.so"
-            )
-        return
-    loader = importlib.machinery.ExtensionFileLoader(name, path)
-    spec = importlib.util.spec_from_file_location(name, path, loader=loader)
-    if spec is None or not os.path.exists(path):
-        raise ImportError(
-            f"ROBOCOMP_NATIVE names {path}, which does not exist; "
-            "build it with: cargo build --release -p rc-python"
-        )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    loader.exec_module(module)
+from robocomp._load import load as _load  # noqa: E402
 
-
-_load_native()
+_load("robocomp._native", "ROBOCOMP_NATIVE", "rc-python", "librobocomp_python.so")
 
 from robocomp._client import Network, connect  # noqa: E402
 from robocomp._component import (  # noqa: E402

@@ -256,6 +256,10 @@ class Context:
     def _set_parameters(self, values: Mapping[str, Any]) -> None:
         """Takes the values of a configuration that was checked."""
 
+    def _refusal(self) -> str | None:
+        """Why a change of the parameters, which were taken, cannot be. It is said once."""
+        return None
+
     @property
     def name(self) -> str:
         """The name of this component in its network."""

@@ -355,12 +355,17 @@ impl Joined for PythonComponent {
     }
 
     fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
-        if !self.worker.has("params_changed") {
-            return Ok(());
-        }
         self.run(|py, component| {
+            let context = component.context.bind(py);
+            let refusal = context
+                .call_method0("_refusal")
+                .and_then(|reason| reason.extract::<Option<String>>());
+            match refusal.map_err(|error| errors::of_worker(py, &error))? {
+                Some(reason) => return Err(WorkerError::Failed(reason)),
+                None if !component.worker.has("params_changed") => return Ok(()),
+                None => {}
+            }
             let called = parameters::changes(py, changes).and_then(|changes| {
-                let context = component.context.bind(py);
                 component
                     .worker
                     .call(py, "params_changed", (context, changes))

@@ -244,6 +244,11 @@ impl Link {
         self.with_core(|core| core.random().u64(..))
     }
 
+    /// Whether this run repeats an exact recording.
+    fn is_replay(&self) -> PyResult<bool> {
+        self.with_core(|core| core.is_replay())
+    }
+
     fn is_time_source(&self) -> PyResult<bool> {
         self.with_time(|time| time.is_active())
     }

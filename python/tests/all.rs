@@ -11,10 +11,10 @@ const NUMPY: &str = "numpy==2.3.4";
 /// What the tests of components need. This `OpenCV` accepts the same `NumPy`.
 const COMPONENTS: &str = include_str!("../../components/line_camera_detector/tests/packages.txt");
 
-/// The extension module, which cargo built beside this program.
-fn native() -> PathBuf {
+/// An extension module, which cargo built beside this program.
+fn native(library: &str) -> PathBuf {
     let own = std::env::current_exe().expect("this program");
-    let native = own.with_file_name("librobocomp_python.so");
+    let native = own.with_file_name(library);
     assert!(native.exists(), "{} is not there", native.display());
     native
 }
@@ -29,7 +29,8 @@ fn interpreter(test: &str) -> Option<Command> {
         .current_dir(package.join("tests/python"))
         .env("PYTHONPATH", package)
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("ROBOCOMP_NATIVE", native());
+        .env("ROBOCOMP_NATIVE", native("librobocomp_python.so"))
+        .env("ROBOCOMP_INNERMODEL", native("librobocomp_innermodel.so"));
     Some(command)
 }
 
@@ -108,6 +109,16 @@ fn a_program_starts_checks_its_worker_and_stops() {
 }
 
 #[test]
+fn a_tree_of_innermodel_has_versions_and_frames() {
+    check(
+        "a_tree_of_innermodel_has_versions_and_frames",
+        "test_innermodel.py",
+        "local",
+        0,
+    );
+}
+
+#[test]
 fn samples_are_written_in_shared_memory() {
     check(
         "samples_are_written_in_shared_memory",
@@ -178,7 +189,7 @@ fn the_tests_of_components_pass() {
             .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
             .current_dir(package.join("..").join(component))
             .env("PYTHONPATH", package)
-            .env("ROBOCOMP_NATIVE", native())
+            .env("ROBOCOMP_NATIVE", native("librobocomp_python.so"))
             .output()
             .expect("the interpreter runs");
         let said = String::from_utf8_lossy(&output.stdout);

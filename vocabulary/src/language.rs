@@ -22,8 +22,8 @@ pub struct Needs {
     pub own: &'static str,
     /// The code of a finding about components that share a process.
     pub shared: &'static str,
-    /// The code of a finding about components on other hosts.
-    pub elsewhere: &'static str,
+    /// The code of the finding that refuses components on other hosts. `None`: it is copied there.
+    pub elsewhere: Option<&'static str>,
     /// What an image of a container lacks.
     pub missing: &'static str,
 }
@@ -31,14 +31,14 @@ pub struct Needs {
 static PYTHON_NEEDS: Needs = Needs {
     own: "an interpreter",
     shared: "process-interpreter",
-    elsewhere: "python-elsewhere",
+    elsewhere: None,
     missing: "no interpreter and no packages",
 };
 
 static CPP_NEEDS: Needs = Needs {
     own: "a program",
     shared: "process-program",
-    elsewhere: "cpp-elsewhere",
+    elsewhere: Some("cpp-elsewhere"),
     missing: "no library of robocomp",
 };
 

@@ -61,6 +61,8 @@ pub(crate) struct Component<'a> {
     pub(crate) package: String,
     managed: bool,
     simulates_time: bool,
+    /// Whether it has a tree of InnerModel, and a window for it.
+    viewer: bool,
     arrays: bool,
     pub(crate) slots: Vec<Slot<'a>>,
     /// The slots that call or publish, and those that implement or subscribe.
@@ -229,6 +231,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         package: names::package(&view.name),
         managed: view.managed,
         simulates_time: view.simulates_time,
+        viewer: view.viewer,
         arrays: view.has_arrays(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
@@ -413,13 +416,6 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             name.text
         );
         found.push(Diagnostic::error("name-collision", name.span, message));
-    }
-    if component.viewer.is_some() {
-        let message = "a component in Python cannot show a tree of InnerModel";
-        let error = Diagnostic::error("not-in-python", component.language.span, message);
-        let help = "leave the option out: `rcview --live NETWORK` shows the tree of a simulator, \
-                    and a component in Rust shows its own";
-        found.push(error.help(help));
     }
     for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
         let message = format!(

@@ -141,15 +141,15 @@ fn wrong_home(version: &Version) -> Option<OsString> {
 }
 
 /// What `pyvenv.cfg` says about a virtual environment.
-struct Settings {
+pub(super) struct Settings {
     version: Version,
     /// Whether it has the packages of the interpreter that it was made with.
-    is_open: bool,
+    pub(super) is_open: bool,
 }
 
 impl Settings {
     /// `None` for a folder that is no virtual environment, or does not tell its version.
-    fn read(environment: &Path) -> Option<Self> {
+    pub(super) fn read(environment: &Path) -> Option<Self> {
         let text = rc_files::read(&environment.join("pyvenv.cfg")).ok()?;
         let pairs = text.lines().filter_map(|line| line.split_once('='));
         let value = |wanted: &str| {
@@ -167,13 +167,19 @@ impl Settings {
         })
     }
 
+    /// Major and minor version.
+    pub(super) fn numbers(&self) -> (u64, u64) {
+        let release = self.version.release();
+        (release[0], release[1])
+    }
+
     /// Whether an interpreter of the environment cannot find `NumPy`. `None` if only it can tell.
     fn lacks_numpy(&self, environment: &Path) -> Option<bool> {
         if self.is_open {
             return None;
         }
-        let release = self.version.release();
-        let packages = format!("lib/python{}.{}/site-packages", release[0], release[1]);
+        let (major, minor) = self.numbers();
+        let packages = format!("lib/python{major}.{minor}/site-packages");
         for entry in environment.join(packages).read_dir().ok()? {
             let name = entry.ok()?.file_name();
             let name = name.to_str()?;

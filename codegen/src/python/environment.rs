@@ -163,7 +163,7 @@ fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Erro
     };
     std::fs::create_dir(place).map_err(system)?;
     let outcome = std::fs::write(&begun, "").map_err(system);
-    let outcome = outcome.and_then(|()| fill(&python, place));
+    let outcome = outcome.and_then(|()| fill(&python, place, None, PATIENCE));
     match outcome {
         Ok(()) => std::fs::remove_file(&begun).map_err(system),
         Err(error) => {
@@ -175,11 +175,16 @@ fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Erro
 }
 
 /// Runs the module `venv`, which prints to both outputs why it fails.
-fn fill(python: &Path, place: &Path) -> Result<(), Error> {
+pub(super) fn fill<'o>(
+    python: &Path,
+    place: &Path,
+    options: impl IntoIterator<Item = &'o str>,
+    patience: Duration,
+) -> Result<(), Error> {
     let mut command = Command::new(python);
-    command.args(["-m", "venv"]).arg(place);
+    command.args(["-m", "venv"]).args(options).arg(place);
     let what = format!("{} -m venv {}", python.display(), place.display());
-    let ended = interpreter::end_of(PATIENCE, &mut command);
+    let ended = interpreter::end_of(patience, &mut command);
     let ended = ended.map_err(|why| Error::System(format!("`{what}` {why}")))?;
     if ended.is_success {
         return Ok(());
@@ -224,7 +229,7 @@ pub fn make(
 }
 
 /// A program of the path.
-fn in_path(name: &str) -> Option<PathBuf> {
+pub(super) fn in_path(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let mut all = std::env::split_paths(&path).map(|folder| folder.join(name));
     all.find(|program| interpreter::may_run(program))

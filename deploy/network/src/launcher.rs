@@ -9,6 +9,7 @@ use crate::variant;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
 use rc_codegen::note::Note;
+use rc_codegen::paths::normal;
 use rc_codegen::{Project, generate, python};
 use rc_vocabulary::Middlewares;
 use std::ffi::OsString;
@@ -21,12 +22,21 @@ pub(crate) const CRATE: &str = "rc-python";
 const FOLDER: &str = "python";
 const LIBRARY: &str = "librobocomp_python.so";
 
+/// The crate of the extension module of components with a tree of InnerModel, and its library.
+pub(crate) const TREE_CRATE: &str = "rc-python-innermodel";
+const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
+
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 2] = ["etc", "src"];
 
 /// The package of a component, which is also the name of its launcher.
 pub(crate) fn package(project: &Project) -> String {
     python::names::package(&project.component.name.text)
+}
+
+/// Whether a component has a tree of InnerModel.
+pub(crate) fn has_tree(project: &Project) -> bool {
+    project.component.viewer.is_some()
 }
 
 /// The framework that a workspace names by a path, or that it is.
@@ -84,6 +94,67 @@ struct Venv {
     lock: PathBuf,
 }
 
+/// Where the parts of a component are that its launcher names. The paths are absolute.
+pub(crate) struct Places {
+    /// The folder of the component, with `.venv`.
+    pub(crate) folder: PathBuf,
+    /// The folder of its worker and its generated package, which for a variant is another one.
+    pub(crate) home: PathBuf,
+    /// The folder of the package `robocomp`, unless that is one of the interpreter.
+    pub(crate) framework: Option<PathBuf>,
+    /// The extension modules, each with the variable that names it.
+    pub(crate) native: Vec<(&'static str, PathBuf)>,
+}
+
+impl Places {
+    /// Those of a component of the workspace `root`.
+    pub(crate) fn of(
+        project: &Project,
+        root: &Path,
+        target: &Path,
+        profile: Profile,
+        variant: Option<Middlewares>,
+    ) -> Result<Self, Error> {
+        let absolute = |folder: &Path| rc_codegen::paths::absolute(folder);
+        let folder = absolute(project.code()).map_err(cannot("find the folder of a component"))?;
+        let home = variant.map_or_else(
+            || folder.clone(),
+            |middleware| {
+                let variants = target.join("rc").join(FOLDER);
+                variants.join(middleware.to_string()).join(package(project))
+            },
+        );
+        let framework = framework(root)?.map(|framework| absolute(&framework.join(FOLDER)));
+        let framework = framework
+            .transpose()
+            .map_err(cannot("find the framework"))?;
+        let mut native = vec![("ROBOCOMP_NATIVE", LIBRARY)];
+        if has_tree(project) {
+            native.push(("ROBOCOMP_INNERMODEL", TREE_LIBRARY));
+        }
+        native.retain(|_| framework.is_some());
+        let built = target.join(profile.folder());
+        let native = native.into_iter();
+        Ok(Self {
+            native: native
+                .map(|(name, library)| (name, built.join(library)))
+                .collect(),
+            folder,
+            home,
+            framework,
+        })
+    }
+
+    /// The folders in which the interpreter looks for packages.
+    fn paths(&self) -> Vec<PathBuf> {
+        let generated = self.home.join(GENERATED);
+        [generated]
+            .into_iter()
+            .chain(self.framework.clone())
+            .collect()
+    }
+}
+
 /// The launcher of a component of the workspace `root`, whose program is `path`.
 pub(crate) fn of(
     project: &Project,
@@ -94,23 +165,17 @@ pub(crate) fn of(
     path: PathBuf,
 ) -> Result<Launcher, Error> {
     let package = package(project);
-    let absolute = |folder: &Path| rc_codegen::paths::absolute(folder);
-    let folder = absolute(project.code()).map_err(cannot("find the folder of a component"))?;
+    let places = Places::of(project, root, target, profile, variant)?;
     let mut staged = None;
-    let (home, middleware) = match variant {
+    let middleware = match variant {
         None => {
-            let note = Note::of_generated(&folder).ok().flatten();
-            let word = note.map_or_else(String::new, |note| note.middleware);
-            (folder.clone(), word)
+            let note = Note::of_generated(&places.folder).ok().flatten();
+            note.map_or_else(String::new, |note| note.middleware)
         }
         Some(middleware) => {
-            let place = target
-                .join("rc")
-                .join(FOLDER)
-                .join(middleware.to_string())
-                .join(&package);
-            staged = Some((place.clone(), printed(project, middleware)?, folder.clone()));
-            (place, middleware.to_string())
+            let files = printed(project, middleware)?;
+            staged = Some((places.home.clone(), files, places.folder.clone()));
+            middleware.to_string()
         }
     };
     let note = Note {
@@ -118,22 +183,23 @@ pub(crate) fn of(
         model: format!("{:016x}", project.hash),
         middleware,
     };
-    let mut paths = vec![home.join(GENERATED)];
-    let mut native = None;
-    if let Some(framework) = framework(root)? {
-        let framework = absolute(&framework).map_err(cannot("find the framework"))?;
-        paths.push(framework.join(FOLDER));
-        native = Some(target.join(profile.folder()).join(LIBRARY));
-    }
     let oldest = project.oldest_python();
     let asks = project.component.python.is_some_and(|python| python.venv);
     let lock = target.join("rc").join(FOLDER).join("venv").join(&package);
     Ok(Launcher {
-        text: text(&package, &folder, &paths, native.as_deref(), oldest, &note)?,
+        text: text(
+            &package,
+            &path,
+            &places.folder,
+            &places.paths(),
+            &places.native,
+            oldest,
+            &note,
+        )?,
         path,
         staged,
         venv: asks.then_some(Venv {
-            folder,
+            folder: places.folder,
             oldest,
             lock,
         }),
@@ -181,25 +247,36 @@ fn listed(path: &Path) -> Result<&str, Error> {
 /// environment, or `python3`. A foreign PYTHONPATH comes behind the packages of an environment,
 /// which were chosen for the component. An interpreter that does not start or cannot import the
 /// framework is a failed start, in one line.
+///
+/// On another machine the script and all that it names are copies, each below one folder at its own
+/// path. So its own path, `place`, tells that folder.
 fn text(
     package: &str,
+    place: &Path,
     folder: &Path,
     paths: &[PathBuf],
-    native: Option<&Path>,
+    native: &[(&str, PathBuf)],
     (major, minor): (u32, u32),
     note: &Note,
 ) -> Result<String, Error> {
-    let paths = paths.iter().map(|path| listed(path));
-    let paths = paths.collect::<Result<Vec<&str>, _>>()?.join(":");
-    let native = match native {
-        Some(native) => format!("export ROBOCOMP_NATIVE={}\n", quoted(named(native)?)),
-        None => String::new(),
-    };
-    let (folder, paths) = (quoted(named(folder)?), quoted(&paths));
+    let below = |path: &str| format!("\"$root\"{}", quoted(path));
+    let paths = paths.iter().map(|path| Ok(below(listed(path)?)));
+    let paths = paths.collect::<Result<Vec<String>, Error>>()?.join(":");
+    let native = native.iter().map(|(name, path)| {
+        let path = below(named(path)?);
+        Ok(format!("export {name}={path}\n"))
+    });
+    let native: String = native.collect::<Result<_, Error>>()?;
+    let folder = below(named(folder)?);
+    let place = quoted(named(&normal(place))?);
     let needed = python::interpreter::needed_by_this((major, minor));
     Ok(format!(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\
+         case $0 in\n\
+         *{place}) root=${{0%{place}}} ;;\n\
+         *) root= ;;\n\
+         esac\n\
          folder={folder}\n\
          before= behind=${{PYTHONPATH:-}}\n\
          if [ -x \"$folder/.venv/bin/python\" ]; then\n    \
@@ -364,18 +441,19 @@ mod tests {
         std::fs::create_dir_all(&bin).expect("a folder");
         std::os::unix::fs::symlink("/bin/echo", bin.join("python")).expect("a link");
         let path = folder.path().join("eyes");
-        let native = Path::new("/x/lib.so");
+        let native = [("ROBOCOMP_NATIVE", PathBuf::from("/x/lib.so"))];
         let text = text(
             "eyes",
+            &path,
             &home,
             &[home.join(GENERATED)],
-            Some(native),
+            &native,
             (3, 11),
             &note(),
         );
         let text = text.expect("a script");
         assert!(
-            text.contains("\nexport ROBOCOMP_NATIVE='/x/lib.so'\n"),
+            text.contains("\nexport ROBOCOMP_NATIVE=\"$root\"'/x/lib.so'\n"),
             "{text}"
         );
         write(&path, &text).expect("a launcher");
@@ -394,9 +472,10 @@ mod tests {
         let path = folder.path().join("launcher");
         let text = text(
             "eyes",
+            &path,
             folder.path(),
             std::slice::from_ref(&packages),
-            None,
+            &[],
             (3, 11),
             &note(),
         );
@@ -416,11 +495,46 @@ mod tests {
         assert_eq!(run(&path), (Some(7), wanted, String::new()));
     }
 
+    /// As an agent copies it: below a folder of another machine, at the same path.
+    #[test]
+    fn a_copied_launcher_runs_the_copies_beside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = Path::new("/it's here, nowhere");
+        let path = here.join("target/eyes");
+        let generated = here.join(GENERATED);
+        let native = here.join("lib.so");
+        let text = text(
+            "eyes",
+            &path,
+            here,
+            std::slice::from_ref(&generated),
+            &[("ROBOCOMP_NATIVE", native.clone())],
+            (3, 11),
+            &note(),
+        );
+        let root = folder.path().join("the robot's");
+        let there = |path: &Path| root.join(path.strip_prefix("/").expect("an absolute path"));
+        std::fs::create_dir_all(there(&generated).join("eyes")).expect("a folder");
+        let package = |name: &str, text: &str| {
+            std::fs::write(there(&generated).join(name), text).expect("a file");
+        };
+        package("robocomp.py", "");
+        package("eyes/__init__.py", "");
+        let main = "import os\nprint(__file__)\nprint(os.environ['ROBOCOMP_NATIVE'])\n";
+        package("eyes/__main__.py", main);
+        write(&there(&path), &text.expect("a script")).expect("a launcher");
+        let (code, out, err) = run(&there(&path));
+        assert_eq!((code, err.as_str()), (Some(0), ""));
+        let main = there(&generated.join("eyes/__main__.py"));
+        let wanted = format!("{}\n{}\n", main.display(), there(&native).display());
+        assert_eq!(out, wanted);
+    }
+
     #[test]
     fn an_interpreter_that_is_too_old_is_a_failed_start_in_one_line() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("launcher");
-        let text = text("eyes", folder.path(), &[], None, (3, 999), &note());
+        let text = text("eyes", &path, folder.path(), &[], &[], (3, 999), &note());
         write(&path, &text.expect("a script")).expect("a launcher");
         let (code, out, err) = run(&path);
         assert_eq!((code, out.as_str()), (Some(3), ""));
@@ -464,7 +578,7 @@ mod tests {
         package(&generated.join("eyes"), "__main__.py", main);
         let path = folder.path().join("launcher");
         let paths = [generated.clone()];
-        let text = text("eyes", &home, &paths, None, (3, 11), &note());
+        let text = text("eyes", &path, &home, &paths, &[], (3, 11), &note());
         write(&path, &text.expect("a script")).expect("a launcher");
 
         // A foreign folder comes behind; programs that the worker starts have it as before.
@@ -540,9 +654,10 @@ mod tests {
         let mistake = |folder: &Path, path: &Path| {
             let text = text(
                 "eyes",
+                Path::new("/target/eyes"),
                 folder,
                 &[path.to_path_buf()],
-                None,
+                &[],
                 (3, 11),
                 &note(),
             );

@@ -34,6 +34,7 @@ mod planning;
 pub mod preview;
 mod process_name;
 mod programs;
+mod python_copies;
 mod ros_names;
 mod scenes;
 pub mod services;

@@ -79,7 +79,7 @@ impl Network {
             let host = self.deployment.remote_host(instance);
             let config = config(instance, project).map(std::path::absolute);
             let config = config.transpose()?.map(|path| normal(&path));
-            let mut files = Vec::new();
+            let (mut files, mut package) = (Vec::new(), None);
             if let Some(config) = &config {
                 option("--config", config.to_string_lossy().into_owned());
             }
@@ -91,6 +91,10 @@ impl Network {
                     named_files(project, config.as_deref(), &self.parameters[at], from)
                 });
                 files.extend(named.into_iter().flatten());
+                if let Some((more, python)) = self.python_copies(at, profile)? {
+                    files.extend(more);
+                    package = Some(python);
+                }
             }
             for (path, value) in &self.parameters[at].set {
                 option("--set", format!("{path}={value}"));
@@ -158,6 +162,7 @@ impl Network {
                 transports: self.transports(at),
                 host: host.map(plan::Host::from),
                 files,
+                package,
                 ..Component::new(instance.path.clone(), executable, directory)
             });
         }

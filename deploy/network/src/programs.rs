@@ -8,8 +8,10 @@ mod builds;
 
 pub use builds::Build;
 
-use crate::launcher;
+use crate::launcher::{self, Places};
 use crate::model::{Network, Profile};
+use crate::plan::Package;
+use crate::python_copies;
 use crate::shared_process;
 use crate::variant;
 use crate::workspaces::Workspaces;
@@ -235,6 +237,27 @@ impl Network {
         };
         let target = self.workspaces.target(&root)?;
         Ok(Some(target.join(profile.folder()).join(program)))
+    }
+
+    /// What another machine needs for an instance in Python: files, and what they are. `None` for
+    /// other instances, and for those in no workspace.
+    pub(crate) fn python_copies(
+        &self,
+        at: usize,
+        profile: Profile,
+    ) -> io::Result<Option<(Vec<PathBuf>, Package)>> {
+        let project = self.projects[at].as_deref();
+        let is_python = |project: &&Project| project.language() == Some(Language::Python);
+        let Some(project) = project.filter(is_python) else {
+            return Ok(None);
+        };
+        let Some(root) = Workspaces::root(project.code())? else {
+            return Ok(None);
+        };
+        let target = self.workspaces.target(&root)?;
+        let places = Places::of(project, &root, &target, profile, self.variants[at]);
+        let copies = places.and_then(|places| python_copies::of(&places));
+        copies.map(Some).map_err(io::Error::other)
     }
 
     /// The instances whose programs are built, with their components and variants.

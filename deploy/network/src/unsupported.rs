@@ -6,16 +6,16 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Language;
 
 impl Network {
-    /// Reports components in Python and C++ on other hosts: what lies beside their programs is not
-    /// copied.
+    /// Reports components on other hosts that need what is not copied there.
     pub(crate) fn refuse_languages_elsewhere(&self, found: &mut Diagnostics) {
         for (instance, project) in self.deployment.instances.iter().zip(&self.projects) {
             let language = project.as_deref().and_then(Project::language);
-            let needs = language.and_then(Language::needs);
-            let Some((language, needs)) = language.zip(needs) else {
+            let code = language.and_then(Language::needs);
+            let code = code.and_then(|needs| needs.elsewhere);
+            let Some((language, code)) = language.zip(code) else {
                 continue;
             };
-            let (language, code) = (language.title(), needs.elsewhere);
+            let language = language.title();
             let host = self.deployment.remote_host(instance).zip(instance.host);
             if let Some((host, (_, span))) = host {
                 let message = format!(

@@ -3,17 +3,18 @@
 use super::SupervisorMessage;
 use super::agent::Agent;
 use super::copies;
-use super::timed_stream::{TimedStream, read_line};
+use super::timed_stream::{Beat, TimedStream, read_line};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
 use rc_deploy_client::names::check_name;
+use rc_deploy_network::plan::{Environment, Package};
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use std::io::{self, BufReader, Write};
 use std::os::fd::{AsFd, OwnedFd};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -54,21 +55,23 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     nonblocking(&stdout).context("use its standard output")?;
     let mut input = BufReader::new(TimedStream(stdin));
     let mut output = TimedStream(stdout);
-    let first = read_line(&mut input)
-        .map_err(|(_, error)| error)
-        .context("hear its supervisor")?;
-    let Ok(SupervisorMessage::Network {
+    let SupervisorMessage::Network {
         name,
         files,
+        packages,
         services,
         memory_pause_ms,
-    }) = serde_json::from_str(&first)
+    } = first(&mut input)?
     else {
-        let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
-        return Err(Error::Plan(message.to_owned()));
+        return Err(not_a_supervisor());
     };
     check_name("network", &name)?;
     let root = receive(&name, &files, &mut input, &mut output)?;
+    for package in &packages {
+        let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
+        beat.context("answer its supervisor")?;
+        prepare(package, &files, &root)?;
+    }
     let cleanup = || cleanup(&name);
     let lock = acquire(&name, &mut output)?;
     let recovered = match recover_locked(&lock, &cleanup)? {
@@ -85,6 +88,43 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     Ok(())
 }
 
+/// The first message that says something.
+fn first(input: &mut BufReader<TimedStream>) -> Result<SupervisorMessage, Error> {
+    loop {
+        let line = read_line(input).map_err(|(_, error)| error);
+        let line = line.context("hear its supervisor")?;
+        match serde_json::from_str(&line) {
+            // It reads the files that it describes.
+            Ok(SupervisorMessage::Heartbeat) => {}
+            message => return message.map_err(|_| not_a_supervisor()),
+        }
+    }
+}
+
+fn not_a_supervisor() -> Error {
+    let message = "only `rcdeploy up` of this very version starts `agent`, over ssh";
+    Error::Plan(message.to_owned())
+}
+
+/// Removes from the copies what is not there any more, and gives the packages of an environment an
+/// interpreter.
+fn prepare(package: &Package, files: &[File], root: &Path) -> Result<(), Error> {
+    for folder in &package.folders {
+        let cleared = copies::remove_others(&copies::mirrored(root, folder), files, root);
+        cleared.context(format!("clear the copy of {}", folder.display()))?;
+    }
+    let Some(environment) = &package.environment else {
+        return Ok(());
+    };
+    let there = Environment {
+        folder: copies::mirrored(root, &environment.folder),
+        ..environment.clone()
+    };
+    there
+        .complete()
+        .map_err(|error| Error::Plan(error.to_string()))
+}
+
 /// Receives the files that are missing here.
 fn receive(
     network: &str,
@@ -99,12 +139,17 @@ fn receive(
         "make the folder of the copies beside {}",
         program.display()
     ))?;
-    let wanted: Vec<usize> = files
-        .iter()
-        .enumerate()
-        .filter(|(_, file)| !copies::is_below(file, &root))
-        .map(|(at, _)| at)
-        .collect();
+    let mut beat = Beat::new();
+    let mut wanted = Vec::new();
+    for (at, file) in files.iter().enumerate() {
+        if !copies::is_below(file, &root) {
+            wanted.push(at);
+        }
+        if beat.is_due() {
+            let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
+            beat.context("answer its supervisor")?;
+        }
+    }
     output
         .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
         .context("answer its supervisor")?;

@@ -3,8 +3,9 @@
 use super::SupervisorMessage;
 use super::copies;
 use super::ssh::TOKEN;
-use super::timed_stream::{TimedStream, read_line};
+use super::timed_stream::{Beat, TimedStream, read_line};
 use crate::process::own_program::OWN;
+use rc_deploy_network::plan::Package;
 use rc_diagnostics::foreign::clean;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
@@ -24,6 +25,8 @@ pub(crate) struct Setup {
     pub(crate) network: String,
     /// The files that the other machine needs, without duplicates.
     pub(crate) files: Vec<PathBuf>,
+    /// What components in Python need there beside files.
+    pub(crate) packages: Vec<Package>,
     /// The services that the guard there holds, as JSON.
     pub(crate) services: Option<String>,
     /// The pause between two readings of the memory of a component.
@@ -103,14 +106,21 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         copied = (1, program.size);
     }
     said(&mut input)?;
-    let files = setup.files.iter().map(|path| {
+    let mut beat = Beat::new();
+    let mut files: Vec<File> = Vec::new();
+    for path in &setup.files {
         let file = copies::describe(path);
-        file.map_err(|error| format!("cannot read {}: {error}", path.display()))
-    });
-    let files: Vec<File> = files.collect::<Result<_, _>>()?;
+        files.push(file.map_err(|error| format!("cannot read {}: {error}", path.display()))?);
+        // The packages of an environment may take long.
+        if beat.is_due() {
+            let message = lines::encode(&SupervisorMessage::Heartbeat);
+            out.write_all(&message).map_err(lost)?;
+        }
+    }
     let message = SupervisorMessage::Network {
         name: setup.network.clone(),
         files: files.clone(),
+        packages: setup.packages.clone(),
         services: setup.services.clone().unwrap_or_else(|| "[]".to_owned()),
         memory_pause_ms: u64::try_from(setup.memory_pause.as_millis()).unwrap_or(u64::MAX),
     };
@@ -138,7 +148,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
                 });
             }
             AgentMessage::Refused(why) => return Err(why),
-            // It waits for an earlier agent to end.
+            // It reads its copies, or waits for an earlier agent to end.
             _ => {}
         }
     }

@@ -4,6 +4,7 @@ use super::timed_stream::{TimedStream, bytes};
 use rc_management::agent::File;
 use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::fs;
 use std::io::{self, BufReader, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -128,6 +129,37 @@ pub(crate) fn mirrored(root: &Path, path: &Path) -> PathBuf {
     root.join(mirrored)
 }
 
+/// Removes the files below `folder`, a copy of a folder, that are not among these. What Python has
+/// compiled of them stays.
+pub(crate) fn remove_others(folder: &Path, files: &[File], root: &Path) -> io::Result<()> {
+    let copied: HashSet<PathBuf> = files
+        .iter()
+        .map(|file| mirrored(root, &file.path))
+        .collect();
+    remove_unless(folder, &|path| copied.contains(path))
+}
+
+fn remove_unless(folder: &Path, is_copied: &dyn Fn(&Path) -> bool) -> io::Result<()> {
+    let entries = match folder.read_dir() {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    for entry in entries {
+        let entry = entry?;
+        let path = entry.path();
+        // A link is no copy.
+        if entry.file_type()?.is_dir() {
+            if entry.file_name() != "__pycache__" {
+                remove_unless(&path, is_copied)?;
+            }
+        } else if !is_copied(&path) {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
 /// Opens a regular file. A pipe is refused, because reading it could block.
 fn open(path: &Path) -> io::Result<fs::File> {
     let file = rustix::fs::open(
@@ -233,6 +265,39 @@ mod tests {
         // Only its user reads it: it may hold secrets.
         let mode = fs::metadata(&place).expect("a file").permissions().mode();
         assert_eq!(mode & 0o077, 0);
+    }
+
+    #[test]
+    fn a_copied_folder_has_no_other_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path();
+        let write = |name: &str| {
+            let path = root.join(name);
+            fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            fs::write(path, "").expect("written");
+        };
+        let names = [
+            "src/worker.py",
+            "src/queue.py",
+            "src/old/lens.py",
+            "src/__pycache__/worker.pyc",
+            "beside.py",
+        ];
+        for name in names {
+            write(name);
+        }
+        std::os::unix::fs::symlink("/etc/passwd", root.join("src/link")).expect("a link");
+        let files = [File {
+            path: "/src/worker.py".into(),
+            hash: String::new(),
+            size: 0,
+            executable: false,
+        }];
+        remove_others(&root.join("src"), &files, root).expect("removed");
+        remove_others(&root.join("nowhere"), &files, root).expect("nothing to do");
+        let left = names.map(|name| root.join(name).exists());
+        assert_eq!(left, [true, false, false, true, true]);
+        assert!(!root.join("src/link").is_symlink());
     }
 
     #[test]

@@ -281,6 +281,7 @@ impl Host {
             args: component.args.iter().map(argument).collect(),
             // The agent does not need these.
             files: Vec::new(),
+            package: None,
             after: Vec::new(),
             ..component.clone()
         }

@@ -43,14 +43,16 @@ impl Hosts {
         }
         let hosts = hosts.into_iter().enumerate().map(|(h, host)| {
             let components = plan.components.iter().zip(&host_of);
-            let components = components.filter(|(_, of)| **of == Some(h));
-            let files = components.flat_map(|(c, _)| c.files.iter().chain([&c.executable]));
-            let mut files: Vec<_> = files.cloned().collect();
-            files.sort();
-            files.dedup();
+            let components = components.filter(|(_, of)| **of == Some(h)).map(|(c, _)| c);
+            let files = components
+                .clone()
+                .flat_map(|c| c.files.iter().chain([&c.executable]));
+            let files: BTreeSet<_> = files.cloned().collect();
+            let packages: BTreeSet<_> = components.filter_map(|c| c.package.clone()).collect();
             let setup = Setup {
                 network: plan.network.clone(),
-                files,
+                files: files.into_iter().collect(),
+                packages: packages.into_iter().collect(),
                 services: services.get(&host.name).cloned(),
                 memory_pause,
             };

@@ -26,11 +26,11 @@ pub(crate) use connection::AgentReady;
 pub(crate) use host::{HostEvent, HostSource, Outbox, RemoteProcess};
 pub(crate) use hosts::Hosts;
 
-use rc_deploy_network::plan::Component;
+use rc_deploy_network::plan::{Component, Package};
 use std::time::Duration;
 
 /// Message of the supervisor to an agent.
-pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component>;
+pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component, Package>;
 
 /// How long the other side may be silent before the connection is lost.
 pub(crate) const HOST_LIMIT: Duration = Duration::from_secs(5);

@@ -1,12 +1,33 @@
 //! Reads and writes with limits during the setup, when each side waits for the other.
 
-use super::STEP_LIMIT;
+use super::{BEAT, STEP_LIMIT};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, BufRead, BufReader, Read, Take, Write};
 use std::os::fd::{AsFd, OwnedFd};
+use std::time::Instant;
 
 /// The longest line of the setup: it names all files and services of a network.
 const LONGEST: u64 = 64 << 20;
+
+/// Says when the other side, which waits, has to hear something.
+#[derive(Debug)]
+pub(crate) struct Beat(Instant);
+
+impl Beat {
+    pub(crate) fn new() -> Self {
+        Self(Instant::now() + BEAT)
+    }
+
+    /// Whether a heartbeat is due, which is then sent.
+    pub(crate) fn is_due(&mut self) -> bool {
+        let now = Instant::now();
+        let is_due = now >= self.0;
+        if is_due {
+            self.0 = now + BEAT;
+        }
+        is_due
+    }
+}
 
 /// A non-blocking stream. A read or write waits at most [`STEP_LIMIT`] for the next byte.
 #[derive(Debug)]

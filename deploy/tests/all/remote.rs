@@ -1,30 +1,14 @@
-//! Components on another host, without a second machine or a network: a script replaces ssh and
-//! runs its command on this machine, with the folders of the other host.
+//! Components on another host, without a second machine or a network.
 
 use crate::bench::{Bench, Up, await_end, codes, component, kill, well};
 use crate::orphans::{forsaken, forsaking};
 use rc_deploy::process::Identity;
 use rc_deploy::{Component, ComponentState, ComponentStatus, Host, Policy, Restart};
+use rc_test_site::other_host;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::time::Duration;
-
-/// `ssh` that runs its command on this machine. While the file `unplugged` exists, it gets no
-/// reply.
-pub(crate) const SSH: &str = r#"#!/bin/sh
-if [ -e FOLDER/unplugged ]; then
-    echo "ssh: connect to host robot port 22: No route to host" >&2
-    exit 255
-fi
-while [ "$1" != -- ]; do shift; done
-export HOME=FOLDER/away/home XDG_RUNTIME_DIR=FOLDER/away/run XDG_STATE_HOME=FOLDER/away/state
-unset XDG_CACHE_HOME RC_SUPERVISOR
-echo "Welcome to robot!"
-echo "$$" > FOLDER/ssh.pid
-cat | setsid sh -c 'echo "$$" > FOLDER/agent.pid; eval "$1"' sh "$3" | cat
-"#;
 
 fn robot() -> Host {
     Host {
@@ -61,13 +45,7 @@ struct Away {
 impl Away {
     fn new() -> Self {
         let bench = Bench::new();
-        for folder in ["away/home", "away/run"] {
-            fs::create_dir_all(bench.path(folder)).expect("a folder");
-        }
-        let ssh = SSH.replace("FOLDER", &bench.path("").display().to_string());
-        fs::write(bench.path("ssh"), ssh).expect("written");
-        let all = fs::Permissions::from_mode(0o755);
-        fs::set_permissions(bench.path("ssh"), all).expect("set");
+        other_host::ssh(&bench.path(""));
         Self { bench }
     }
 

@@ -319,19 +319,3 @@ fn a_launcher_started_by_hand_is_a_component_that_its_recording_names() {
     let (code, report) = python.replay("wanderer", &["--program", &launcher]);
     assert_eq!(code, 0, "{report}");
 }
-
-/// The packages of a component are on the machine of rcdeploy only.
-#[test]
-fn a_component_in_python_runs_on_no_other_host() {
-    let site = Site::new("python_elsewhere");
-    site.write_ddsl(&format!(
-        "Deployment patrol\n{{\n    Host there {{ address \"192.0.2.1\"; }};\n    \
-         Component wanderer {{ cdsl \"{WANDERER}\"; host there; }};\n}};\n"
-    ));
-    let args = ["check", "--format", "short", "--profile", "dev"];
-    let ran = site.rcdeploy(&args, true);
-    assert_eq!(ran.code, 1, "{ran:?}");
-    let said = "error[python-elsewhere]: `wanderer` is in Python, and runs on this machine only, not on `there` \
-                (leave `host` out, or run it there in a network of its own: `rcgen explain python-elsewhere`)";
-    assert!(ran.stderr.contains(said), "{ran:?}");
-}

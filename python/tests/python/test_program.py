@@ -224,7 +224,7 @@ class Program(unittest.TestCase):
         command = [sys.executable, "-c", "import robocomp"]
         ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LIMIT)
         last = ended.stderr.splitlines()[-1]
-        self.assertIn("ImportError: robocomp has no extension module; build it with", last)
+        self.assertIn("ImportError: robocomp has no extension module `robocomp._native`; build it with", last)
         self.assertIn("ROBOCOMP_NATIVE", last)
 
     def test_a_missing_numpy_is_told(self):

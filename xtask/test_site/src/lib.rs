@@ -6,6 +6,7 @@
 )]
 
 pub mod foxglove;
+pub mod other_host;
 pub mod racks;
 pub mod recordings;
 pub mod site;

@@ -20,8 +20,7 @@ fn in_python(name: &str, folder: &Path) -> PathBuf {
             for (from, to) in [
                 ("language rust", "language python"),
                 ("LANGUAGE Rust", "language python"),
-                // Neither is for Python.
-                ("options dsr, InnerModelViewer;", "options dsr;"),
+                // A crate is not for Python.
                 ("planar_map \"FRAMEWORK/components/planar_map\";", ""),
                 ("asynchronous true; ", ""),
                 (" asynchronous true;", ""),

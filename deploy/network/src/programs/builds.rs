@@ -149,11 +149,13 @@ impl Network {
         let target = target.map_err(cannot("prepare the build"))?;
         let (mut launchers, mut programs) = (Vec::new(), Vec::new());
         let packages = scripts.keys().cloned().collect();
+        let mut has_tree = false;
         for (program, (project, variant)) in scripts {
             let path = target.join(profile.folder()).join(program);
             if project.language() == Some(Language::Cpp) {
                 programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
             } else {
+                has_tree |= launcher::has_tree(project);
                 launchers.push(launcher::of(
                     project, &root, &target, profile, variant, path,
                 )?);
@@ -162,6 +164,9 @@ impl Network {
         let mut crates = Vec::new();
         if !launchers.is_empty() {
             crates.push(launcher::CRATE);
+        }
+        if has_tree {
+            crates.push(launcher::TREE_CRATE);
         }
         if !programs.is_empty() {
             crates.push(cmake::CRATE);

@@ -1,9 +1,8 @@
 //! The states of a component in a running network: events from outside, status, pictures.
 
-use crate::remote::SSH;
+use rc_test_site::other_host;
 use rc_test_site::site::{CommandOutput, PATROL, Site};
 use serde_json::Value;
-use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 /// The active states of the avoider.
@@ -127,13 +126,7 @@ fn an_event_reaches_a_component_on_another_host() {
     let host = "middleware iceoryx2;\n    Host robot { address \"robot\"; };";
     let network = PATROL.replace("middleware iceoryx2;", host);
     site.write_ddsl(&network.replace(".cdsl\";", ".cdsl\"; host robot;"));
-    for folder in ["away/home", "away/run"] {
-        std::fs::create_dir_all(site.path(folder)).expect("a folder");
-    }
-    let ssh = site.path("ssh");
-    let script = SSH.replace("FOLDER", &site.path("").display().to_string());
-    std::fs::write(&ssh, script).expect("written");
-    std::fs::set_permissions(&ssh, std::fs::Permissions::from_mode(0o755)).expect("set");
+    let ssh = other_host::ssh(&site.path(""));
     let mut up = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
     up.args(["up", "--detach", "--profile", "dev"]);
     up.arg(site.ddsl()).env("RC_SSH", &ssh);

@@ -1,0 +1,31 @@
+"""Extension modules that cargo built."""
+
+import importlib.machinery
+import importlib.util
+import os
+import sys
+
+
+def load(name: str, variable: str, crate: str, library: str) -> None:
+    """Loads the extension module that a variable names. A wheel may have its own."""
+    path = os.environ.get(variable)
+    if name in sys.modules:
+        return
+    if not path:
+        if importlib.util.find_spec(name) is None:
+            raise ImportError(
+                f"robocomp has no extension module `{name}`; "
+                "build it with `rcdeploy up --build NETWORK.ddsl`, "
+                f"and let {variable} name target/release/{library}"
+            )
+        return
+    loader = importlib.machinery.ExtensionFileLoader(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=loader)
+    if spec is None or not os.path.exists(path):
+        raise ImportError(
+            f"{variable} names {path}, which does not exist; "
+            f"build it with: cargo build --release -p {crate}"
+        )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    loader.exec_module(module)
