@@ -2,6 +2,7 @@
 //! tools, `figures` writes the tables of BENCHMARKS.md, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
 //! Benchmarks and long tests are in `trials`, so that this program is built in a second.
 
+mod checkout;
 mod figures;
 mod install;
 mod mutants;

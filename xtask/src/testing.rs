@@ -1,5 +1,6 @@
 //! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone.
 
+use crate::checkout;
 use crate::programs;
 use crate::report::{Block, Report};
 use crate::timings::Timings;
@@ -19,6 +20,7 @@ const LEFT_OPEN: Duration = Duration::from_secs(2);
 /// Builds all programs, of which tests start many, then runs every test of the workspace. Both
 /// select the whole workspace: dependencies have the same features then, and are compiled once.
 pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
+    checkout::own_target()?;
     cargo(&["build", "--workspace", "--bins"])?;
     cargo(&["run", "--quiet", "--bin", "trials", "--", "variants"])?;
     let timed = rest.contains(&"--timings");
