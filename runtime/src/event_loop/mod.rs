@@ -41,6 +41,10 @@ use std::time::{Duration, Instant};
 
 /// The most handlers that run in a turn, before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
+/// No handler begins in a turn after this time: slow ones would keep `compute()` and the heartbeat
+/// waiting, while messages come faster than they are handled. In lockstep only the number counts,
+/// so that a run repeats.
+const HANDLING_A_TURN: Duration = Duration::from_millis(100);
 /// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a
 /// wake-up (iceoryx2 0.10 does, rarely), so the loop looks at every port this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
@@ -334,7 +338,8 @@ impl<'a> EventLoop<'a> {
         let count = self.ports.len();
         let mut left = HANDLERS_A_TURN;
         let gated = self.is_gated();
-        self.first_port = if self.first_port + 1 < count && !self.role.is_lockstep() {
+        let is_lockstep = self.role.is_lockstep();
+        self.first_port = if self.first_port + 1 < count && !is_lockstep {
             self.first_port + 1
         } else {
             0
@@ -347,6 +352,9 @@ impl<'a> EventLoop<'a> {
                 if left > 0 && self.ports[at].may_be_served(gated) {
                     start = self.serve_port(at, start);
                     left -= 1;
+                    if !is_lockstep && start.saturating_duration_since(now) >= HANDLING_A_TURN {
+                        break 'turn;
+                    }
                 }
             }
         }

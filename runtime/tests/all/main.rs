@@ -1,5 +1,6 @@
 //! All integration tests of the runtime in one program, except those that Miri runs (`in_place`).
 
+mod busy;
 mod life;
 mod lifecycle;
 mod log;
