@@ -2,16 +2,13 @@
 //! that takes those of one end to those of the other one.
 
 use crate::units::End;
-use rc_conversion::{Formula, Operand, Operation, Step};
-use rc_formula::Operand as Term;
-use rc_formula::Operation as Done;
+use rc_conversion::{Formula, Operand};
 use rc_idsl::model::{Member, TypeId};
 use rc_plans::{Kind, Plan, Refusal};
 use rc_prototypes::model::{Content, Covariance, Library, Part, Prototype};
 use rc_quantity::Unit;
-use rc_vocabulary::Primitive;
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Bound;
 use std::rc::Rc;
 
@@ -143,12 +140,9 @@ pub(crate) enum NotConverted {
 
 /// The members with the numbers of a prototype, and so many of its covariance.
 fn members(end: End<'_>, of: &Prototype, spread: usize) -> Result<Vec<String>, NotConverted> {
-    let numbers = end.prototypes.numbers(of);
-    let numbers = numbers.ok_or_else(|| NotConverted::Places(of.name.clone()))?;
-    let covariance = of.covariance.iter().map(|of| &of.member);
-    let covariance = covariance.flat_map(|of| (0..spread).map(move |at| format!("{of}.{at}")));
-    let values = numbers.into_iter().map(|datum| datum.member);
-    Ok(values.chain(covariance).collect())
+    let members = end.prototypes.members(of, spread);
+    let members = members.ok_or_else(|| NotConverted::Places(of.name.clone()))?;
+    Ok(members.into_iter().map(|datum| datum.member).collect())
 }
 
 /// `right-ahead-up`
@@ -285,90 +279,11 @@ impl Meaning {
     /// Members that only the sender has a meaning for stay as they are.
     pub(crate) fn formula(&self, marks: &[String]) -> Formula {
         let places: HashMap<&str, u32> = marks.iter().map(String::as_str).zip(0..).collect();
-        let place = |path: &String| places.get(path.as_str()).copied().unwrap_or(u32::MAX);
-        let mut steps: Vec<Step> = Vec::new();
-        let mut values: Vec<Operand> = Vec::new();
-        let term = |of: &Term, values: &[Operand]| match of {
-            Term::Constant(bits) => Operand::Constant(*bits),
-            Term::Node(at) => values.get(*at).copied().unwrap_or(Operand::Input(u32::MAX)),
+        let placed = |paths: &[String]| -> Vec<Option<u32>> {
+            let place = |path: &String| places.get(path.as_str()).copied();
+            paths.iter().map(place).collect()
         };
-        for node in self.plan.program.nodes() {
-            let operands: Vec<Operand> = node.operands.iter().map(|of| term(of, &values)).collect();
-            let mut push = |operation, operands| {
-                steps.push(Step {
-                    operation,
-                    operands,
-                });
-                Operand::Step(u32::try_from(steps.len() - 1).unwrap_or(u32::MAX))
-            };
-            let one = |operands: &[Operand]| {
-                let first = operands.first().copied();
-                first.unwrap_or(Operand::Input(u32::MAX))
-            };
-            let operation = match &node.operation {
-                Done::Input(at) => {
-                    let input = self.from.get(*at).map_or(u32::MAX, place);
-                    values.push(Operand::Input(input));
-                    continue;
-                }
-                Done::Store(Primitive::F64) | Done::Result(_) | Done::Call { .. } => {
-                    values.push(one(&operands));
-                    continue;
-                }
-                Done::Store(Primitive::F32) => Operation::Single,
-                Done::Store(_) => {
-                    let nearest = push(Operation::Nearest, operands);
-                    values.push(require(&node.operation, nearest, &mut push));
-                    continue;
-                }
-                Done::Require(..) => {
-                    values.push(require(&node.operation, one(&operands), &mut push));
-                    continue;
-                }
-                Done::Negate => Operation::Negate,
-                Done::Add => Operation::Add,
-                Done::Subtract => Operation::Subtract,
-                Done::Multiply => Operation::Multiply,
-                Done::Divide => Operation::Divide,
-                Done::Root => Operation::Root,
-                Done::Floor => Operation::Floor,
-                Done::Nearest => Operation::Nearest,
-                Done::Sine => Operation::Sine,
-                Done::Cosine => Operation::Cosine,
-                Done::Angle => Operation::Angle,
-                Done::Length => Operation::Length,
-                Done::IfBelow => Operation::IfBelow,
-            };
-            values.push(push(operation, operands));
-        }
-        let results: Vec<Operand> = self
-            .plan
-            .program
-            .results()
-            .iter()
-            .map(|of| term(of, &values))
-            .collect();
-        let own: BTreeMap<&String, &Operand> = self.to.iter().zip(&results).collect();
-        let outputs = marks.iter().zip(0..).map(|(path, at)| {
-            let own = own.get(path).copied().copied();
-            own.unwrap_or(Operand::Input(at))
-        });
-        Formula {
-            outputs: outputs.collect(),
-            steps,
-        }
+        let (from, to) = (placed(&self.from), placed(&self.to));
+        self.plan.formula(&from, &to, marks.len())
     }
-}
-
-/// A requirement of an operation of a plan.
-fn require(
-    of: &Done,
-    operand: Operand,
-    push: &mut impl FnMut(Operation, Vec<Operand>) -> Operand,
-) -> Operand {
-    let Some((least, most)) = of.range() else {
-        return operand;
-    };
-    let limits = [least, most].map(|limit| Operand::Constant(limit.to_bits()));
-    push(Operation::Require, vec![operand, limits[0], limits[1]])
 }

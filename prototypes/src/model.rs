@@ -228,6 +228,22 @@ impl Library {
         Some(out)
     }
 
+    /// The numbers of a prototype, then so many of its covariance, with their places in its type.
+    /// `None` as for [`Self::numbers`].
+    pub fn members(&self, of: &Prototype, spread: usize) -> Option<Vec<Datum>> {
+        let mut out = self.numbers(of)?;
+        if let Some(covariance) = &of.covariance {
+            out.extend((0..spread).map(|at| Datum {
+                symbol: String::new(),
+                role: String::new(),
+                member: format!("{}.{at}", covariance.member),
+                unit: None,
+                number: covariance.number,
+            }));
+        }
+        Some(out)
+    }
+
     /// The abstract type with this name.
     pub fn algebraic(&self, name: &str) -> Option<&Algebraic> {
         self.algebraics.iter().find(|found| found.name == name)

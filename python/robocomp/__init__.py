@@ -36,8 +36,10 @@ from robocomp._context import (  # noqa: E402
     SlotArray,
     TimeSource,
 )
+from robocomp._convert import convert, use_prototypes  # noqa: E402
 from robocomp._errors import (  # noqa: E402
     CallError,
+    ConversionError,
     Deadline,
     Emergency,
     Error,
@@ -77,6 +79,7 @@ __all__ = [
     "Client",
     "Component",
     "Context",
+    "ConversionError",
     "Deadline",
     "Emergency",
     "Error",
@@ -115,8 +118,10 @@ __all__ = [
     "WrongThread",
     "check_worker",
     "connect",
+    "convert",
     "default",
     "embed",
     "main",
     "required",
+    "use_prototypes",
 ]

@@ -78,6 +78,16 @@ class TimeError(Error):
     """The followers that have not done it."""
 
 
+class ConversionError(Error, ValueError):
+    """A value does not become one of another data prototype."""
+
+    code: str = "no-conversion"
+    """The finding, as `rcgen convert` reports it; `bad-value` for a value that is refused."""
+
+    index: int | None = None
+    """Which of several values is refused."""
+
+
 class RemoteError(Error):
     """The base of the exceptions that interfaces declare."""
 

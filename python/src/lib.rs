@@ -14,6 +14,7 @@ mod hooks;
 mod link;
 mod log;
 mod machine_runner;
+mod meaning;
 mod member;
 mod memory;
 mod names;
@@ -46,9 +47,11 @@ mod _native {
     #[pymodule_export]
     use super::machine_runner::MachineRunner;
     #[pymodule_export]
+    use super::meaning::{Conversion, Prototypes};
+    #[pymodule_export]
     use super::member::Member;
     #[pymodule_export]
-    use super::names::{name_of, primitives};
+    use super::names::{name_of, nearest, primitives};
     #[pymodule_export]
     use super::publisher::Publisher;
     #[pymodule_export]

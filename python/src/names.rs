@@ -1,4 +1,4 @@
-//! Names of Python for names of the IDSL, in clients whose types are known at run time only.
+//! Names of Python for names of the IDSL, where types are known at run time only.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -33,4 +33,12 @@ pub(crate) fn name_of(kind: &str, name: &str) -> PyResult<String> {
         "part" => rc_python_names::tuple_member(name),
         _ => return Err(PyValueError::new_err(format!("nothing is a `{kind}`"))),
     })
+}
+
+/// The name among these that is most like a misspelled one.
+#[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "an argument of Python")]
+pub(crate) fn nearest(name: &str, names: Vec<String>) -> Option<String> {
+    let names = names.iter().map(String::as_str);
+    rc_diagnostics::nearest(name, names).map(str::to_owned)
 }

@@ -168,6 +168,16 @@ fn a_client_without_a_component_calls_and_listens() {
     );
 }
 
+#[test]
+fn values_become_those_of_other_prototypes() {
+    check(
+        "values_become_those_of_other_prototypes",
+        "test_convert.py",
+        "local",
+        0,
+    );
+}
+
 /// The tests that the components of this repository have themselves.
 #[test]
 fn the_tests_of_components_pass() {

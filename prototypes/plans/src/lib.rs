@@ -7,6 +7,7 @@
 mod between;
 mod covariance;
 mod edge;
+mod formula;
 mod loss;
 mod network;
 mod plan;

@@ -2,6 +2,7 @@
 
 use crate::loss::{Bound, Loss};
 use rc_formula::{Operation, Program};
+use rc_prototypes::model::Library;
 use std::fmt;
 use std::ops::Add;
 
@@ -148,6 +149,14 @@ impl Plan {
     /// The last prototype.
     pub fn to(&self) -> &str {
         self.steps.last().map_or(&self.from, |step| &step.to)
+    }
+
+    /// How many numbers of a covariance it takes behind those of the first prototype.
+    pub fn spread(&self, library: &Library) -> usize {
+        let from = library.prototype(&self.from);
+        let numbers = from.and_then(|from| library.numbers(from));
+        let numbers = numbers.map_or(0, |numbers| numbers.len());
+        self.program.inputs().saturating_sub(numbers)
     }
 
     /// The number of steps: D's distance.
