@@ -188,7 +188,9 @@ fn the_tests_of_components_pass() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     for component in [
         "components/avoider_python",
+        "components/lidar",
         "components/line_camera_detector",
+        "components/mapper",
         "xtask/bench/ping_python",
         "xtask/bench/pong_python",
         "deploy/tests/programs/rack_python",

@@ -8,6 +8,7 @@
 mod cpp_worker;
 mod hosts;
 mod inner_model;
+mod mapping;
 mod mixed;
 mod patrol;
 mod python_elsewhere;
