@@ -436,6 +436,26 @@ mod tests {
     }
 
     #[test]
+    fn messages_that_wait_have_a_bound_in_bytes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.sock");
+        let listener = UnixListener::bind(&path).expect("a socket");
+        let mut client = Client::connect(&path, LIMIT).expect("a connection");
+        let line = format!("{{\"method\":\"{}\"}}\n", "x".repeat(1 << 18));
+        let most = 3 * MOST_WAITING / line.len();
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().expect("a client");
+            let lines = std::iter::repeat_n(line, most);
+            lines
+                .take_while(|line| stream.write_all(line.as_bytes()).is_ok())
+                .count()
+        });
+        let answer = client.call::<Done>(&Request::Stop, LIMIT);
+        assert!(matches!(answer, Err(CallError::Io(_))), "{answer:?}");
+        assert!(server.join().expect("the server") < most);
+    }
+
+    #[test]
     fn connecting_and_calling_have_time_limits() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");

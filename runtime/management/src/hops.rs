@@ -226,6 +226,15 @@ mod tests {
         }
     }
 
+    /// Receiver and sender compute it each for itself, and may be of other versions, or in another
+    /// language.
+    #[test]
+    fn the_short_form_of_a_sender_is_part_of_the_protocol() {
+        let identities = [1, 7 << 64, 0x0123_4567_89ab_cdef_0123_4567_89ab_cdef];
+        let expected = [0xebbd_3fc3, 0x6ac2_9d23, 0x7d93_742b];
+        assert_eq!(identities.map(short), expected);
+    }
+
     #[test]
     fn every_part_of_an_identity_counts() {
         let all = [0, 1, 1 << 64, 1 << 127, 3 << 40].map(short);

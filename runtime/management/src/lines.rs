@@ -214,6 +214,15 @@ mod tests {
     }
 
     #[test]
+    fn the_size_of_a_line_is_what_was_received_for_it() {
+        assert_eq!(text("").size(), 1);
+        assert_eq!(text("abc").size(), 4);
+        assert_eq!(Line::TooLong.size(), LIMIT);
+        assert_eq!(text("abc").bytes(), Some(&b"abc"[..]));
+        assert_eq!(Line::TooLong.bytes(), None);
+    }
+
+    #[test]
     fn text_that_is_not_utf8_is_replaced() {
         assert_eq!(
             Line::Complete(b"a\xff".to_vec()).into_text().as_deref(),

@@ -195,6 +195,21 @@ mod tests {
     }
 
     #[test]
+    fn what_a_supervisor_says_is_decoded_as_far_as_it_is_known() {
+        let decode = |line: &str| SupervisorMessage::decode(line.as_bytes());
+        assert_eq!(
+            decode(r#"{"method":"lifecycle","params":{"number":3,"goal":"active"}}"#),
+            Some(SupervisorMessage::Lifecycle {
+                number: 3,
+                goal: LifecycleState::Active,
+            })
+        );
+        for line in ["", "hello", "[]", r#"{"method":"dance"}"#] {
+            assert_eq!(decode(line), None, "{line}");
+        }
+    }
+
+    #[test]
     fn malformed_lines_are_errors() {
         for line in [
             "",

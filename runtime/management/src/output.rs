@@ -136,6 +136,38 @@ mod tests {
         assert!(received == [&message[..], &message[..]].concat());
     }
 
+    /// A stream that a signal interrupts before each byte that it takes.
+    #[derive(Default)]
+    struct Interrupted {
+        taken: Vec<u8>,
+        is_next: bool,
+    }
+
+    impl Write for &mut Interrupted {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.is_next = !self.is_next;
+            if self.is_next {
+                return Err(ErrorKind::Interrupted.into());
+            }
+            self.taken.push(bytes[0]);
+            Ok(1)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_signal_ends_no_connection() {
+        let mut stream = Interrupted::default();
+        let mut output = Output::up_to(100);
+        output.push(b"an answer");
+        output.write(&mut stream).expect("all of it");
+        assert_eq!(stream.taken, b"an answer");
+        assert!(output.is_empty());
+    }
+
     #[test]
     fn a_message_without_room_ends_the_connection() {
         let (write, _read) = pair();

@@ -1,8 +1,9 @@
 //! Requests and texts from outside, as they are decoded.
 
 use super::golden::text;
-use rc_management::{agent, component, link, rpc};
-use serde_json::json;
+use rc_lifecycle::Transition;
+use rc_management::{agent, component, link, rpc, supervisor};
+use serde_json::{Value, json};
 
 #[test]
 fn an_invalid_request_is_rejected_with_the_allowed_form() {
@@ -34,6 +35,130 @@ fn an_invalid_request_is_rejected_with_the_allowed_form() {
         ),
     ] {
         assert_eq!(error(line), (-32602, text(message)));
+    }
+}
+
+#[test]
+fn numbers_of_a_request_have_bounds() {
+    let is_accepted = |method: &str, params: Value| {
+        let line = json!({ "method": method, "params": params }).to_string();
+        let call = rpc::Call::parse(line.as_bytes());
+        let decoded = call.and_then(component::Request::decode);
+        let code = decoded.as_ref().err().map(|error| error.code);
+        assert!(matches!(code, None | Some(rpc::Error::INVALID_PARAMS)));
+        decoded.is_ok()
+    };
+    for (ms, expected) in [(0.099, false), (0.1, true), (3.6e6, true), (3.601e6, false)] {
+        assert_eq!(is_accepted("period", json!({ "ms": ms })), expected, "{ms}");
+    }
+    for (ms, expected) in [(0, false), (1, true), (600_000, true), (600_001, false)] {
+        let call = json!({ "slot": "laser", "body": "", "timeout_ms": ms });
+        assert_eq!(is_accepted("call", call), expected, "{ms}");
+    }
+    let pair = json!({ "input": { "slot": "laser", "operation": "scan" } });
+    for (count, expected) in [(0, true), (64, true), (65, false)] {
+        let pairs = vec![pair.clone(); count];
+        assert_eq!(is_accepted("follow", json!({ "pairs": pairs })), expected);
+    }
+}
+
+#[test]
+fn a_command_names_components_and_shuts_none_down() {
+    use supervisor::Request;
+    let decode = |method: &str, params: Value| {
+        let line = json!({ "method": method, "params": params }).to_string();
+        let call = rpc::Call::parse(line.as_bytes());
+        call.and_then(Request::decode)
+            .map_err(|error| error.message)
+    };
+    for method in ["start", "stop", "restart"] {
+        let usage = format!(r#"`{method}` takes {{"names": ["lidar", …]}}"#);
+        assert_eq!(decode(method, json!({ "names": [] })), Err(usage));
+        let decoded = decode(method, json!({ "names": ["lidar"] }));
+        assert_eq!(rpc::request(1, &decoded.expect("a command")), {
+            let names = json!({ "names": ["lidar"] });
+            let line = json!({ "id": 1, "jsonrpc": "2.0", "method": method, "params": names });
+            (line.to_string() + "\n").into_bytes()
+        });
+    }
+    let lifecycle = |transition: &str| decode("lifecycle", json!({ "transition": transition }));
+    assert_eq!(
+        lifecycle("activate"),
+        Ok(Request::Lifecycle {
+            transition: Transition::Activate,
+            names: Vec::new(),
+        })
+    );
+    assert!(lifecycle("shutdown").is_err());
+}
+
+/// Tools print these words, and scripts compare them with those of JSON.
+#[test]
+fn states_and_clocks_are_printed_as_they_stand_in_json() {
+    use component::{ClockKind, State};
+    use supervisor::ComponentState;
+    for state in [
+        State::Starting,
+        State::Running,
+        State::Emergency,
+        State::Stopping,
+    ] {
+        assert_eq!(json!(state), state.word());
+        assert_eq!(json!(state), state.to_string());
+        let of_supervisor = ComponentState::from(state);
+        assert_eq!(json!(state), json!(of_supervisor));
+    }
+    for kind in [
+        ClockKind::System,
+        ClockKind::Simulated,
+        ClockKind::Source,
+        ClockKind::Ros,
+    ] {
+        assert_eq!(json!(kind), kind.word());
+    }
+    for state in [
+        ComponentState::Waiting,
+        ComponentState::Starting,
+        ComponentState::Running,
+        ComponentState::Emergency,
+        ComponentState::Stopping,
+        ComponentState::Done,
+        ComponentState::Failed,
+        ComponentState::Hung,
+        ComponentState::Stopped,
+    ] {
+        assert_eq!(json!(state), state.to_string());
+    }
+}
+
+#[test]
+fn each_finding_of_an_error_has_a_line_in_its_reason() {
+    let finding = |help: Option<&str>| rpc::Finding {
+        code: text("out-of-range"),
+        help: help.map(text),
+        message: text("too much"),
+    };
+    let plain = rpc::Error::new(rpc::Error::INVALID_PARAMS, "no");
+    assert_eq!(plain.reason(), "no");
+    let error = rpc::Error {
+        data: Some(rpc::ErrorData {
+            findings: vec![finding(None), finding(Some("at most 1"))],
+        }),
+        ..plain
+    };
+    assert_eq!(
+        error.reason(),
+        "\n  error[out-of-range]: too much\n  error[out-of-range]: too much (at most 1)"
+    );
+    // A tool shows usage for the first three, and not for the others.
+    for (code, expected) in [
+        (rpc::Error::INVALID_PARAMS, true),
+        (rpc::Error::WORKER_REFUSES, true),
+        (rpc::Error::FILE, true),
+        (rpc::Error::WORKER_TIMEOUT, false),
+        (rpc::Error::SYSTEM, false),
+    ] {
+        assert_eq!(rpc::Error::new(code, "").is_input(), expected, "{code}");
     }
 }
 

@@ -3,5 +3,6 @@
 mod components;
 mod decoding;
 mod golden;
+mod listener;
 mod messages;
 mod server;

@@ -4,8 +4,9 @@ use rc_management::rpc::Error;
 use rc_management::server::{MAX_CLIENTS, Received};
 use rc_management::{Server, ServerSource};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{getpid, getppid};
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
@@ -206,6 +207,69 @@ fn the_client_that_was_idle_the_longest_gives_way() {
     }
     let _another = bench.connect();
     assert_eq!(bench.clients(), MAX_CLIENTS);
+}
+
+/// A client that connects, asks, and gets its answer, so that it was active last.
+fn asks(bench: &mut Bench, client: &mut UnixStream, id: u32) {
+    client.write_all(request(id).as_bytes()).expect("written");
+    for received in bench.turn() {
+        if received.call.is_ok_and(|call| call.id == Some(id.into())) {
+            bench
+                .server
+                .answer(received.client, &id.into(), Ok(json!({})));
+        }
+    }
+    assert_eq!(line(client)["id"], id);
+}
+
+#[test]
+fn a_client_whose_requests_or_output_wait_is_not_idle() {
+    let mut bench = Bench::new();
+    let mut clients: Vec<UnixStream> = (0..MAX_CLIENTS).map(|_| bench.connect()).collect();
+    // The requests of the first one outlast the test, the second one has not read all.
+    let requests = request(9999).repeat(10 * MAX_CLIENTS);
+    clients[0].write_all(requests.as_bytes()).expect("written");
+    let piece = vec![b'x'; 1 << 20];
+    let second = bench.server.clients_mut().nth(1).expect("a client");
+    second.push(&piece);
+    bench.server.flush();
+    for (id, client) in (0..).zip(&mut clients).skip(2) {
+        asks(&mut bench, client, id);
+    }
+    let before: Vec<usize> = bench.server.clients_mut().map(|c| c.waiting()).collect();
+    let _new = bench.connect();
+    assert_eq!(bench.clients(), MAX_CLIENTS);
+    assert!(before[1] > 0);
+    assert_eq!(clients[2].read(&mut [0]).expect("its end"), 0);
+    for client in &mut clients[..2] {
+        client.set_nonblocking(true).expect("a mode");
+        assert!(!matches!(client.read(&mut [0]), Ok(0)), "it is connected");
+    }
+}
+
+#[test]
+fn the_only_connection_of_the_supervisor_never_gives_way() {
+    let mut bench = Bench::new();
+    let (own, other) = (getpid(), getppid().expect("a parent"));
+    bench.server.reserve(own);
+    let mut supervisor = bench.connect();
+    // All others are of another process, as far as the server knows.
+    bench.server.reserve(other);
+    let mut clients: Vec<UnixStream> = (1..MAX_CLIENTS).map(|_| bench.connect()).collect();
+    let mut more = vec![bench.connect(), bench.connect()];
+    assert_eq!(bench.clients(), MAX_CLIENTS);
+    for client in &mut clients[..2] {
+        assert_eq!(client.read(&mut [0]).expect("its end"), 0);
+    }
+    // A second connection of the supervisor is its new one: the old one gives way.
+    bench.server.reserve(own);
+    more.push(bench.connect());
+    supervisor.set_nonblocking(true).expect("a mode");
+    let is_connected = supervisor.read(&mut [0]);
+    assert!(is_connected.is_err_and(|e| e.kind() == ErrorKind::WouldBlock));
+    supervisor.set_nonblocking(false).expect("a mode");
+    more.push(bench.connect());
+    assert_eq!(supervisor.read(&mut [0]).expect("its end"), 0);
 }
 
 #[test]
