@@ -430,6 +430,17 @@ fn imports_are_merged() {
 }
 
 #[test]
+fn an_unknown_field_lists_all_that_are_allowed() {
+    check_files(
+        "Deployment n {\nComponent a { cdsl \"a\"; colour \"red\"; }; };",
+        &[],
+        &expect![[r#"
+            n.ddsl:2:25: error[unknown-field]: expected a field of a component, found `colour` (expected one of `cdsl`, `executable`, `config`, `host`, `process`, `endpoint`, `after`, `restart`, `ready`, `stop`, `env`, `args`, `cpu`, `priority`, `parameters`, `slots`, `middleware`, `domain`, `time`, `record`)
+        "#]],
+    );
+}
+
+#[test]
 fn cycles_of_imports_are_reported() {
     check_files(
         "import \"b.ddsl\";\nDeployment n { Component a { cdsl \"a\"; }; };",
