@@ -30,6 +30,10 @@ fn in_python(name: &str, folder: &Path) -> PathBuf {
                 text = text.replace(from, to);
             }
         }
+        // The context has the tree of the option `InnerModelViewer`.
+        let begin = "ComponentParams everything\n{\n";
+        let viewer = "    viewer bool false T;\n    inner_model path \"\";\n";
+        text = text.replace(begin, &format!("{begin}{viewer}"));
         fs::write(own.join(path.file_name().expect("a name")), text).expect("a file");
     }
     let (code, _, err) = rcgen(&own, &[&format!("{name}.cdsl")]);

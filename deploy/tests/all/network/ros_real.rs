@@ -1,7 +1,8 @@
 //! What users of ROS 2 do with a component. The first part of each test has rclpy of `PyPI`. The
 //! second one has the programs of an installed ROS 2: `RC_ROS2_SETUP` names the file to source, such
-//! as `/opt/ros/jazzy/setup.bash`. It needs the packages `demo_nodes_cpp` and `example_interfaces`,
-//! and colcon, none of which `PyPI` has.
+//! as `/opt/ros/jazzy/setup.bash`. It needs the programs `ros2`, and the packages `demo_nodes_cpp`
+//! and `example_interfaces`, none of which `PyPI` has. What it has to build packages of interfaces
+//! names folders of the machine that made it, so that cmake refuses to use it as it is.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
