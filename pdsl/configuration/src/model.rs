@@ -493,6 +493,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_length_is_described_as_it_is_judged() {
+        let length = |min, max| Length { min, max };
+        for (length, text, allowed) in [
+            (length(1, Some(1)), "1 element", vec![1]),
+            (length(2, Some(2)), "2 elements", vec![2]),
+            (length(0, Some(2)), "0 to 2 elements", vec![0, 1, 2]),
+            (length(1, Some(3)), "1 to 3 elements", vec![1, 2, 3]),
+            (length(0, None), "any number of elements", (0..9).collect()),
+            (length(2, None), "at least 2 elements", (2..9).collect()),
+        ] {
+            assert_eq!(length.described(), text);
+            let counts = (0..9).filter(|count| length.allows(*count));
+            assert_eq!(counts.collect::<Vec<_>>(), allowed, "{text}");
+        }
+        for (word, kind) in ElementKind::WORDS {
+            assert_eq!(kind.word(), word);
+        }
+    }
+
+    #[test]
     fn a_number_for_a_duration_counts_milliseconds() {
         let converted = |value| Type::Duration.convert(&value);
         let ns = |ns| Ok(Value::Duration(ns));

@@ -258,9 +258,11 @@ impl Reader<'_> {
             document::described(item, parameter.secret)
         );
         let allowed = parameter.allowed_near(value.as_ref().unwrap_or(&Value::Bool(false)));
-        let help = match item.as_str() {
-            Some(text) if ty == Type::Duration => duration::help(text, &allowed),
-            _ => format!("allowed is {allowed}"),
+        // Another duration that is not allowed has a known unit.
+        let is_unreadable = code == "wrong-type" && ty == Type::Duration;
+        let help = match item.as_str().filter(|_| is_unreadable) {
+            Some(text) => duration::help(text, &allowed),
+            None => format!("allowed is {allowed}"),
         };
         self.found
             .push(Diagnostic::error(code, at, message).help(help));

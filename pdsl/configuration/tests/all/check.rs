@@ -7,6 +7,7 @@ use rc_configuration::Configuration;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
+use serde_json::json;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -477,6 +478,77 @@ fn a_component_without_a_pdsl_file_has_no_parameters() {
 }
 
 /// A rule about a list that has the wrong length says nothing new.
+#[test]
+fn arrays_of_every_type_are_read() {
+    let model = load(
+        r#"ComponentParams P {
+            flags bool[] [true]; ints int[] [1]; longs long[] []; floats float[] [];
+            pauses duration[] []; texts string[] []; paths path[] [];
+        };"#,
+    );
+    let text = "[parameters]\nflags = [true, false]\nints = [-1, 2]\nlongs = [4294967296]\n\
+                floats = [1, 2.5]\npauses = ['1ms', 2]\ntexts = ['a', 'b']\npaths = ['/a']\n";
+    let (configuration, _, rendered) = read(text, Some(&model));
+    assert_eq!(rendered, "");
+    let values = &configuration.parameters;
+    assert_eq!(values.bools("flags"), [true, false]);
+    assert_eq!(values.ints("ints"), [-1, 2]);
+    assert_eq!(values.ints("longs"), [1 << 32]);
+    assert_eq!(values.floats("floats"), [1.0, 2.5]);
+    assert_eq!(
+        values.durations("pauses"),
+        [1, 2].map(Duration::from_millis)
+    );
+    assert_eq!(values.texts("texts"), ["a", "b"]);
+    assert_eq!(values.paths("paths"), [PathBuf::from("/a")]);
+    let (configuration, _, _) = read("", Some(&model));
+    assert_eq!(configuration.parameters.bools("flags"), [true]);
+    assert_eq!(configuration.parameters.ints("ints"), [1]);
+}
+
+#[test]
+fn only_a_duration_with_an_unknown_unit_is_said_to_have_one() {
+    let found = |value: &str| {
+        let text = format!("[parameters]\ntimeout = {value}\n");
+        read(&text, Some(&load(BUS))).2
+    };
+    for value in ["'2m'", "'3 sec'", "'1.5hours'", "'2h' # no"] {
+        assert!(found(value).contains("unknown unit"), "{value}");
+    }
+    for value in ["'2'", "'fast'", "''", "true", "'5s'"] {
+        let found = found(value);
+        assert!(found.contains("allowed is"), "{value}: {found}");
+        assert!(!found.contains("unknown unit"), "{value}: {found}");
+    }
+    assert!(!found("'2s'").contains("timeout"));
+}
+
+/// Each line that is no TOML is left out, and all is read again: a hostile file has many.
+#[test]
+fn of_many_lines_that_are_no_toml_some_are_reported() {
+    let text = |lines: usize| "a = é\n".repeat(lines);
+    let errors = |lines: usize| read(&text(lines), None).1.iter().count();
+    assert!(errors(20) >= 20);
+    assert_eq!(errors(21), errors(500));
+}
+
+#[test]
+fn an_argument_is_toml_or_a_text() {
+    for (text, expected) in [
+        ("1", json!(1)),
+        ("1.5", json!(1.5)),
+        ("true", json!(true)),
+        ("[1, 2]", json!([1, 2])),
+        ("'fast'", json!("fast")),
+        ("fast", json!("fast")),
+        ("/dev/tty", json!("/dev/tty")),
+        ("20ms", json!("20ms")),
+        ("", json!("")),
+    ] {
+        assert_eq!(rc_configuration::parse_argument(text), expected, "{text}");
+    }
+}
+
 #[test]
 fn a_list_of_the_wrong_length_breaks_no_rule() {
     let model = load(

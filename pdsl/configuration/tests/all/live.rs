@@ -238,6 +238,22 @@ fn all_errors_are_reported_together_and_no_change_is_applied() {
 }
 
 #[test]
+fn a_list_or_an_element_of_one_is_not_changed_as_a_whole() {
+    let live = live(FILE);
+    let help = |path: &str, within: &str| {
+        let lines = try_all(&live, &[(path, json!(1))]).err();
+        let lines = lines.expect(path);
+        let expected = format!(
+            "wrong-type: `{path}` cannot be changed as a whole (name a parameter in it, as in `{within}`)\n"
+        );
+        assert_eq!(lines, expected);
+    };
+    help("motors", "motors[0].name");
+    help("motors[1]", "motors[1].name");
+    help("log", "log.level");
+}
+
+#[test]
 fn rules_are_checked_after_all_changes_of_a_request() {
     let mut live = live(FILE);
     refused(

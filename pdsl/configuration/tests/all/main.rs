@@ -5,6 +5,7 @@ mod live;
 mod paths;
 mod random;
 mod removal;
+mod rules;
 mod saving;
 mod template;
 mod update;

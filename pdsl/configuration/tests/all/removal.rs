@@ -161,6 +161,33 @@ limits = { low = 0.1, High = 0.2 }
     );
 }
 
+/// A parameter that a renamed key has taken is no candidate for another key.
+#[test]
+fn a_parameter_that_is_taken_is_offered_to_no_other_key() {
+    let model =
+        load("ComponentParams c { safe_distance double 0.5; max_speed double 300 0:1000; };");
+    let (changes, _) = updated(&model, "[parameters]\nsaef_distance = 0.7\nspeed = 2.0\n");
+    assert_eq!(
+        changes,
+        [
+            "rename `saef_distance` to `safe_distance`",
+            "leave `speed` to you: it is not a parameter; rename it if it is `max_speed` \
+             (300.0 by default) now, or remove it",
+        ]
+    );
+    let (changes, _) = updated(
+        &model,
+        "[parameters]\nmax_speed = 1\nsaef_distance = 0.7\ndistance = 2.0\n",
+    );
+    assert_eq!(
+        changes,
+        [
+            "rename `saef_distance` to `safe_distance`",
+            "comment out `distance`, which is not a parameter",
+        ]
+    );
+}
+
 #[test]
 fn an_ambiguous_rename_is_left_to_the_user() {
     let model = load(

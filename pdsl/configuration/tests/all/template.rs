@@ -204,6 +204,9 @@ fn no_diagnostic_quotes_a_misplaced_secret() {
         "[bindings]\ntoken = [\"hunter2\"]\n",
         "[middleware]\ntoken = \"hunter2\"\n",
         // In a text that is not TOML.
+        "[parameters]\ntoken = \"\"\"\nhunter2 = 1\n",
+        "[parameters]\nspeed = \"\"\"a\"\"\"\ntoken = \"\"\"\nhunter2 = 1\n",
+        "[parameters]\ntoken = \'\'\'\nhunter2 = 1\n",
         "[parameters]\ntoken = hunter2\n",
         "[parameters]\ntoken = \"hunter2\n",
         "[parameters]\ntoken = 'hunter2'\ntoken = 'hunter2'\n",
@@ -246,7 +249,8 @@ fn no_diagnostic_quotes_a_misplaced_secret() {
 #[test]
 fn a_schema_lists_settings_and_choices() {
     let model = load(
-        "ComponentParams P { mode string fast {slow, fast}; pause duration 10ms {10ms, 20ms}; };",
+        "ComponentParams P { mode string fast {slow, fast}; pause duration 10ms {10ms, 20ms}; \
+         tags string[] []; pair int[2:2] [1, 2]; few int[0:3] []; };",
     );
     let schema = rc_configuration::schema("C", PERIOD, &[], Some(&model));
     let schema: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
@@ -260,6 +264,13 @@ fn a_schema_lists_settings_and_choices() {
     let parameters = &schema["properties"]["parameters"]["properties"];
     let choices = serde_json::json!(["slow", "fast"]);
     assert_eq!(parameters["mode"]["enum"], choices, "{parameters}");
+    let lengths = |name: &str| {
+        let array = &parameters[name];
+        [array.get("minItems"), array.get("maxItems")].map(|limit| limit.and_then(|l| l.as_u64()))
+    };
+    assert_eq!(lengths("tags"), [None, None]);
+    assert_eq!(lengths("pair"), [Some(2), Some(2)]);
+    assert_eq!(lengths("few"), [None, Some(3)]);
     let pause = &parameters["pause"];
     assert!(pause.is_object() && pause.get("enum").is_none(), "{pause}");
 }
@@ -273,6 +284,8 @@ fn deep_json_stands_on_several_lines() {
         json_text(&flat, 9),
         format!("{{\"a\":{{\"b\":[\"{word}\"]}}}}\n")
     );
+    let lists = serde_json::json!([[[[&word]]]]);
+    assert_eq!(json_text(&lists), format!("[\n  [[[\"{word}\"]]]\n]\n"));
     let deep = serde_json::json!({ "a": [[[[&word]]]] });
     let inner = format!("[[[\"{word}\"]]]");
     assert_eq!(

@@ -206,6 +206,35 @@ parameters.motors = [
     );
 }
 
+/// Such a table is left as it is: a key with dots in it has no place of its own.
+#[test]
+fn inline_tables_with_dotted_keys_are_left_to_the_user() {
+    update(
+        r#"[parameters]
+device = "/dev/x"
+rate = 9600
+safe_distance = 0.5
+serial = "A1"
+log = { path = "/var", keep = 3 }
+points = []
+motors = [{ limits.low = 0.5, name = "left", id = 1 }, { name = "right", id = 2, limits.low = 0.5 }]
+"#,
+        &expect![[r#"
+            leave `motors[0]` to you: its inline table spans several lines and differs from the .pdsl
+            leave `motors[1]` to you: its inline table spans several lines and differs from the .pdsl
+            -----
+            [parameters]
+            device = "/dev/x"
+            rate = 9600
+            safe_distance = 0.5
+            serial = "A1"
+            log = { path = "/var", keep = 3 }
+            points = []
+            motors = [{ limits.low = 0.5, name = "left", id = 1 }, { name = "right", id = 2, limits.low = 0.5 }]
+        "#]],
+    );
+}
+
 #[test]
 fn tables_without_values_are_updated() {
     update(
