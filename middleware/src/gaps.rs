@@ -83,8 +83,8 @@ impl Sender {
         if lost >= INCREDIBLE {
             return 0;
         }
-        // The doubtful sample arrived.
-        lost - u64::from(is_confirmed && lost > 0)
+        // The doubtful sample arrived, and lies between.
+        lost - u64::from(is_confirmed)
     }
 }
 
