@@ -450,7 +450,7 @@ mod tests {
                 .take_while(|line| stream.write_all(line.as_bytes()).is_ok())
                 .count()
         });
-        let answer = client.call::<Done>(&Request::Stop, LIMIT);
+        let answer = client.call::<Done>(&Request::Stop, Duration::from_mins(5));
         assert!(matches!(answer, Err(CallError::Io(_))), "{answer:?}");
         assert!(server.join().expect("the server") < most);
     }
