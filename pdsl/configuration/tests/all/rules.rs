@@ -1,7 +1,5 @@
 //! Rules between parameters, for values of every type, and what a broken one says.
 
-#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
-
 use super::check::{load, read};
 use expect_test::expect;
 

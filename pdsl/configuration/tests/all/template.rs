@@ -266,7 +266,8 @@ fn a_schema_lists_settings_and_choices() {
     assert_eq!(parameters["mode"]["enum"], choices, "{parameters}");
     let lengths = |name: &str| {
         let array = &parameters[name];
-        [array.get("minItems"), array.get("maxItems")].map(|limit| limit.and_then(|l| l.as_u64()))
+        [array.get("minItems"), array.get("maxItems")]
+            .map(|limit| limit.and_then(serde_json::Value::as_u64))
     };
     assert_eq!(lengths("tags"), [None, None]);
     assert_eq!(lengths("pair"), [Some(2), Some(2)]);
