@@ -2,7 +2,6 @@
 
 use super::small::Pair;
 use rc_middleware::in_place::BEHIND_ENVELOPE;
-use rc_middleware::started::STARTED_CALLS;
 use rc_middleware::typed::{
     HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient, reply_values,
 };
@@ -129,11 +128,9 @@ impl Server {
         let read = |reader: &mut Reader<'_>| reader.get::<i32>();
         let _ = match request.operation {
             5 => request.try_answer(&ROOT, read, |root, writer| writer.put(root), root),
-            6 => request.command(
-                &NOTE,
-                |reader| reader.get(),
-                |note: String| self.notes.borrow_mut().push(note),
-            ),
+            6 => request.command(&NOTE, Reader::get, |note: String| {
+                self.notes.borrow_mut().push(note);
+            }),
             _ => request.unknown(),
         };
         request.close();
@@ -217,7 +214,6 @@ fn results_and_exceptions_arrive_with_and_without_an_envelope() {
         let started = client.start_with::<i32, CallError>(&ROOT, |writer| writer.put(&1_i32));
         assert_eq!(started.err(), Some(CallError::TooManyStarted));
     }
-    assert!(STARTED_CALLS > 1);
     let (mut client, _) = client(Profile::Rpc, true);
     let died = CallError::ServerDied("root".to_owned());
     assert_eq!(client.send(&NOTE, ("lost",)), Err(died.clone()));

@@ -24,9 +24,10 @@ impl Publisher for Port {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
         let sample = (self.name, header, body.to_vec());
         self.sent.borrow_mut().push(sample);
-        match self.fails {
-            false => Ok(()),
-            true => Err(broken(self.name)),
+        if self.fails {
+            Err(broken(self.name))
+        } else {
+            Ok(())
         }
     }
 
