@@ -429,7 +429,7 @@ fn a_pose_converts_with_its_covariance() {
     // The variance of each number is its place, turns first, and one covariance: of y and yaw.
     numbers.extend((0..36).map(|at| match (at / 6, at % 6) {
         (row, column) if row == column => f64::from(row + 1),
-        (2, 4) | (4, 2) => 500.0,
+        (2, 4) | (4, 2) => 2.0,
         _ => 0.0,
     }));
     numbers
@@ -444,7 +444,7 @@ fn a_pose_converts_with_its_covariance() {
     let diagonal: Vec<f64> = (0..6).map(|row| at(row, row)).collect();
     assert_eq!(diagonal, [5e-6, 4e-6, 6e-6, 2.0, 1.0, 3.0]);
     // y, ahead, is x now, in m.
-    assert_eq!((at(0, 5), at(5, 0)), (0.5, 0.5));
+    assert_eq!((at(0, 5), at(5, 0)), (0.002, 0.002));
 }
 
 /// A hostile `.idsl` costs no memory in proportion to the lengths that it names.
@@ -478,4 +478,57 @@ fn numbers_may_be_in_parts_and_in_elements_of_a_sequence() {
     };
     let made = converted(idsl, ["subscribesTo", "publishes"], &of(ROS), &of(LIDAR));
     expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:[{s3d!Bf|n@0;=@1&$0&@2}]"].assert_eq(&made);
+}
+
+/// One end is about the elements of a sequence, the other one about their type.
+#[test]
+fn a_sequence_at_one_end_is_the_type_of_its_elements_at_the_other_one() {
+    let idsl = "module L { struct P { float x; float y; float z; };
+        sequence<P> Ps; struct Scan { Ps points; }; interface Laser { void push(Scan scan); }; };";
+    let whole = point("m", ROS, "sequence = member points").replace("L::P", "L::Scan");
+    let made = [
+        converted(
+            idsl,
+            ["subscribesTo", "publishes"],
+            &whole,
+            &point("mm", LIDAR, ""),
+        ),
+        converted(
+            idsl,
+            ["subscribesTo", "publishes"],
+            &point("m", ROS, ""),
+            &point("mm", LIDAR, "sequence = member points").replace("L::P", "L::Scan"),
+        ),
+    ];
+    assert_eq!(made[0], made[1]);
+    expect!["a.Laser -> b.Laser converts L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 7 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value by 0i:[{3f!|d@1&1e3;t$0;n@0;d$2&1e3;t$3;d@2&1e3;t$5;=$1&$4&$6}]"].assert_eq(&made[0]);
+}
+
+/// A structure has a meaning, and so have the elements of one of its members, which have one of their own.
+#[test]
+fn a_structure_and_its_elements_convert_each_by_its_own_prototype() {
+    let idsl = "module L { struct P { float x; float y; float z; }; sequence<P> Ps;
+        struct Scan { P origin; float x; float y; float z; Ps points; };
+        interface Laser { void push(Scan scan); }; };";
+    let of = |axes: &str, units: &str| {
+        let named = |name: &str, ty: &str, units: &str, more: &str| {
+            format!(
+                "dproto {name} :: geometry {{ semantic = Position coord = cartesian algebraic = named
+                 ddr = :: IDSL{{{ty}}} dr = {{ x = x, y = y, z = z }} units = {units} axes = own {more} }}\n"
+            )
+        };
+        let head = point("m", axes, "");
+        let (head, _) = head.split_once("dproto").expect("a prototype");
+        format!("{head} units other :: qudt, named {{ x = {units}, y = {units}, z = {units} }}\n")
+            + &named("whole", "L::Scan", "own", "")
+            + &named("elements", "L::Scan", "other", "sequence = member points")
+            + &named("part", "L::P", "own", "")
+    };
+    let made = converted(
+        idsl,
+        ["subscribesTo", "publishes"],
+        &of(ROS, "m"),
+        &of(LIDAR, "mm"),
+    );
+    expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value; L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 7 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value; L::Scan axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:{{3f!|n@0;=@1&$0&@2}3f![{3f!|d@1&1e3;t$0;n@0;d$2&1e3;t$3;d@2&1e3;t$5;=$1&$4&$6}]|n@0;=@1&$0&@2}"].assert_eq(&made);
 }

@@ -1,5 +1,8 @@
 //! Values of messages as those of another data prototype.
 
+mod change;
+
+use self::change::{Slot, Tree, fields, merged};
 use crate::error::RecordError;
 use rc_plans::{Network, Program};
 use rc_prototypes::model::{Content, Library, Prototype};
@@ -7,7 +10,6 @@ use rc_ros_types::words;
 use rc_values::{Primitive, Struct, Type, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
-use tree::{Tree, fields, merged};
 
 /// Converts values into those of a prototype.
 ///
@@ -36,6 +38,8 @@ struct View {
     sequence: Option<String>,
     /// A member that the result does not have.
     dropped: Option<String>,
+    /// What the plan loses, and what it takes for granted.
+    told: Vec<String>,
 }
 
 /// How types change, by view and address of the type.
@@ -60,17 +64,6 @@ struct Change {
     inputs: Vec<Vec<usize>>,
     ty: Arc<Struct>,
     slots: Vec<Slot>,
-}
-
-/// A member of a converted structure.
-#[derive(Debug)]
-enum Slot {
-    /// As it is: its number.
-    Keep(usize),
-    /// Numbers of the wanted prototype.
-    New(Tree),
-    /// A structure, some of whose members stay.
-    Inner(usize, Arc<Struct>, Vec<Slot>),
 }
 
 /// A name of a member in the messages.
@@ -118,7 +111,12 @@ impl Converter {
             Some(of) => vec![known(of)?],
             None => library.prototypes.iter().collect(),
         };
-        let network = Network::new(library);
+        // A message says where the elements of a sequence are: plans are about one of them.
+        let mut single = library.clone();
+        for prototype in &mut single.prototypes {
+            prototype.sequence = None;
+        }
+        let network = Network::new(&single);
         let mut views: Vec<View> = Vec::new();
         let mut reason = None;
         for own in from.into_iter().filter(|own| own.name != name) {
@@ -154,6 +152,20 @@ impl Converter {
         })
     }
 
+    /// What the conversions lose, and what they take for granted: a sentence for each prototype
+    /// about which there is something to say.
+    pub fn losses(&self) -> impl Iterator<Item = String> {
+        let told = self.views.iter().filter(|view| !view.told.is_empty());
+        told.map(|view| {
+            format!(
+                "`{}` as `{}`: {}",
+                view.name,
+                self.name,
+                view.told.join("; ")
+            )
+        })
+    }
+
     /// Whether values of a type have something to convert.
     pub fn converts(&self, ty: &Struct) -> bool {
         self.is_in(ty, &mut BTreeSet::new())
@@ -161,7 +173,7 @@ impl Converter {
 
     /// Looks into each structure once: one may be in another one along many ways.
     fn is_in(&self, ty: &Struct, seen: &mut BTreeSet<String>) -> bool {
-        if self.view(ty).is_some() {
+        if self.views(ty).next().is_some() {
             return true;
         }
         let is_new = seen.insert(ty.name.clone());
@@ -183,8 +195,9 @@ impl Converter {
         }
     }
 
-    fn view(&self, ty: &Struct) -> Option<(usize, Naming)> {
-        self.views.iter().enumerate().find_map(|(at, view)| {
+    /// The prototypes of a type: of the whole, and of the elements of its members.
+    fn views(&self, ty: &Struct) -> impl Iterator<Item = (usize, Naming)> {
+        self.views.iter().enumerate().filter_map(|(at, view)| {
             let mut types = view.types.iter();
             let (_, naming) = types.find(|(name, _)| *name == ty.name)?;
             Some((at, *naming))
@@ -228,26 +241,55 @@ impl Converter {
     }
 
     fn structure(&self, ty: Arc<Struct>, mut values: Vec<Value>) -> Result<Value, RecordError> {
-        let Some((at, naming)) = self.view(&ty) else {
+        let whole = Type::Struct(Arc::clone(&ty));
+        // Elements with a meaning of their own are converted before the rest sees them.
+        let mut elements = Vec::new();
+        for (at, naming) in self.views(&ty) {
+            let Some(sequence) = &self.views[at].sequence else {
+                continue;
+            };
+            let path = named(sequence, naming);
+            let place = indices(&whole, &path).ok_or_else(|| {
+                RecordError::Value(format!("`{}` has no member `{sequence}`", ty.name))
+            })?;
+            if let Some(member) = inner(&mut values, &place) {
+                let converted = match std::mem::replace(member, Value::Missing) {
+                    Value::Sequence(items) => {
+                        let items = items.into_iter();
+                        let items = items.map(|item| self.element(at, naming, item));
+                        Value::Sequence(items.collect::<Result<_, _>>()?)
+                    }
+                    other => other,
+                };
+                elements.push((path, converted));
+            }
+        }
+        let of_whole = self
+            .views(&ty)
+            .find(|(at, _)| self.views[*at].sequence.is_none());
+        let mut out = if let Some((at, naming)) = of_whole {
+            self.converted(at, naming, &ty, values)?
+        } else {
             let values = values.into_iter().map(|value| self.value(value));
-            return Ok(Value::Struct(ty, values.collect::<Result<_, _>>()?));
+            Value::Struct(ty, values.collect::<Result<_, _>>()?)
         };
-        let view = &self.views[at];
-        let Some(sequence) = &view.sequence else {
-            return self.converted(at, naming, &ty, values);
-        };
-        let path = named(sequence, naming);
-        let place = indices(&Type::Struct(Arc::clone(&ty)), &path).ok_or_else(|| {
-            RecordError::Value(format!("`{}` has no member `{sequence}`", ty.name))
-        })?;
-        if let Some(Value::Sequence(items)) = inner(&mut values, &place) {
-            for item in items {
-                if let Value::Struct(element, numbers) = std::mem::replace(item, Value::Missing) {
-                    *item = self.converted(at, naming, &element, numbers)?;
+        if let Value::Struct(ty, values) = &mut out {
+            let whole = Type::Struct(Arc::clone(ty));
+            for (path, converted) in elements {
+                let place = indices(&whole, &path);
+                if let Some(member) = place.and_then(|place| inner(values, &place)) {
+                    *member = converted;
                 }
             }
         }
-        Ok(Value::Struct(ty, values))
+        Ok(out)
+    }
+
+    fn element(&self, at: usize, naming: Naming, item: Value) -> Result<Value, RecordError> {
+        match item {
+            Value::Struct(ty, numbers) => self.converted(at, naming, &ty, numbers),
+            other => Ok(other),
+        }
     }
 
     fn converted(
@@ -357,26 +399,12 @@ fn view(
     if let Some(function) = plan.program.functions().next() {
         return Err(format!("the function `{function}` would have to convert"));
     }
-    let places = |of: &Prototype| {
-        let numbers = library.numbers(of);
-        numbers.ok_or_else(|| format!("`{}` does not say which members hold its parts", of.name))
+    let spread = plan.spread(library);
+    let members = |of: &Prototype| {
+        let members = library.members(of, spread);
+        members.ok_or_else(|| format!("`{}` does not say which members hold its parts", of.name))
     };
-    let (from, to) = (places(own)?, places(wanted)?);
-    let spread = plan.program.inputs().saturating_sub(from.len());
-    let covariance = |of: &Prototype| -> Vec<(String, Primitive)> {
-        let of = of.covariance.as_ref();
-        let number = of.and_then(|of| of.number).unwrap_or(Primitive::F64);
-        let members = of.map(|of| (0..spread).map(move |at| format!("{}.{at}", of.member)));
-        members
-            .into_iter()
-            .flatten()
-            .map(|member| (member, number))
-            .collect()
-    };
-    let own_spread = covariance(own).into_iter().map(|(member, _)| member);
-    let their_spread = covariance(wanted)
-        .into_iter()
-        .map(|(member, number)| (member, number, None));
+    let (from, to) = (members(own)?, members(wanted)?);
     let to = to.into_iter().map(|datum| {
         let number = datum.number.unwrap_or(Primitive::F64);
         (datum.member, number, datum.unit)
@@ -384,12 +412,14 @@ fn view(
     Ok(View {
         name: own.name.clone(),
         types: Vec::new(),
-        from: from
-            .into_iter()
-            .map(|datum| datum.member)
-            .chain(own_spread)
+        from: from.into_iter().map(|datum| datum.member).collect(),
+        to: to.collect(),
+        told: plan
+            .lost
+            .iter()
+            .map(ToString::to_string)
+            .chain(plan.notes.iter().cloned())
             .collect(),
-        to: to.chain(their_spread).collect(),
         program: plan.program,
         sequence: own.sequence.clone(),
         // It would stay in axes and units that the rest has no more.
@@ -449,4 +479,3 @@ fn number(value: &Value, path: &[usize]) -> f64 {
 
 #[cfg(test)]
 mod tests;
-mod tree;

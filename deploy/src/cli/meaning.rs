@@ -1,6 +1,6 @@
 //! `--as`: values as those of a data prototype.
 
-use super::output::{Failure, print_findings, system};
+use super::output::{Failure, print_findings, print_note, system};
 use clap::Args;
 use rc_codegen::FileLoader;
 use rc_command_line::files;
@@ -23,7 +23,8 @@ pub(super) struct As {
 }
 
 impl As {
-    /// What converts values, if a prototype is named. Errors of the files are printed.
+    /// What converts values, if a prototype is named. Errors of the files, and what is lost, are
+    /// printed.
     pub(super) fn converter(&self) -> Result<Option<Converter>, Failure> {
         let Some(name) = &self.name else {
             return Ok(None);
@@ -41,6 +42,10 @@ impl As {
             return Err(Failure(1, String::new()));
         }
         let converter = Converter::new(&library, name, self.of.as_deref());
-        converter.map(Some).map_err(|reason| Failure(1, reason))
+        let converter = converter.map_err(|reason| Failure(1, reason))?;
+        for loss in converter.losses() {
+            print_note(&loss);
+        }
+        Ok(Some(converter))
     }
 }

@@ -260,9 +260,8 @@ impl Program {
         nodes.any(|node| node.operation.is_transcendental())
     }
 
-    /// Whether it changes no value but in place and sign.
-    pub fn is_exact(&self) -> bool {
-        // What only a requirement needs changes no result.
+    /// The nodes that the outputs come from. What only a requirement needs changes no result.
+    fn contributing(&self) -> impl Iterator<Item = &Node> {
         let mut needed = vec![false; self.nodes.len()];
         let need = |of: &Operand, needed: &mut Vec<bool>| {
             if let Operand::Node(at) = of
@@ -273,21 +272,26 @@ impl Program {
         };
         self.outputs.iter().for_each(|of| need(of, &mut needed));
         for (at, node) in self.nodes.iter().enumerate().rev() {
-            if !needed[at] {
-                continue;
+            if needed[at] {
+                node.operands.iter().for_each(|of| need(of, &mut needed));
             }
-            if !matches!(node.operation, Operation::Input(_) | Operation::Negate) {
-                return false;
-            }
-            node.operands.iter().for_each(|of| need(of, &mut needed));
         }
-        true
+        self.nodes
+            .iter()
+            .zip(needed)
+            .filter_map(|(node, is_needed)| is_needed.then_some(node))
+    }
+
+    /// Whether it changes no value but in place and sign.
+    pub fn is_exact(&self) -> bool {
+        let mut nodes = self.contributing();
+        nodes.all(|node| matches!(node.operation, Operation::Input(_) | Operation::Negate))
     }
 
     /// Whether each output is an input times a constant, so that relative errors stay as they are.
     pub fn is_scaling(&self) -> bool {
         let is_constant = |of: Option<&Operand>| matches!(of, Some(Operand::Constant(_)));
-        self.nodes.iter().all(|node| {
+        self.contributing().all(|node| {
             let (one, other) = (node.operands.first(), node.operands.get(1));
             match node.operation {
                 Operation::Input(_)

@@ -6,8 +6,8 @@ use crate::refusal::Refusal;
 use rc_prototypes::model::{Content, Library};
 use std::collections::HashSet;
 
-/// The cheapest plan from a prototype of one library to a prototype of another one. Functions of the
-/// user are no part of it: only printed code can call them.
+/// The cheapest plan from a prototype of one library to a prototype of another one, of one value where
+/// a prototype is about the elements of a sequence. Functions of the user are no part of it: only printed code can call them.
 ///
 /// # Errors
 /// As [`Network::plan`].
@@ -67,6 +67,8 @@ fn marked(library: &Library, end: &str, other: &Library) -> Library {
     }
     for prototype in &mut out.prototypes {
         own(&mut prototype.name);
+        // Both ends know where the elements of a sequence are.
+        prototype.sequence = None;
         prototype.axes.iter_mut().for_each(own);
         match &mut prototype.content {
             Content::Values { algebraic: of, .. } => algebraic(of),

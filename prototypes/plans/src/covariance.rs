@@ -123,6 +123,47 @@ pub(crate) fn convert<'r>(
     Ok(out)
 }
 
+/// How far a covariance may be from symmetric and from positive, as a part of the variances: numbers of
+/// 32 bits and those of texts are rounded.
+const NEARLY: f64 = 1e-5;
+
+/// Refuses matrices that are no covariances: not symmetric, or with a negative variance in some
+/// direction. These have a negative pivot.
+pub(crate) fn require_positive(own: &[Term<'_>]) {
+    let Some(side) = (0..=own.len()).find(|side| side * side == own.len()) else {
+        return;
+    };
+    let cell = |row: usize, column: usize| own[row * side + column];
+    let constant = |value: f64| Term::constant(value);
+    let not_negative = |term: Term<'_>| {
+        term.required(0.0, f64::MAX);
+    };
+    let mut pivots: Vec<Term<'_>> = Vec::with_capacity(side);
+    let mut factors = vec![vec![constant(0.0); side]; side];
+    for row in 0..side {
+        let mut pivot = cell(row, row) * constant(1.0 + NEARLY);
+        for column in 0..row {
+            let (own, mirrored) = (cell(row, column), cell(column, row));
+            let difference = own - mirrored;
+            let allowed = cell(row, row) * cell(column, column) * constant(NEARLY * NEARLY);
+            not_negative(allowed - difference * difference);
+            let mut rest = own;
+            for (inner, other) in pivots.iter().enumerate().take(column) {
+                rest = rest - factors[row][inner] * factors[column][inner] * *other;
+            }
+            let of = pivots[column];
+            let zero = constant(0.0);
+            // What does not vary is not correlated with anything.
+            zero.if_below(of, zero, rest).required(-0.0, 0.0);
+            let factor = zero.if_below(of, rest / of, zero);
+            pivot = pivot - factor * factor * of;
+            factors[row][column] = factor;
+        }
+        not_negative(pivot);
+        pivots.push(pivot);
+    }
+}
+
 /// The rows and columns of two blocks.
 fn cells(one: &Block<'_>, other: &Block<'_>) -> impl Iterator<Item = (usize, usize)> {
     let columns = other.side();

@@ -120,6 +120,7 @@ impl<'l> Network<'l> {
         let recorder = Recorder::new(input.len() + spread);
         let inputs = self::inputs(&recorder, input);
         let mut terms = self.follow(&recorder, &found, &inputs)?;
+        let mut given = inputs.clone();
         let (mut cost, mut notes) = (Cost::default(), Notes::default());
         let mut of_covariance = Notes::default();
         if spread > 0 {
@@ -132,12 +133,14 @@ impl<'l> Network<'l> {
                 &own,
                 &mut of_covariance,
             )?);
+            given.extend(own);
         } else if own.is_some() || wanted.is_some() {
             of_covariance.lose("the covariance is not converted", Bound::None);
             cost.unbounded += 1;
         }
-        if terms != inputs {
+        if terms != given {
             rotation::require_length(input, &inputs)?;
+            covariance::require_positive(given.get(input.len()..).unwrap_or_default());
         }
         let program = recorder.program(&terms);
         let values = recorder.program(terms.get(..output.len()).unwrap_or_default());

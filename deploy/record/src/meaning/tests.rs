@@ -12,6 +12,7 @@ const IDSL: &str = r"module RoboCompCloud
     struct Point { float X; float Y; float Z; int light; double spread[9]; };
     struct Metres { double x; double y; double z; };
     struct Turn { double q[4]; };
+    struct Sweep { double at[3]; Point origin; sequence<Point> points; int number; };
     sequence<Point> Points;
     struct Scan { string frame; Points points; };
 };";
@@ -88,6 +89,51 @@ fn members_of_another_type_take_the_place_of_those_that_are_converted() {
     let found = shown(SCAN, "ros_point", &scan).expect("converted");
     let point = json!({"light": 7, "position": {"x": 2.0, "y": -1.0, "z": 0.5}});
     assert_eq!(found["points"], json!([point]));
+}
+
+/// A type with a prototype of its own, one of the elements of a member, and a member that has its own.
+const SWEEP: (&str, &str) = (
+    "robocomp_cloud_msgs/msg/Sweep",
+    "float64[3] at\nPoint origin\nPoint[] points\nint32 number\n================\nMSG: robocomp_cloud_msgs/Point\nfloat32 x\nfloat32 y\nfloat32 z\n",
+);
+
+#[test]
+fn a_whole_its_elements_and_its_members_are_converted_once_each() {
+    let text = PROTOTYPES.replace("\nalgebraic named", "\naxes back :: back, right, up\nalgebraic named")
+        + "dproto place :: geometry { semantic = Position coord = cartesian algebraic = named
+           ddr = :: IDSL{RoboCompCloud::Sweep} dr = { at.0 = x, at.1 = y, at.2 = z } axes = back }
+           dproto swept :: geometry { semantic = Position coord = cartesian algebraic = named sequence = member points
+           ddr = :: IDSL{RoboCompCloud::Sweep} dr = { X = x, Y = y, Z = z } units = millimetres axes = ros }";
+    let ty = definition::parse(SWEEP.0, SWEEP.1).expect("a type");
+    let converter = Converter::new(&library(&text), "ros_point", None).expect("a converter");
+    let point = json!({"x": 1000.0, "y": 2000.0, "z": 500.0});
+    let sweep =
+        json!({"at": [1.0, 2.0, 3.0], "origin": point, "points": [point, point], "number": 7});
+    let value = from_json(&ty, &sweep).expect("a value");
+    let value = converter.value(value).expect("converted");
+    let found = serde_json::to_value(value).expect("JSON");
+    let position = |x: f64, y: f64, z: f64| json!({"x": x, "y": y, "z": z});
+    let element = json!({"position": position(1.0, 2.0, 0.5)});
+    let wanted = json!({
+        "origin": {"position": position(2.0, -1.0, 0.5)},
+        "points": [element, element],
+        "number": 7,
+        "position": position(-1.0, -2.0, 3.0),
+    });
+    assert_eq!(found, wanted);
+}
+
+#[test]
+fn losses_are_told() {
+    let losses = |name: &str, of| {
+        let converter = Converter::new(&library(PROTOTYPES), name, of).expect("a converter");
+        converter.losses().collect::<Vec<_>>()
+    };
+    assert_eq!(losses("point", Some("scan")), Vec::<String>::new());
+    assert_eq!(
+        losses("scan", Some("point")),
+        ["`point` as `scan`: float32, in the range of float32, bounded: 6.0e-8 of the value"]
+    );
 }
 
 #[test]

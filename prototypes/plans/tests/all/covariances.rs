@@ -337,6 +337,62 @@ fn a_covariance_in_other_axes_moves_its_numbers() {
     assert_eq!(found[3..], wanted);
 }
 
+/// Symmetric, and no variance below 0 in any direction.
+#[test]
+fn what_is_no_covariance_is_refused() {
+    let library = library(&text());
+    let network = Network::new(&library);
+    let plan = network
+        .plan("point_spread", "small_spread")
+        .expect("a plan");
+    let run = |spread: [f64; 9]| {
+        plan.program
+            .run(&[&[1.0, 2.0, 3.0][..], &spread].concat())
+            .map(drop)
+    };
+    let of = |pairs: [f64; 3]| {
+        let [a, b, c] = pairs;
+        [1.0, a, b, a, 1.0, c, b, c, 1.0]
+    };
+    let line = [1.0, -2.0, 1e-9];
+    let rank_one = [0, 1, 2].map(|row| [0, 1, 2].map(|column| line[row] * line[column]));
+    let single = |value: f64| f64::from(value as f32);
+    for fine in [
+        [0.0; 9],
+        of([0.9, 0.9, 0.9]),
+        of([1.0, 1.0, 1.0]),
+        of([1.0, -1.0, -1.0]),
+        [4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-12],
+        rank_one.concat().try_into().expect("nine"),
+        rank_one
+            .concat()
+            .iter()
+            .map(|of| single(of * 0.1))
+            .collect::<Vec<_>>()
+            .try_into()
+            .expect("nine"),
+    ] {
+        assert_eq!(run(fine), Ok(()), "{fine:?}");
+    }
+    let asymmetric = [1.0, 0.5, 0.0, 0.4, 1.0, 0.0, 0.0, 0.0, 1.0];
+    for wrong in [
+        // The unknown covariance of some messages of ROS.
+        [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1e-12],
+        of([1.1, 0.0, 0.0]),
+        of([0.0, 0.0, -1.1]),
+        // All pairs may be so, all three may not.
+        of([0.9, 0.9, -0.9]),
+        [0.0, 0.1, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 1.0],
+        asymmetric,
+        [f64::NAN; 9],
+        of([f64::NAN, 0.0, 0.0]),
+    ] {
+        assert!(run(wrong).is_err(), "{wrong:?}");
+    }
+}
+
 /// A covariance at one end only is lost, and the plan says so.
 #[test]
 fn a_covariance_without_a_counterpart_is_lost() {

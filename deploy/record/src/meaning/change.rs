@@ -1,9 +1,19 @@
-//! The values of a prototype as members of a structure.
+//! The members of a converted structure.
 
-use super::Slot;
 use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+/// A member of a converted structure.
+#[derive(Debug)]
+pub(super) enum Slot {
+    /// As it is: its number.
+    Keep(usize),
+    /// Numbers of the wanted prototype.
+    New(Tree),
+    /// A structure, some of whose members stay.
+    Inner(usize, Arc<Struct>, Vec<Slot>),
+}
 
 /// Members of the wanted prototype.
 #[derive(Debug)]
@@ -97,7 +107,7 @@ impl Tree {
         places.all(|(at, (name, _))| name.parse() == Ok(at))
     }
 
-    pub(super) fn ty(&self) -> Type {
+    fn ty(&self) -> Type {
         match self {
             Self::Number(_, number, _) => Type::Primitive(*number),
             Self::Fields(fields) if Self::is_array(fields) => Type::Array {
@@ -115,7 +125,7 @@ impl Tree {
         }
     }
 
-    pub(super) fn member(&self, name: &str) -> Member {
+    fn member(&self, name: &str) -> Member {
         let unit = match self {
             Self::Number(_, _, unit) => unit.clone(),
             Self::Fields(_) => None,
