@@ -1,6 +1,6 @@
 //! Three programs, three representations: a lidar in millimetres (right, ahead, up) over shared
 //! memory, a mapper in metres (ahead, left, up), which sends them to ROS 2, and a node of rclpy. All
-//! of them see the points that SciPy computes from the recording.
+//! of them see the points that `SciPy` computes from the recording.
 
 use rc_test_site::site::{Ran, Site};
 use rc_test_support::python;
