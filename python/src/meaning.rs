@@ -4,10 +4,11 @@ use crate::errors;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rc_codegen::FileLoader;
-use rc_conversion::{Fault, Item, Number};
+use rc_conversion::{Fault, Item};
 use rc_diagnostics::{Format, Severity, SourceMap, nearest, render};
 use rc_plans::{Network, Program};
 use rc_prototypes::model::{Content, Library, Prototype};
+use rc_vocabulary::Primitive;
 use std::path::PathBuf;
 
 /// What a prototype is about: its name, the language of its type, the type, its meaning, and the
@@ -106,7 +107,7 @@ impl Prototypes {
         let width = input.len().max(output.len());
         let places = |count: usize| (0..).take(count).map(Some).collect::<Vec<Option<u32>>>();
         let formula = plan.formula(&places(input.len()), &places(output.len()), width);
-        let marked = Item::Marked(u32::try_from(width).unwrap_or(u32::MAX), Number::F64);
+        let marked = Item::Marked(u32::try_from(width).unwrap_or(u32::MAX), Primitive::F64);
         let group = Item::Group {
             items: vec![marked],
             formula,
