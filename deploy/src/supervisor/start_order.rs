@@ -197,7 +197,7 @@ mod tests {
         let order = StartOrder::new(&plan, &units(&plan));
         assert_eq!(order.unneeded(0..4), [2, 3]);
         assert_eq!(order.unneeded([0, 1].into_iter()), [1, 2, 3]);
-        assert_eq!(Vec::from_iter(order.dependents(0)), [1]);
+        assert_eq!(order.dependents(0).collect::<Vec<_>>(), [1]);
         assert!((0..4).all(|i| order.leads(i)));
         // `a` and `b` are threads of one process.
         for (at, component) in ["a", "b"].into_iter().enumerate() {
@@ -210,7 +210,7 @@ mod tests {
         assert!(order.leads(0) && !order.leads(1));
         assert_eq!(order.unneeded([0, 1].into_iter()), [0, 1, 2, 3]);
         assert_eq!(order.unneeded([2].into_iter()), [2, 3]);
-        assert_eq!(Vec::from_iter(order.needs_inside(1)), [0]);
+        assert_eq!(order.needs_inside(1).collect::<Vec<_>>(), [0]);
         assert_eq!(order.needs_outside(1).count(), 0);
     }
 }

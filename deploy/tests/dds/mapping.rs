@@ -2,7 +2,7 @@
 //! memory, a mapper in metres (ahead, left, up), which sends them to ROS 2, and a node of rclpy. All
 //! of them see the points that `SciPy` computes from the recording.
 
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
@@ -17,7 +17,7 @@ const DOMAIN: &str = "36";
 const CLOUDS: usize = 5;
 
 /// `rcdeploy` with components in this environment of Python.
-fn rcdeploy(site: &Site, environment: &Path, args: &[&str]) -> Ran {
+fn rcdeploy(site: &Site, environment: &Path, args: &[&str]) -> CommandOutput {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(args).args(["--profile", "dev"]);
     command.arg(site.ddsl());

@@ -1,6 +1,6 @@
 //! A workspace of a test with one component in Python, which has an environment with `NumPy`.
 
-use rc_test_site::site::{Ran, Site};
+use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -42,7 +42,7 @@ pub(crate) fn workspace(
 }
 
 /// `rcdeploy up` without an active environment and without a display, with these variables.
-pub(crate) fn up(site: &Site, variables: &[(&str, &Path)]) -> Ran {
+pub(crate) fn up(site: &Site, variables: &[(&str, &Path)]) -> CommandOutput {
     let mut up = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
     up.args(["up", "--build", "--detach", "--profile", "dev"]);
     up.arg(site.ddsl()).env("CARGO_NET_OFFLINE", "true");
