@@ -286,7 +286,7 @@ fn deep_json_stands_on_several_lines() {
         format!("{{\"a\":{{\"b\":[\"{word}\"]}}}}\n")
     );
     let lists = serde_json::json!([[[[&word]]]]);
-    assert_eq!(json_text(&lists), format!("[\n  [[[\"{word}\"]]]\n]\n"));
+    assert_eq!(json_text(&lists, 9), format!("[\n  [[[\"{word}\"]]]\n]\n"));
     let deep = serde_json::json!({ "a": [[[[&word]]]] });
     let inner = format!("[[[\"{word}\"]]]");
     assert_eq!(
