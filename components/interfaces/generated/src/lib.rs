@@ -9,6 +9,7 @@
     reason = "names and signatures are those of the IDSL"
 )]
 
+pub mod clouds;
 pub mod rc_bench;
 pub mod rc_inner_model;
 pub mod rc_interop;
@@ -33,6 +34,7 @@ pub mod robo_comp_joint_motor;
 pub mod robo_comp_laser;
 pub mod robo_comp_laser_pub;
 pub mod robo_comp_lidar3_d;
+pub mod robo_comp_lidar_pub;
 pub mod robo_comp_omni_robot;
 pub mod robo_comp_rgbd;
 pub mod robo_comp_speech;

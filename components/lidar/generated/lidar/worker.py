@@ -8,34 +8,5 @@ import robocomp as _robocomp
 from .context import Context
 
 
-class Worker:
-    """The worker of the component.
-
-    The runtime makes it without arguments and calls all functions on one thread. An exception of
-    `compute` is logged and counted, and the component continues with the next period;
-    `robocomp.Emergency` and `robocomp.Fatal` do what they say.
-    """
-
-    @_robocomp.default
-    def initialize(self, ctx: Context) -> None:
-        """Runs once, when the clients and publishers are open."""
-
-    @_robocomp.required
-    def compute(self, ctx: Context) -> None:
-        """Runs once a period."""
-        raise NotImplementedError
-
-    @_robocomp.default
-    def emergency(self, ctx: Context) -> None:
-        """Runs once a period instead of `compute`, while the component is in the state Emergency."""
-
-    @_robocomp.default
-    def restore(self, ctx: Context) -> None:
-        """Runs once when the state Emergency ends."""
-
-    @_robocomp.default
-    def finalize(self, ctx: Context) -> None:
-        """Runs once before the component ends.
-
-        It can still send commands and publish. A query raises `robocomp.Stopping`.
-        """
+class Worker(_robocomp.Worker[Context]):
+    """The worker of the component."""

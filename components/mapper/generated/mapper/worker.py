@@ -9,37 +9,8 @@ from .context import Context
 from .types import robo_comp_lidar_pub as _robo_comp_lidar_pub
 
 
-class Worker:
-    """The worker of the component.
-
-    The runtime makes it without arguments and calls all functions on one thread. An exception of
-    `compute` is logged and counted, and the component continues with the next period;
-    `robocomp.Emergency` and `robocomp.Fatal` do what they say.
-    """
-
-    @_robocomp.default
-    def initialize(self, ctx: Context) -> None:
-        """Runs once, when the clients and publishers are open."""
-
-    @_robocomp.required
-    def compute(self, ctx: Context) -> None:
-        """Runs once a period."""
-        raise NotImplementedError
-
-    @_robocomp.default
-    def emergency(self, ctx: Context) -> None:
-        """Runs once a period instead of `compute`, while the component is in the state Emergency."""
-
-    @_robocomp.default
-    def restore(self, ctx: Context) -> None:
-        """Runs once when the state Emergency ends."""
-
-    @_robocomp.default
-    def finalize(self, ctx: Context) -> None:
-        """Runs once before the component ends.
-
-        It can still send commands and publish. A query raises `robocomp.Stopping`.
-        """
+class Worker(_robocomp.Worker[Context]):
+    """The worker of the component."""
 
     @_robocomp.required
     def lidar_new_scan(self, ctx: Context, scan: _robo_comp_lidar_pub.Scan) -> None:
