@@ -6,23 +6,57 @@ use rc_configuration::condition::{Comparator, Condition, Function, Reference, St
 use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
-/// Resolves the rule `tree` in the groups and lists `scope` of `model`. Reports errors and
+/// The parameters of each block by name: a file may have thousands, and as many rules.
+pub(crate) struct Declared<'m> {
+    model: &'m Parameters,
+    /// The blocks by the address of their list.
+    blocks: HashMap<*const Parameter, HashMap<&'m str, &'m Parameter>>,
+}
+
+impl<'m> Declared<'m> {
+    pub(crate) fn new(model: &'m Parameters) -> Self {
+        let mut declared = Self {
+            model,
+            blocks: HashMap::new(),
+        };
+        declared.add(&model.parameters);
+        declared
+    }
+
+    fn add(&mut self, block: &'m [Parameter]) {
+        let mut names = HashMap::new();
+        for parameter in block {
+            names.entry(parameter.name.as_str()).or_insert(parameter);
+            if let Some(inner) = members(parameter) {
+                self.add(inner);
+            }
+        }
+        self.blocks.insert(block.as_ptr(), names);
+    }
+
+    fn find(&self, block: &'m [Parameter], name: &str) -> Option<&'m Parameter> {
+        self.blocks.get(&block.as_ptr())?.get(name).copied()
+    }
+}
+
+/// Resolves the rule `tree` in the groups and lists `scope` of a model. Reports errors and
 /// returns `None` if the rule is invalid. Declarations in `invalid` have been reported.
 pub(crate) fn resolve(
-    model: &Parameters,
+    declared: &Declared<'_>,
     invalid: &HashSet<Vec<String>>,
     scope: &[String],
     tree: &ast::Rule,
     found: &mut Diagnostics,
 ) -> Option<Rule> {
-    let mut blocks = vec![model.parameters.as_slice()];
+    let mut blocks = vec![declared.model.parameters.as_slice()];
     for name in scope {
         let outer = *blocks.last()?;
-        blocks.push(members(outer.iter().find(|p| p.name == *name)?)?);
+        blocks.push(members(declared.find(outer, name)?)?);
     }
     let mut checker = ConditionResolver {
+        declared,
         blocks,
         scope,
         invalid,
@@ -77,6 +111,7 @@ impl OperandType {
 }
 
 struct ConditionResolver<'m> {
+    declared: &'m Declared<'m>,
     /// The blocks around the rule, the outermost first.
     blocks: Vec<&'m [Parameter]>,
     scope: &'m [String],
@@ -326,8 +361,8 @@ impl<'m> ConditionResolver<'m> {
     /// The innermost block that declares `name`.
     fn level(&self, name: &str) -> Option<usize> {
         (0..self.blocks.len()).rev().find(|level| {
-            let mut declared = self.blocks[*level].iter();
-            declared.any(|p| p.name == name) || self.is_invalid(*level, [name])
+            let declared = self.declared.find(self.blocks[*level], name);
+            declared.is_some() || self.is_invalid(*level, [name])
         })
     }
 
@@ -347,7 +382,7 @@ impl<'m> ConditionResolver<'m> {
         let (mut within, mut list) = (self.blocks[level], None);
         for (at, name) in path.names.iter().enumerate() {
             let names = path.names[..=at].iter().map(|n| n.text.as_str());
-            let Some(parameter) = within.iter().find(|p| p.name == name.text) else {
+            let Some(parameter) = self.declared.find(within, &name.text) else {
                 return Err(if self.is_invalid(level, names) {
                     PathError::Invalid
                 } else {

@@ -1,7 +1,7 @@
 //! Resolves names, types and flags into the model. Other modules check limits and conditions.
 
 use crate::ast::{self, FlagKind, Item};
-use crate::conditions;
+use crate::conditions::{self, Declared};
 use crate::imports::Imports;
 use crate::limits::LimitChecker;
 use heck::ToSnakeCase;
@@ -299,14 +299,16 @@ impl<'t> Resolver<'t> {
 
     /// Resolves the rules, and evaluates them for the defaults.
     fn rules(&mut self, model: &mut Parameters, trees: Vec<(Vec<String>, &ast::Rule)>) {
-        let mut spans = Vec::new();
+        let (mut rules, mut spans) = (Vec::new(), Vec::new());
+        let declared = Declared::new(model);
         for (scope, tree) in trees {
-            let resolved = conditions::resolve(model, &self.invalid, &scope, tree, &mut self.found);
-            if let Some(rule) = resolved {
-                model.rules.push(rule);
+            let (invalid, found) = (&self.invalid, &mut self.found);
+            if let Some(rule) = conditions::resolve(&declared, invalid, &scope, tree, found) {
+                rules.push(rule);
                 spans.push(tree.condition.span);
             }
         }
+        model.rules = rules;
         for (at, why) in violations_by_defaults(model) {
             let message = format!("the defaults break this rule: {why}");
             let diagnostic = Diagnostic::error("default-breaks-rule", spans[at], message);

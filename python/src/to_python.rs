@@ -6,6 +6,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use rc_values::{Numbers, Primitive, Value};
+use rc_vocabulary::Class;
 
 impl Types {
     /// A value as an object. Numbers of a sequence become a writable array of `NumPy`.
@@ -103,5 +104,11 @@ impl Types {
 
 /// The name of a number's type in `NumPy`: little endian.
 pub(crate) fn dtype(primitive: Primitive) -> String {
-    format!("<{}", primitive.letter())
+    let kind = match primitive.class() {
+        Class::Bool => return "?".to_owned(),
+        Class::Signed => 'i',
+        Class::Unsigned => 'u',
+        Class::Float => 'f',
+    };
+    format!("<{kind}{}", primitive.size())
 }

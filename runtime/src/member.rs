@@ -19,7 +19,7 @@ pub enum MemberError {
     },
     /// The array has such a member, perhaps in other letters: `Front` and `front`.
     #[error("`{array}` already has the member `{first}`; give `{name}` another name")]
-    NameInUse {
+    Taken {
         /// The slot array.
         array: String,
         /// The name that was given.

@@ -294,7 +294,7 @@ impl SlotTable {
         if let Some(same) = same {
             let (array, name) = own();
             let first = same.name().to_owned();
-            return Err(MemberError::NameInUse { array, name, first });
+            return Err(MemberError::Taken { array, name, first });
         }
         if members.len() >= member::MOST {
             let (array, name) = own();

@@ -32,6 +32,7 @@ pub fn load(
         schema,
         found,
         declared: HashMap::new(),
+        entities: HashMap::new(),
     };
     for domain in &domains {
         resolver.declare(domain);
@@ -54,9 +55,30 @@ struct Resolver {
     found: Diagnostics,
     /// Types, relations and queries by name.
     declared: HashMap<String, Span>,
+    /// The places of entities in the schema: a file may have thousands.
+    entities: HashMap<String, usize>,
 }
 
 impl Resolver {
+    fn entity(&self, name: &str) -> Option<&Entity> {
+        let at = self.entities.get(name)?;
+        self.schema.entities.get(*at)
+    }
+
+    fn entity_mut(&mut self, name: &str) -> Option<&mut Entity> {
+        let at = self.entities.get(name)?;
+        self.schema.entities.get_mut(*at)
+    }
+
+    /// Whether an entity is `wanted`, or inherits from it.
+    fn is_a(&self, name: &str, wanted: &str) -> bool {
+        let parent = |name: &&str| self.entity(name)?.parent.as_deref();
+        let ancestry = std::iter::successors(Some(name), parent);
+        // A circle has a finding of its own.
+        let mut ancestry = ancestry.take(graph_schema::DEEPEST + 2);
+        ancestry.any(|name| name == wanted)
+    }
+
     fn error(&mut self, code: &'static str, span: Span, message: String) {
         self.found.push(Diagnostic::error(code, span, message));
     }
@@ -109,6 +131,8 @@ impl Resolver {
                     None => self.unknown_type(member),
                 }
             }
+            let place = self.schema.entities.len();
+            self.entities.insert(entity.name.text.clone(), place);
             self.schema.entities.push(Entity {
                 name: entity.name.text.clone(),
                 domain: domain.name.text.clone(),
@@ -146,17 +170,16 @@ impl Resolver {
             let Some(parent) = &entity.parent else {
                 continue;
             };
-            if self.schema.entity(&parent.text).is_none() {
+            if self.entity(&parent.text).is_none() {
                 self.unknown_entity(parent);
                 continue;
             }
-            if self.schema.is_a(&parent.text, &entity.name.text) {
+            if self.is_a(&parent.text, &entity.name.text) {
                 let message = format!("`{}` inherits from itself", entity.name.text);
                 self.error("circular-entities", parent.span, message);
                 continue;
             }
-            let own = self.schema.entities.iter_mut();
-            for own in own.filter(|own| own.name == entity.name.text) {
+            if let Some(own) = self.entity_mut(&entity.name.text) {
                 own.parent = Some(parent.text.clone());
             }
         }
@@ -169,7 +192,7 @@ impl Resolver {
     /// Puts the attributes of all ancestors before those of an entity.
     fn collect(&mut self, entity: &ast::Entity) {
         let mut chain = Vec::new();
-        let mut here = self.schema.entity(&entity.name.text);
+        let mut here = self.entity(&entity.name.text);
         while let Some(ancestor) = here.and_then(|e| e.parent.as_deref()) {
             if chain.len() >= graph_schema::DEEPEST {
                 // A circle has a finding of its own.
@@ -181,7 +204,7 @@ impl Resolver {
                 self.error("nested-too-deep", entity.name.span, message);
                 return;
             }
-            here = self.schema.entity(ancestor);
+            here = self.entity(ancestor);
             chain.extend(here);
         }
         let mut inherited: Vec<graph_schema::Attribute> = Vec::new();
@@ -205,8 +228,7 @@ impl Resolver {
             );
             self.error("duplicate-member", name.span, message);
         }
-        let own = self.schema.entities.iter_mut();
-        for own in own.filter(|own| own.name == entity.name.text) {
+        if let Some(own) = self.entity_mut(&entity.name.text) {
             let kept = own.attributes.iter();
             let kept = kept.filter(|a| inherited.iter().all(|known| known.name != a.name));
             let kept: Vec<_> = kept.cloned().collect();
@@ -235,7 +257,7 @@ impl Resolver {
                     made.attributes.push(attribute);
                     members::check_key_of_relation(member, &mut self.found);
                 } else if let Type::Named(name, _) = &member.kind {
-                    if self.schema.entity(&name.text).is_none() {
+                    if self.entity(&name.text).is_none() {
                         self.unknown_entity(name);
                     }
                     let port = members::port(member, &name.text, &mut self.found);
@@ -284,7 +306,7 @@ impl Resolver {
     }
 
     fn part(&mut self, whole: &Name, part: &Name) {
-        if self.schema.entity(&part.text).is_none() {
+        if self.entity(&part.text).is_none() {
             self.unknown_entity(part);
             return;
         }
@@ -297,7 +319,7 @@ impl Resolver {
         };
         let ends = [whole, part];
         let wrong = relation.ports.iter().zip(ends);
-        let mut wrong = wrong.filter(|(port, end)| !self.schema.is_a(&end.text, &port.entity));
+        let mut wrong = wrong.filter(|(port, end)| !self.is_a(&end.text, &port.entity));
         if let Some((port, end)) = wrong.next() {
             let message = format!(
                 "port `{}` of `{COMPOSED_BY}` is for {}, found {}",
@@ -329,12 +351,12 @@ impl Resolver {
         let mut seen = std::collections::HashSet::new();
         let mut left = vec![whole];
         while let Some(name) = left.pop() {
-            if self.schema.is_a(name, part) {
+            if self.is_a(name, part) {
                 return true;
             }
             if seen.insert(name) {
                 let types = self.schema.ancestry(name);
-                let parts = types.filter_map(|name| self.schema.entity(name));
+                let parts = types.filter_map(|name| self.entity(name));
                 left.extend(parts.flat_map(|entity| &entity.parts).map(String::as_str));
             }
         }
@@ -352,7 +374,7 @@ impl Resolver {
             self.found
                 .push(diagnostic.label(first.span, "first given here"));
         }
-        let Some(entity) = self.schema.entity(&first.text).cloned() else {
+        let Some(entity) = self.entity(&first.text).cloned() else {
             self.unknown_entity(first);
             return;
         };
@@ -444,7 +466,7 @@ impl Resolver {
                 Item::Query(query) if self.is_new(&query.name) => {
                     for (_, kind) in &query.parameters {
                         let known = TYPES.contains(&kind.text.as_str());
-                        if !known && self.schema.entity(&kind.text).is_none() {
+                        if !known && self.entity(&kind.text).is_none() {
                             self.unknown_entity(kind);
                         }
                     }
@@ -522,7 +544,7 @@ impl Resolver {
             self.found.push(diagnostic.suggest(&end.text, known));
             return None;
         };
-        let entity = self.schema.entity(&relation.ports[port].entity)?.clone();
+        let entity = self.entity(&relation.ports[port].entity)?.clone();
         match entity.attribute(&attribute.text).map(|a| &a.kind) {
             Some(Kind::Int | Kind::Float) => Some((port, attribute.text.clone())),
             Some(kind) => {

@@ -75,12 +75,54 @@ impl<'de> Deserialize<'de> for Qos {
         let written = BTreeMap::<String, Read>::deserialize(from)?;
         let mut qos = Self::PUBLISHER;
         for name in PolicyName::of_topics() {
-            if let Some(value) = written.get(&key(name)) {
-                qos.set(read(name, value).ok_or_else(|| {
-                    D::Error::custom(format!("`{}` has a value of another type", key(name)))
-                })?);
-            }
+            let Some(value) = written.get(&key(name)) else {
+                if name.is_time() {
+                    continue;
+                }
+                // A default would claim what the other program did not say.
+                return Err(D::Error::custom(format!("missing field `{}`", key(name))));
+            };
+            qos.set(read(name, value).ok_or_else(|| {
+                D::Error::custom(format!("`{}` has a value of another type", key(name)))
+            })?);
         }
         Ok(qos)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Qos, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_another_program_says_is_read_whole_or_not_at_all() {
+        let qos = Qos {
+            deadline: Some(Duration::from_millis(20)),
+            ..Qos::PUBLISHER
+        };
+        let text = serde_json::to_string(&qos).expect("JSON");
+        assert_eq!(read(&text), Ok(qos));
+        // A duration that is none is no limit.
+        let endless = text.replace(":20.0", ":null");
+        assert_ne!(endless, text);
+        assert_eq!(read(&endless), Ok(Qos::PUBLISHER));
+        for (text, error) in [
+            ("{}", "missing field `reliable`"),
+            (
+                r#"{"reliable":true,"transient_local":false}"#,
+                "missing field `depth`",
+            ),
+            (
+                r#"{"reliable":1,"transient_local":false,"depth":1}"#,
+                "`reliable` has a value of another type",
+            ),
+        ] {
+            let found = read(text).expect_err("an error");
+            assert!(found.starts_with(error), "{found}");
+        }
     }
 }
