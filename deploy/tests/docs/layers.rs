@@ -217,6 +217,12 @@ const LANGUAGES: [(&str, &[&str]); 8] = [
 ];
 
 #[test]
+fn the_page_can_be_read_at_once() {
+    let page = std::fs::metadata(Path::new(ROOT).join("ARCHITECTURE.md")).expect("a page");
+    assert!(page.len() <= 12 << 10, "{} bytes", page.len());
+}
+
+#[test]
 fn languages_do_no_input_or_output_and_know_others_as_the_page_says() {
     let crates = crates();
     let modules = ["fs", "env", "process", "os"];
