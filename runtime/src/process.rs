@@ -47,6 +47,7 @@ pub fn run_with<C: Component>(
     };
     // The note must be in the executable, and nothing else refers to it.
     std::hint::black_box(description.note);
+    let runs = matches!(task, Task::Run(_));
     let outcome = match task {
         Task::Print(text) => {
             print::data(&text);
@@ -75,6 +76,8 @@ pub fn run_with<C: Component>(
             }),
     };
     match outcome {
+        // What a worker prints says nothing of how it ended.
+        Ok(()) if runs => 0,
         Ok(()) => printed(description.name, 0),
         Err(error) => fail(description.name, &error),
     }
@@ -83,13 +86,14 @@ pub fn run_with<C: Component>(
 /// The exit code if standard output cannot be written.
 const REFUSED: u8 = 3;
 
-/// The exit code, which says whether standard output could be written.
+/// The exit code, which says whether standard output could be written. A closed pipe changes no
+/// code: one that is [`REFUSED`] is an answer of `--probe`.
 pub(crate) fn printed(name: &str, code: u8) -> u8 {
-    let (code, message) = print::exit_code(code, None, REFUSED);
+    let (ended, message) = print::exit_code(code, None, REFUSED);
     if let Some(message) = message {
         print::error(format_args!("{name}: error: {message}"));
     }
-    code
+    if ended == 0 { code } else { ended }
 }
 
 fn fail(name: &str, error: &StartError) -> u8 {

@@ -74,22 +74,45 @@ fn what_cannot_be_printed_is_a_failure_and_a_closed_pipe_is_none() {
 #[test]
 fn components_say_that_they_cannot_print_as_the_tools_do() {
     let component = Site::executable("pose_monitor");
-    for arguments in [
-        &["--help"][..],
-        &["--version"],
-        &["--check"],
-        &["--probe", "--network", "no_such_network"],
-    ] {
+    for arguments in ["--help", "--version", "--check"] {
+        let arguments = &[arguments];
         let code = program_on_a_full_disk(&component, arguments);
         assert_eq!(code, Some(3), "{arguments:?}");
     }
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
-    let mut command = Command::new(component);
-    let output = command.arg("--help").stdout(writer).output();
-    let output = output.expect("it runs");
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    assert!(output.stderr.is_empty(), "{output:?}");
+    // A closed pipe is no failure, and makes no other answer of one: 3 is "not there".
+    for (arguments, code) in [
+        (&["--help"][..], 0),
+        (&["--probe", "--network", "no_such_network"], 3),
+    ] {
+        let writer = writer.try_clone().expect("a copy");
+        let mut command = Command::new(&component);
+        let output = command.args(arguments).stdout(writer).output();
+        let output = output.expect("it runs");
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        assert!(output.stderr.is_empty(), "{output:?}");
+    }
+}
+
+/// A program of several components says it once, whether it prints itself or one of them does.
+#[test]
+fn several_components_of_a_program_say_once_that_they_cannot_print() {
+    let program =
+        Path::new(env!("CARGO_BIN_EXE_rc-test-misbehave")).with_file_name("rc-test-together");
+    for arguments in [&["--help"][..], &["--member", "neighbour", "--version"]] {
+        let full = File::options().write(true).open("/dev/full");
+        let mut command = Command::new(&program);
+        let output = command.args(arguments).stdout(full.expect("Linux has it"));
+        let output = output.output().expect("it runs");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {said}");
+        assert_eq!(
+            said.matches("cannot write").count(),
+            1,
+            "{arguments:?}: {said}"
+        );
+    }
 }
 
 #[test]

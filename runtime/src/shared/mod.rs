@@ -31,6 +31,7 @@ use rc_middleware::WakeEvent;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
@@ -91,15 +92,16 @@ impl ComponentType {
 pub fn run_components(types: &'static [ComponentType]) -> ExitCode {
     let program = own_program();
     let code = run(types, std::env::args_os().skip(1), &program);
+    ExitCode::from(code.unwrap_or_else(|error| {
+        print_error(&error.report_line(&name_of(&program)));
+        error.exit_code()
+    }))
+}
+
+/// The name of the program in messages.
+fn name_of(program: &Path) -> Cow<'_, str> {
     let name = program.file_name().unwrap_or(program.as_os_str());
-    let name = name.to_string_lossy();
-    ExitCode::from(match code {
-        Ok(code) => printed(&name, code),
-        Err(error) => {
-            print_error(&error.report_line(&name));
-            error.exit_code()
-        }
-    })
+    name.to_string_lossy()
 }
 
 /// Errors are those of the process; those of components are printed here.
@@ -116,7 +118,7 @@ fn run(
         Wanted::Run(members) => members,
         Wanted::Help => {
             rc_diagnostics::print::data(&command_line::help(types));
-            return Ok(0);
+            return Ok(printed(&name_of(program), 0));
         }
     };
     let mut tasks = Vec::new();

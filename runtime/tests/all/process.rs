@@ -31,11 +31,15 @@ struct Supervised {
 impl Supervised {
     /// Starts it. `before` has both ends of its link: this one's, and the component's.
     fn start(before: impl FnOnce(&UnixStream, &UnixStream)) -> Self {
+        Self::start_as(Command::new(PROGRAM), before)
+    }
+
+    fn start_as(mut command: Command, before: impl FnOnce(&UnixStream, &UnixStream)) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let (link, theirs) = UnixStream::pair().expect("a pair");
         before(&link, &theirs);
         link.set_read_timeout(Some(LIMIT)).expect("a limit");
-        let child = Command::new(PROGRAM)
+        let child = command
             .args(["--network", "n", "--name", "quiet"])
             .env("RC_SUPERVISED", "1")
             .env("XDG_RUNTIME_DIR", folder.path())
@@ -145,6 +149,19 @@ fn fill(mut stream: &UnixStream, piece: &[u8]) {
             Err(error) => panic!("{error}"),
         }
     }
+}
+
+/// A code of a failure would start it again.
+#[test]
+fn a_log_that_cannot_be_written_is_no_failure_of_the_component() {
+    let mut command = Command::new(PROGRAM);
+    let full = std::fs::File::options().write(true).open("/dev/full");
+    command.stdout(full.expect("Linux has it"));
+    command.env("RC_TEST_PRINTS", "1");
+    let mut supervised = Supervised::start_as(command, |_, _| {});
+    supervised.until(|message| *message == ComponentMessage::Ready);
+    supervised.terminate();
+    assert_eq!(supervised.end().code(), Some(0));
 }
 
 /// It asks for about 10 MB, and reads 3 kB at a time: always a little, and always before anybody

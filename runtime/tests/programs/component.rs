@@ -4,7 +4,7 @@
 //! `idle SOCKET COUNT` connects so often, one after the other, asks on the last connection for the
 //! status, prints the name in it, and keeps all connections until its standard input ends. Anything
 //! else is a component's command line. With `RC_TEST_GUARD`, the component has a state machine
-//! whose guard panics.
+//! whose guard panics. With `RC_TEST_PRINTS`, it prints half a line when it ends.
 
 mod charts;
 mod guarded;
@@ -39,7 +39,11 @@ impl Component for Worker {
 
     fn restore(&mut self) {}
 
-    fn finalize(&mut self) {}
+    fn finalize(&mut self) {
+        if std::env::var_os("RC_TEST_PRINTS").is_some() {
+            print!("half a line");
+        }
+    }
 
     fn sending_peers(&self, _: &mut [usize]) {}
 
