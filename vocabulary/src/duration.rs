@@ -29,11 +29,17 @@ const UNITS: [(&str, u64); 4] = [
 /// assert_eq!(duration::parse("50"), None);
 /// ```
 pub fn parse(text: &str) -> Option<u64> {
-    let is_unit = |c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E';
-    let (number, word) = text.split_at(text.find(is_unit)?);
+    let (number, word) = split(text)?;
     let mut units = UNITS.iter();
-    let (_, unit) = units.find(|(name, _)| *name == word.trim())?;
-    Some(Decimal::parse(number.trim())?.times(*unit))
+    let (_, unit) = units.find(|(name, _)| *name == word)?;
+    Some(Decimal::parse(number)?.times(*unit))
+}
+
+/// A number and the word after it. An `e` belongs to the number.
+fn split(text: &str) -> Option<(&str, &str)> {
+    let begins_word = |c: char| c.is_alphabetic() && c != 'e' && c != 'E';
+    let (number, word) = text.split_at(text.find(begins_word)?);
+    Some((number.trim(), word.trim()))
 }
 
 /// Whether `word` is the unit of a duration.
@@ -48,12 +54,14 @@ pub fn is_unit(word: &str) -> bool {
 ///
 /// assert!(duration::unknown_unit("3 sec").is_some());
 /// assert_eq!(duration::unknown_unit("soon"), None);
+/// assert_eq!(duration::unknown_unit("1e3"), None);
 /// ```
 pub fn unknown_unit(text: &str) -> Option<&'static str> {
-    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-. ".contains(c));
-    let has_number = text[..text.len() - unit.len()].contains(|c: char| c.is_ascii_digit());
-    let is_unknown = has_number && !unit.is_empty() && !is_unit(unit.trim_end());
-    is_unknown.then_some("unknown unit; the units are us, ms, s and min")
+    let (number, word) = split(text)?;
+    let has_number = number
+        .trim_start_matches(['+', '-', '.'])
+        .starts_with(|c: char| c.is_ascii_digit());
+    (has_number && !is_unit(word)).then_some("unknown unit; the units are us, ms, s and min")
 }
 
 /// What is allowed where `text` is no duration that can be taken: first what is wrong with its unit.

@@ -11,6 +11,7 @@ use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span, stray_character};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::net::Ipv4Addr;
 use std::ops::Range;
 use std::time::Duration;
 use toml_edit::{Document, TableLike, TomlError};
@@ -202,6 +203,15 @@ fn not_a_number(text: &str, at: usize) -> Option<&'static str> {
     if at < start + key.len() || !(begins(unsigned) || unsigned.starts_with('.')) {
         return None;
     }
+    if is_address(unsigned) {
+        return Some("a text, such as an address, needs quotes");
+    }
+    // A second entry in the line, a date, a time.
+    let follows_digit = unsigned.as_bytes().windows(2);
+    let mut follows_digit = follows_digit.filter(|pair| pair[0].is_ascii_digit());
+    if unsigned.contains('=') || follows_digit.any(|pair| matches!(pair[1], b'-' | b':')) {
+        return None;
+    }
     if unsigned.starts_with('.') || unsigned.ends_with('.') {
         return Some("digits stand on both sides of the point");
     }
@@ -213,6 +223,12 @@ fn not_a_number(text: &str, at: usize) -> Option<&'static str> {
     let has_letter = unsigned.contains(|c: char| c.is_alphabetic());
     (has_letter && !unsigned.contains(']'))
         .then_some("a number has no unit here, and a text needs quotes")
+}
+
+/// Whether a text looks like an IPv4 address, maybe with a port or the length of a prefix.
+fn is_address(text: &str) -> bool {
+    let address = text.split([':', '/']).next().unwrap_or_default();
+    address.parse::<Ipv4Addr>().is_ok()
 }
 
 /// The largest number of lines that are left out to read the rest of a file.

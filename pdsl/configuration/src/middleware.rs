@@ -191,7 +191,11 @@ impl Checker {
     fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");
-        let help = duration_help(item, allowed);
+        // Of a duration that is out of range, the unit is known.
+        let help = match code {
+            "wrong-type" | "bad-setting" => duration_help(item, allowed),
+            _ => format!("allowed is {allowed}"),
+        };
         self.found
             .push(Diagnostic::error(code, at, message).help(help));
     }

@@ -438,6 +438,36 @@ fn every_line_that_is_no_toml_is_reported_and_says_what_a_number_is() {
 }
 
 #[test]
+fn only_a_number_is_said_to_be_none() {
+    check(
+        "[parameters]\na = 3 b = 4\nc = 2026-13-01T00:00:00Z\nd = 25:61:00\ne = 10.0.0.2\nf = 10.0.0.2:7000\ng = 3e-2x\n",
+        &expect![[r#"
+            config.toml:2:9: error[toml-syntax]: unexpected key or value, expected newline, `#`
+            config.toml:3:5: error[toml-syntax]: invalid date, expected month between 01 and 12
+            config.toml:4:5: error[toml-syntax]: invalid time, expected hour between 00 and 23
+            config.toml:5:9: error[toml-syntax]: this is no number (a text, such as an address, needs quotes)
+            config.toml:6:9: error[toml-syntax]: this is no number (a text, such as an address, needs quotes)
+            config.toml:7:9: error[toml-syntax]: this is no number (a number has no unit here, and a text needs quotes)
+        "#]],
+    );
+    check(
+        "[middleware.dds]\nlease = '1e3'\n[middleware.iceoryx2]\n[component]\nperiod = '1e3'\n",
+        &expect![[r#"
+            config.toml:1:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
+            config.toml:2:9: error[wrong-type]: `middleware.dds.lease` cannot be the string "1e3" (allowed is a duration of at least 100ms, at most a day)
+            config.toml:5:10: error[wrong-type]: `component.period` cannot be the string "1e3" (allowed is a duration such as "50ms", or a number of milliseconds)
+        "#]],
+    );
+    check(
+        "[middleware.dds]\nlease = '1e9s'\n",
+        &expect![[r#"
+        config.toml:1:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
+        config.toml:2:9: error[out-of-range]: `middleware.dds.lease` cannot be the string "1e9s" (allowed is a duration of at least 100ms, at most a day)
+    "#]],
+    );
+}
+
+#[test]
 fn characters_of_word_processors_are_named_by_their_code_points() {
     check(
         "[parameters]\nport = “fast”\nbaud\u{a0}= 3\n",
