@@ -110,7 +110,9 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
 fn is_text(line: &str) -> bool {
     match line.split_whitespace().next() {
         Some("v" | "vt" | "vn" | "f" | "fo") => line.contains('#'),
-        Some(word) => word.starts_with('#') || matches!(word, "g" | "o" | "usemtl" | "newmtl"),
+        Some(word) => {
+            word.starts_with('#') || matches!(word, "g" | "o" | "usemtl" | "newmtl" | "mtllib")
+        }
         None => false,
     }
 }

@@ -193,7 +193,7 @@ fn lines_of_obj_go_on_and_have_comments() {
 #[test]
 fn names_and_comments_of_obj_end_with_their_line() {
     let text = "# made from C:\\models\\\ng C:\\parts\\\no a\\\nv 0 0 0 # of C:\\x\\\nv 1 0 0\n\
-        usemtl b\\\nv 0 2 0.5\nfo 1 2 3\n";
+        usemtl b\\\nmtllib C:\\looks\\\nv 0 2 0.5\nfo 1 2 3\n";
     let mesh = written("a.obj", text.as_bytes());
     assert_eq!(mesh.expect("a mesh"), triangle());
     // A file that is cut in a face.
