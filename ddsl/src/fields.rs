@@ -319,7 +319,7 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
 /// The options that `rcdeploy` gives a component from other fields, and those with which a component
 /// does something else than to run. One of them in `args` would take the component where the check of
 /// the network did not look.
-const OWN_OPTIONS: [(&str, &str); 17] = [
+const OWN_OPTIONS: [(&str, &str); 20] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -340,12 +340,15 @@ const OWN_OPTIONS: [(&str, &str); 17] = [
         "--set-middleware",
         "write `domain` into the deployment, or `[middleware.NAME]` into the configuration",
     ),
+    ("--member", "write a `Component` with the same `process`"),
     ("--replay", NO_RUN),
     ("--check", NO_RUN),
     ("--probe", NO_RUN),
     ("--wait", NO_RUN),
     ("--help", NO_RUN),
+    ("-h", NO_RUN),
     ("--version", NO_RUN),
+    ("-V", NO_RUN),
 ];
 const NO_RUN: &str = "the component would not run";
 

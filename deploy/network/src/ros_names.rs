@@ -17,11 +17,11 @@ use rc_vocabulary::Value;
 use rc_vocabulary::ros::{self, ResolvedRemapping};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Options of a component that change its names in ROS 2. No finding is reported for such a
-/// component.
 /// The variable by which ROS 2 chooses its middleware.
 const RMW: &str = "RMW_IMPLEMENTATION";
-const RENAMING: [&str; 3] = ["--ros-args", "--set-middleware", "--bind"];
+/// The option of a component that changes its names in ROS 2. No finding is reported for such a
+/// component.
+const RENAMING: &str = "--ros-args";
 /// How many names a message lists.
 const LISTED: usize = 8;
 
@@ -117,7 +117,7 @@ impl Network {
     ) -> Option<Node<'a>> {
         let is_in_ros = self.middlewares_of(at).contains(&Middleware::Ros2);
         let mut args = instance.args.iter();
-        if !is_in_ros || args.any(|a| RENAMING.iter().any(|r| a.text.starts_with(r))) {
+        if !is_in_ros || args.any(|arg| arg.text == RENAMING) {
             return None;
         }
         let value = |key| setting(instance, key).map(|set| &set.value);
