@@ -22,10 +22,10 @@ const LIST: &str = "metadata.yaml";
 const LONGEST_BEGINNING: u64 = 1 << 16;
 
 /// How many missing parts are named.
-const MOST_MISSING: usize = 8;
+pub(super) const MOST_MISSING: usize = 8;
 
 /// The files of the recording at `path`, in their order, and the numbers of parts between them that
-/// are missing.
+/// are missing, at most one more than is named.
 ///
 /// A folder is one of rosbag2. The first of the parts of a long recording means all that are there;
 /// another one means itself alone.
@@ -54,7 +54,7 @@ pub(super) fn files(path: &Path) -> Result<(Vec<PathBuf>, Vec<u32>), RecordError
     }
     let last = parts.keys().next_back().map_or(number, |last| *last);
     let missing = (number..last).filter(|number| !parts.contains_key(number));
-    let missing = missing.take(MOST_MISSING).collect();
+    let missing = missing.take(MOST_MISSING + 1).collect();
     Ok((parts.into_values().collect(), missing))
 }
 

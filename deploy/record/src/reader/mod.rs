@@ -127,8 +127,13 @@ impl fmt::Display for Faults {
             parts.push(format!("{} messages have no channel", self.without_channel));
         }
         if !self.missing.is_empty() {
-            let numbers: Vec<String> = self.missing.iter().map(u32::to_string).collect();
-            parts.push(format!("part {} of it is missing", numbers.join(", ")));
+            let named = self.missing.iter().take(files::MOST_MISSING);
+            let numbers = named.map(u32::to_string).collect::<Vec<_>>().join(", ");
+            parts.push(match self.missing.len() {
+                1 => format!("part {numbers} of it is missing"),
+                2..=files::MOST_MISSING => format!("parts {numbers} of it are missing"),
+                _ => format!("parts {numbers} and more of it are missing"),
+            });
         }
         let cut = self.cut.as_ref();
         parts.extend(cut.map(|reason| format!("it ends before its end ({reason})")));

@@ -80,6 +80,28 @@ fn damaged(text: &str) -> Faults {
 }
 
 #[test]
+fn missing_parts_are_counted_in_the_message() {
+    let text = |missing: &[u32]| {
+        let missing = missing.to_vec();
+        let faults = Faults {
+            missing,
+            ..Faults::default()
+        };
+        faults.to_string()
+    };
+    assert_eq!(text(&[1]), "part 1 of it is missing");
+    assert_eq!(text(&[1, 2]), "parts 1, 2 of it are missing");
+    assert_eq!(
+        text(&[1, 2, 3, 4, 5, 6, 7, 8]),
+        "parts 1, 2, 3, 4, 5, 6, 7, 8 of it are missing"
+    );
+    assert_eq!(
+        text(&[1, 2, 3, 4, 5, 6, 7, 8, 9]),
+        "parts 1, 2, 3, 4, 5, 6, 7, 8 and more of it are missing"
+    );
+}
+
+#[test]
 fn a_record_is_as_long_as_the_longest_at_most() {
     let folder = tempfile::tempdir().expect("a folder");
     for (length, expected) in [
