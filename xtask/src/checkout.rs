@@ -26,15 +26,16 @@ pub(crate) fn own_target() -> Result<(), String> {
     {
         return Err(format!(
             "cargo has taken the programs of {}, which it has found in {}, for those of {}: \
-             remove that folder, or give each checkout its own by CARGO_TARGET_DIR",
+             delete the target folder {}, or give each checkout its own by CARGO_TARGET_DIR",
             built.display(),
             target.display(),
-            asked.display()
+            asked.display(),
+            target.display()
         ));
     }
     take(target, built, |other| {
         println!(
-            "{} has programs of {other}, which are removed",
+            "{} has programs of {other}, which are removed and built again",
             target.display()
         );
         cargo(&["clean", "--workspace"])
@@ -54,6 +55,8 @@ pub(crate) fn take(
     match fs::read_to_string(&mark) {
         Ok(other) if other == own => return Ok(()),
         Ok(other) => clean(&other)?,
+        // It has programs even at the first run: this one. In a folder that was made by `cargo build`,
+        // or restored by CI, they are most likely its own, and to build all again would be in vain.
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(failed(error)),
     }
