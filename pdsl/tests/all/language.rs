@@ -166,8 +166,8 @@ fn errors_outside_declarations() {
     check_file(
         "ComponentParams C { a int 1;",
         &expect![[r#"
-        c.pdsl:1:29: error[syntax-error]: expected `}` or a name, found the end of the file
-    "#]],
+            c.pdsl:1:29: error[syntax-error]: expected `}`, found the end of the file
+        "#]],
     );
     check_file(
         &format!("ComponentParams C {{ {} }};", "group g {".repeat(200)),
@@ -367,5 +367,30 @@ fn the_nesting_of_blocks_is_limited() {
         &expect![[r#"
             c.pdsl:2:296: error[nested-too-deep]: groups and lists are nested more than 20 levels deep
         "#]],
+    );
+}
+
+#[test]
+fn a_file_without_its_last_brace_hides_no_other_error() {
+    check_file(
+        "ComponentParams C {\n  a itn 3;\n  group g {\n    b int 3:1;\n    c int 4;\n",
+        &expect![[r#"
+            c.pdsl:2:5: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+            c.pdsl:4:11: error[bad-range]: this range is empty: its end is below its start
+            c.pdsl:6:1: error[syntax-error]: expected `}`, found the end of the file
+        "#]],
+    );
+    check_file(
+        "ComponentParams C {\n  a int 3 T;\n  a float 2;\n  b int",
+        &expect![[r#"
+            c.pdsl:3:3: error[duplicate-name]: duplicate parameter `a`; first declared here at c.pdsl:2:3
+            c.pdsl:4:8: error[syntax-error]: expected `;`, a default, a flag or choices, found the end of the file
+        "#]],
+    );
+    check_file(
+        "ComponentParams C",
+        &expect![[r#"
+        c.pdsl:1:18: error[syntax-error]: expected `{`, found the end of the file
+    "#]],
     );
 }
