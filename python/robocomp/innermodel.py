@@ -81,17 +81,18 @@ class InnerModelContext(Context):
         """Takes the parameters `viewer` and `inner_model`."""
         if self._window is not None:
             # The user may have closed the window: another parameter does not open it again.
-            if wanted != self._shown:
+            if wanted != self._shown and not self._link.is_replay():
                 try:
                     self._window.show(wanted)
                 except OSError as error:
                     self._no_window = str(error)
             self._shown = wanted
             return
+        self._shown = wanted
         # A run that is repeated needs no window.
-        self._shown = wanted and not self._link.is_replay()
+        opens = wanted and not self._link.is_replay()
         try:
-            if self._shown:
+            if opens:
                 Window.reach()
             tree, warnings = Tree.read(file)
         except OSError as error:
@@ -106,7 +107,7 @@ class InnerModelContext(Context):
         self.tree = InnerModel(self._link, tree)
         self._window = Window(self.name, tree)
         try:
-            self._window.show(self._shown)
+            self._window.show(opens)
         except OSError as error:
             # The display was there a moment ago.
             logging.getLogger("robocomp").warning(str(error))

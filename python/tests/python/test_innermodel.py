@@ -3,8 +3,10 @@
 import math
 import unittest
 from pathlib import Path
+from unittest import mock
 
-from robocomp.innermodel import InnerModel, Tree
+from robocomp import innermodel
+from robocomp.innermodel import InnerModel, InnerModelContext, Tree
 
 ARM = Path(__file__).resolve().parents[3] / "innermodel/scenes/arm.xml"
 
@@ -69,6 +71,56 @@ class Trees(unittest.TestCase):
             self.tree.snapshot().pose("world", "nowhere")
         with self.assertRaises(ValueError):
             Tree.read(Path("nowhere.xml"))
+
+
+class Run(Clock):
+    """The part of a link that a window needs."""
+
+    def __init__(self, is_replay: bool) -> None:
+        super().__init__()
+        self.replay = is_replay
+
+    def name(self) -> str:
+        return "arm"
+
+    def is_replay(self) -> bool:
+        return self.replay
+
+
+class Glass:
+    """A window on no display, which notes what it is told."""
+
+    told: list[bool] = []
+    reached = 0
+
+    def __init__(self, _name: str, _tree: Tree) -> None:
+        type(self).told = []
+
+    @classmethod
+    def reach(cls) -> None:
+        cls.reached += 1
+
+    def show(self, wanted: bool) -> None:
+        self.told.append(wanted)
+
+
+class Windows(unittest.TestCase):
+    def told(self, is_replay: bool, wanted: list[bool]) -> list[bool]:
+        """What a window is told by these values of the parameter `viewer`."""
+        with mock.patch.object(innermodel, "Window", Glass):
+            context = InnerModelContext(Run(is_replay))
+            for value in wanted:
+                context._show(value, ARM)
+        return Glass.told
+
+    def test_another_parameter_does_not_open_a_window_again(self):
+        self.assertEqual(self.told(False, [True, True, False, True]), [True, False, True])
+        self.assertEqual(self.told(False, [False, False, True]), [False, True])
+
+    def test_a_replay_opens_no_window(self):
+        before = Glass.reached
+        self.assertEqual(self.told(True, [True, True, False, True]), [False])
+        self.assertEqual(Glass.reached, before)
 
 
 if __name__ == "__main__":
