@@ -13,6 +13,11 @@ def load(name: str, variable: str, crate: str, library: str) -> None:
         return
     if not path:
         if importlib.util.find_spec(name) is None:
+            if _is_wheel():
+                raise ImportError(
+                    f"robocomp is from a wheel, which has no `{name}`; "
+                    "name the framework by a path in Cargo.toml of the workspace"
+                )
             raise ImportError(
                 f"robocomp has no extension module `{name}`; "
                 "build it with `rcdeploy up --build NETWORK.ddsl`, "
@@ -29,3 +34,9 @@ def load(name: str, variable: str, crate: str, library: str) -> None:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     loader.exec_module(module)
+
+
+def _is_wheel() -> bool:
+    """Whether the extension module of the framework lies in its package."""
+    folders = sys.modules["robocomp"].__path__
+    return importlib.machinery.PathFinder.find_spec("robocomp._native", folders) is not None

@@ -1,10 +1,12 @@
 //! The interpreters of components in Python: launchers would fail on those that are missing, too old
-//! or without `NumPy`.
+//! or without `NumPy`, and on an extension module that is nowhere.
 
+use crate::launcher;
 use crate::model::{Network, Profile};
 use crate::plan::Environment;
+use crate::workspaces::Workspaces;
 use rc_codegen::python::component_interpreter::{self, InPath};
-use rc_diagnostics::Diagnostics;
+use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Language;
 use std::collections::HashSet;
 use std::path::Path;
@@ -36,6 +38,34 @@ impl Network {
                     next,
                     &mut in_path,
                 ));
+            }
+        }
+        self.check_trees(found);
+    }
+
+    /// Reports components with a tree where the framework has no folder: `up --build` builds no
+    /// extension module there, and a wheel has none for trees.
+    fn check_trees(&self, found: &mut Diagnostics) {
+        let mut seen: HashSet<&Path> = HashSet::new();
+        for (at, project, _) in self.built() {
+            let is_python = project.language() == Some(Language::Python);
+            if !is_python || !launcher::has_tree(project) || !seen.insert(&project.path) {
+                continue;
+            }
+            // A manifest that cannot be read is reported where it is needed.
+            let Ok(Some(root)) = Workspaces::root(project.code()) else {
+                continue;
+            };
+            if matches!(launcher::framework(&root), Ok(None)) {
+                let instance = &self.deployment.instances[at];
+                let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
+                let message = format!(
+                    "`{}` has a tree, for which a wheel of the framework has no extension module",
+                    project.component.name.text
+                );
+                let manifest = root.join("Cargo.toml");
+                let help = format!("name the framework by a path in `{}`", manifest.display());
+                found.push(Diagnostic::warning("no-tree-module", place, message).help(help));
             }
         }
     }
