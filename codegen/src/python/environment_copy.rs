@@ -6,11 +6,15 @@ use super::environment::{Error, fill, in_path};
 use super::interpreter::{self, OWN_ENVIRONMENT, PROGRAM};
 use pep440_rs::Version;
 use serde::{Deserialize, Serialize};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How long Python may take to make an environment without packages. A supervisor waits for that.
 const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long an interpreter may take to tell its version.
+const VERSION_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The virtual environment of a component.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -47,33 +51,44 @@ impl Environment {
     }
 
     /// Gives a folder with copies of the packages an interpreter of this machine, which has the
-    /// same version: packages are built for one.
+    /// same version: packages are built for one. `step` is called before all that may take seconds.
     ///
     /// # Errors
-    /// [`Error`]: this machine has no such interpreter, or it makes no environment.
-    pub fn complete(&self) -> Result<(), Error> {
+    /// [`Error`]: this machine has no such interpreter, or it makes no environment; or an error of
+    /// `step`.
+    pub fn complete(&self, step: &mut dyn FnMut() -> io::Result<()>) -> Result<(), Error> {
+        let mut step =
+            || step().map_err(|error| Error::System(format!("nobody waits any more: {error}")));
         let (major, minor) = self.python;
         let own = self.folder.join(PROGRAM);
         let made = Settings::read(&self.folder);
         let is_same =
             made.is_some_and(|made| made.numbers() == self.python && made.is_open == self.is_open);
-        if is_same && self.has_version(&own) {
-            return Ok(());
+        if is_same {
+            step()?;
+            if self.has_version(&own) {
+                return Ok(());
+            }
         }
         let names = [format!("python{major}.{minor}"), "python3".to_owned()];
-        let found = names
-            .iter()
-            .find_map(|name| in_path(name).filter(|p| self.has_version(p)));
+        let mut found = None;
+        for python in names.iter().filter_map(|name| in_path(name)) {
+            step()?;
+            if self.has_version(&python) {
+                found = Some(python);
+                break;
+            }
+        }
         let python = found.ok_or_else(|| {
             Error::Input(format!(
-                "there is no Python {major}.{minor} in the path, for which the packages in {} are built; install it",
+                "there is no Python {major}.{minor} in the path; the packages in {} are built for it; install it",
                 self.folder.display()
             ))
         })?;
         // `venv` keeps links that exist, also to an interpreter that was removed.
         let bin = self.folder.join("bin");
         match std::fs::remove_dir_all(&bin) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 let place = bin.display();
                 return Err(Error::System(format!("{place}: {error}")));
             }
@@ -81,6 +96,7 @@ impl Environment {
         }
         let open = self.is_open.then_some("--system-site-packages");
         let options = ["--without-pip"].into_iter().chain(open);
+        step()?;
         fill(&python, &self.folder, options, PATIENCE)
     }
 
@@ -94,7 +110,8 @@ impl Environment {
                 .copied()
                 .collect::<Vec<_>>()
         };
-        interpreter::version(python).is_ok_and(|version| release(version) == [major, minor])
+        let said = interpreter::version_within(VERSION_PATIENCE, python);
+        said.is_ok_and(|version| release(version) == [major, minor])
     }
 }
 
@@ -128,8 +145,15 @@ mod tests {
         std::fs::create_dir(there.folder.join("bin")).expect("a folder");
         let gone = there.folder.join(PROGRAM);
         std::os::unix::fs::symlink("/nowhere/python", &gone).expect("a link");
-        for _ in 0..2 {
-            there.complete().expect("an environment");
+        // The second time, only its own interpreter is asked.
+        for most in [3, 1] {
+            let mut steps = 0;
+            let completed = there.complete(&mut || {
+                steps += 1;
+                Ok(())
+            });
+            completed.expect("an environment");
+            assert!((1..=most).contains(&steps), "{steps}");
             let output = Command::new(&gone)
                 .args(["-c", "import copied; print(copied.place)"])
                 .output()
@@ -140,12 +164,10 @@ mod tests {
             python: (3, 999),
             ..there
         };
-        let error = other.complete().expect_err("no such version");
-        assert!(
-            error
-                .to_string()
-                .starts_with("there is no Python 3.999 in the path"),
-            "{error}"
-        );
+        let error = other.complete(&mut || Ok(())).expect_err("no such version");
+        let start = "there is no Python 3.999 in the path; the packages in ";
+        assert!(error.to_string().starts_with(start), "{error}");
+        let lost = here.complete(&mut || Err(io::ErrorKind::BrokenPipe.into()));
+        assert!(matches!(lost, Err(Error::System(_))), "{lost:?}");
     }
 }

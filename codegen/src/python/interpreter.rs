@@ -67,8 +67,13 @@ pub(super) fn is_new_enough(version: &Version, (major, minor): (u32, u32)) -> bo
 
 /// The version of an interpreter, which says it.
 pub(super) fn version(python: &Path) -> Result<Version, Unusable> {
+    version_within(PATIENCE, python)
+}
+
+/// As [`version`], with a limit for the answer.
+pub(super) fn version_within(patience: Duration, python: &Path) -> Result<Version, Unusable> {
     const SCRIPT: &str = "import sys; print('%d.%d.%d' % sys.version_info[:3])";
-    let said = run(python, SCRIPT, &[])?;
+    let said = run_for(patience, python, SCRIPT, &[])?;
     let said = String::from_utf8_lossy(&said);
     let said = said.trim();
     said.parse().map_err(|_| {

@@ -85,18 +85,10 @@ pub struct Component {
     /// The files that its host needs: its configuration, and files named there.
     #[serde(default)]
     pub files: Vec<PathBuf>,
-    /// Of a component in Python on another machine: folders and environment there.
+    /// The virtual environment of a component in Python on another machine, whose packages are among
+    /// the files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub package: Option<Package>,
-}
-
-/// What a machine needs for a component in Python beside its files.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Package {
-    /// The folders of which all files are copied. Others are removed from the copies.
-    pub folders: Vec<PathBuf>,
-    /// The virtual environment, of which the packages are copied.
-    pub environment: Option<Environment>,
+    pub venv: Option<Environment>,
 }
 
 /// A component as a thread of a process.
@@ -168,7 +160,7 @@ impl Component {
             transports: BTreeMap::new(),
             host: None,
             files: Vec::new(),
-            package: None,
+            venv: None,
         }
     }
 }

@@ -5,11 +5,12 @@ use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
 use crate::plan::{self, Component, Plan};
 use crate::process_name::process_name;
+use crate::python_copies::HostFiles;
 use rc_cdsl::model::Slot;
 use rc_codegen::paths::normal;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::Setting;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -61,6 +62,7 @@ impl Network {
     fn processes(&self, profile: Profile) -> io::Result<Plan> {
         let addresses = self.addresses();
         let instances = &self.deployment.instances;
+        let mut copied: BTreeMap<String, HostFiles> = BTreeMap::new();
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
             // A missing executable was an error, or is not needed.
@@ -79,7 +81,7 @@ impl Network {
             let host = self.deployment.remote_host(instance);
             let config = config(instance, project).map(std::path::absolute);
             let config = config.transpose()?.map(|path| normal(&path));
-            let (mut files, mut package) = (Vec::new(), None);
+            let (mut files, mut venv) = (Vec::new(), None);
             if let Some(config) = &config {
                 option("--config", config.to_string_lossy().into_owned());
             }
@@ -91,9 +93,10 @@ impl Network {
                     named_files(project, config.as_deref(), &self.parameters[at], from)
                 });
                 files.extend(named.into_iter().flatten());
-                if let Some((more, python)) = self.python_copies(at, profile)? {
+                let all = copied.entry(plan::Host::from(host).name).or_default();
+                if let Some((more, environment)) = self.python_copies(at, profile, all)? {
                     files.extend(more);
-                    package = Some(python);
+                    venv = environment;
                 }
             }
             for (path, value) in &self.parameters[at].set {
@@ -162,7 +165,7 @@ impl Network {
                 transports: self.transports(at),
                 host: host.map(plan::Host::from),
                 files,
-                package,
+                venv,
                 ..Component::new(instance.path.clone(), executable, directory)
             });
         }

@@ -10,8 +10,8 @@ pub use builds::Build;
 
 use crate::launcher::{self, Places};
 use crate::model::{Network, Profile};
-use crate::plan::Package;
-use crate::python_copies;
+use crate::plan::Environment;
+use crate::python_copies::{self, HostFiles};
 use crate::shared_process;
 use crate::variant;
 use crate::workspaces::Workspaces;
@@ -239,13 +239,14 @@ impl Network {
         Ok(Some(target.join(profile.folder()).join(program)))
     }
 
-    /// What another machine needs for an instance in Python: files, and what they are. `None` for
-    /// other instances, and for those in no workspace.
+    /// What another machine needs for an instance in Python: files, and its environment. `None` for
+    /// other instances, and for those in no workspace. `host` are all files of that machine.
     pub(crate) fn python_copies(
         &self,
         at: usize,
         profile: Profile,
-    ) -> io::Result<Option<(Vec<PathBuf>, Package)>> {
+        host: &mut HostFiles,
+    ) -> io::Result<Option<(Vec<PathBuf>, Option<Environment>)>> {
         let project = self.projects[at].as_deref();
         let is_python = |project: &&Project| project.language() == Some(Language::Python);
         let Some(project) = project.filter(is_python) else {
@@ -256,8 +257,7 @@ impl Network {
         };
         let target = self.workspaces.target(&root)?;
         let places = Places::of(project, &root, &target, profile, self.variants[at]);
-        let copies = places.and_then(|places| python_copies::of(&places));
-        copies.map(Some).map_err(io::Error::other)
+        python_copies::of(&places.map_err(io::Error::other)?, host).map(Some)
     }
 
     /// The instances whose programs are built, with their components and variants.

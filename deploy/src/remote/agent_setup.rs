@@ -2,13 +2,14 @@
 
 use super::SupervisorMessage;
 use super::agent::Agent;
+use super::copied_list;
 use super::copies;
 use super::timed_stream::{Beat, TimedStream, read_line};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
 use rc_deploy_client::names::check_name;
-use rc_deploy_network::plan::{Environment, Package};
+use rc_deploy_network::plan::Environment;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -58,7 +59,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     let SupervisorMessage::Network {
         name,
         files,
-        packages,
+        environments,
         services,
         memory_pause_ms,
     } = first(&mut input)?
@@ -66,22 +67,19 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
         return Err(not_a_supervisor());
     };
     check_name("network", &name)?;
-    let root = receive(&name, &files, &mut input, &mut output)?;
-    for package in &packages {
-        let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
-        beat.context("answer its supervisor")?;
-        prepare(package, &files, &root)?;
-    }
     let cleanup = || cleanup(&name);
+    // The copies may be those of a network that runs.
     let lock = acquire(&name, &mut output)?;
     let recovered = match recover_locked(&lock, &cleanup)? {
         Recovered::Killed(count) => Some(count),
         Recovered::Nothing => None,
     };
     let directory = lock.directory().clone();
+    let copied = copy(&name, &files, &environments, &mut input, &mut output);
+    // Nothing was started yet. The first error is reported.
+    let root = copied.inspect_err(|_| drop(directory.remove()))?;
     let pause = Duration::from_millis(memory_pause_ms);
     let agent = Agent::new(&name, root.clone(), lock, &services, pause, input, output);
-    // Nothing was started yet. The first error is reported.
     let mut agent = agent.inspect_err(|_| drop(directory.remove()))?;
     agent.send(&AgentMessage::Ready { root, recovered });
     agent.run(&cleanup);
@@ -106,29 +104,12 @@ fn not_a_supervisor() -> Error {
     Error::Plan(message.to_owned())
 }
 
-/// Removes from the copies what is not there any more, and gives the packages of an environment an
-/// interpreter.
-fn prepare(package: &Package, files: &[File], root: &Path) -> Result<(), Error> {
-    for folder in &package.folders {
-        let cleared = copies::remove_others(&copies::mirrored(root, folder), files, root);
-        cleared.context(format!("clear the copy of {}", folder.display()))?;
-    }
-    let Some(environment) = &package.environment else {
-        return Ok(());
-    };
-    let there = Environment {
-        folder: copies::mirrored(root, &environment.folder),
-        ..environment.clone()
-    };
-    there
-        .complete()
-        .map_err(|error| Error::Plan(error.to_string()))
-}
-
-/// Receives the files that are missing here.
-fn receive(
+/// Makes the copies of the network those of its supervisor, and gives copied packages an
+/// interpreter. Returns the folder of the copies.
+fn copy(
     network: &str,
     files: &[File],
+    environments: &[Environment],
     input: &mut BufReader<TimedStream>,
     output: &mut TimedStream,
 ) -> Result<PathBuf, Error> {
@@ -140,24 +121,48 @@ fn receive(
         program.display()
     ))?;
     let mut beat = Beat::new();
+    // What is old may be in the way of what is received.
+    copied_list::renew(files, &root, &mut || {
+        beat.send_due(&AgentMessage::Heartbeat, output)
+    })?;
+    receive(files, &root, &mut beat, input, output)?;
+    for environment in environments {
+        let there = Environment {
+            folder: copies::mirrored(&root, &environment.folder),
+            ..environment.clone()
+        };
+        let mut step = || output.write_all(&lines::encode(&AgentMessage::Heartbeat));
+        there
+            .complete(&mut step)
+            .map_err(|error| Error::Plan(error.to_string()))?;
+    }
+    Ok(root)
+}
+
+/// Receives the files that are missing here.
+fn receive(
+    files: &[File],
+    root: &Path,
+    beat: &mut Beat,
+    input: &mut BufReader<TimedStream>,
+    output: &mut TimedStream,
+) -> Result<(), Error> {
+    let mut step = |output: &mut TimedStream| beat.send_due(&AgentMessage::Heartbeat, output);
     let mut wanted = Vec::new();
     for (at, file) in files.iter().enumerate() {
-        if !copies::is_below(file, &root) {
+        let is_below = copies::is_below(file, root, &mut || step(output));
+        if !is_below.context("answer its supervisor")? {
             wanted.push(at);
-        }
-        if beat.is_due() {
-            let beat = output.write_all(&lines::encode(&AgentMessage::Heartbeat));
-            beat.context("answer its supervisor")?;
         }
     }
     output
         .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
         .context("answer its supervisor")?;
     for at in wanted {
-        let received = copies::receive(&files[at], &root, input);
+        let received = copies::receive(&files[at], root, input, &mut || step(output));
         received.context(format!("copy {}", files[at].path.display()))?;
     }
-    Ok(root)
+    Ok(())
 }
 
 /// Takes the network. An earlier agent whose connection has ended may still hold it for a moment.

@@ -3,9 +3,9 @@
 use super::SupervisorMessage;
 use super::copies;
 use super::ssh::TOKEN;
-use super::timed_stream::{Beat, TimedStream, read_line};
+use super::timed_stream::{Beat, LONGEST, TimedStream, read_line};
 use crate::process::own_program::OWN;
-use rc_deploy_network::plan::Package;
+use rc_deploy_network::plan::Environment;
 use rc_diagnostics::foreign::clean;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
@@ -25,8 +25,8 @@ pub(crate) struct Setup {
     pub(crate) network: String,
     /// The files that the other machine needs, without duplicates.
     pub(crate) files: Vec<PathBuf>,
-    /// What components in Python need there beside files.
-    pub(crate) packages: Vec<Package>,
+    /// The virtual environments of components in Python, whose packages are among the files.
+    pub(crate) environments: Vec<Environment>,
     /// The services that the guard there holds, as JSON.
     pub(crate) services: Option<String>,
     /// The pause between two readings of the memory of a component.
@@ -56,7 +56,7 @@ pub(crate) struct SetupThread {
 
 /// The program that becomes the agent.
 pub(crate) fn own_program() -> io::Result<File> {
-    copies::describe(Path::new(OWN))
+    copies::describe(Path::new(OWN), &mut || Ok(()))
 }
 
 impl SetupThread {
@@ -109,22 +109,36 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     let mut beat = Beat::new();
     let mut files: Vec<File> = Vec::new();
     for path in &setup.files {
-        let file = copies::describe(path);
+        // The packages of an environment may take long, and so may one file.
+        let mut sent = Ok(());
+        let file = copies::describe(path, &mut || {
+            sent = beat.send_due(&SupervisorMessage::Heartbeat, &mut out);
+            match &sent {
+                Ok(()) => Ok(()),
+                Err(error) => Err(error.kind().into()),
+            }
+        });
+        sent.map_err(lost)?;
         files.push(file.map_err(|error| format!("cannot read {}: {error}", path.display()))?);
-        // The packages of an environment may take long.
-        if beat.is_due() {
-            let message = lines::encode(&SupervisorMessage::Heartbeat);
-            out.write_all(&message).map_err(lost)?;
-        }
     }
     let message = SupervisorMessage::Network {
         name: setup.network.clone(),
         files: files.clone(),
-        packages: setup.packages.clone(),
+        environments: setup.environments.clone(),
         services: setup.services.clone().unwrap_or_else(|| "[]".to_owned()),
         memory_pause_ms: u64::try_from(setup.memory_pause.as_millis()).unwrap_or(u64::MAX),
     };
-    out.write_all(&lines::encode(&message)).map_err(lost)?;
+    let line = lines::encode(&message);
+    if line.len() as u64 > LONGEST {
+        return Err(format!(
+            "the list of its {} files is {} MiB long, and {} are allowed; remove packages that its components in Python do not \
+             need from their `.venv`, or links to large folders from their `src`",
+            files.len(),
+            line.len() >> 20,
+            LONGEST >> 20
+        ));
+    }
+    out.write_all(&line).map_err(lost)?;
     loop {
         let text = read_line(&mut input).map_err(|(_, error)| lost(error))?;
         let message = serde_json::from_str(&text);

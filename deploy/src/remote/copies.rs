@@ -4,7 +4,6 @@ use super::timed_stream::{TimedStream, bytes};
 use rc_management::agent::File;
 use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
-use std::collections::HashSet;
 use std::fs;
 use std::io::{self, BufReader, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -14,8 +13,14 @@ use std::time::{Duration, SystemTime};
 /// A copy of rcdeploy that was not used for this long is removed.
 const UNUSED: Duration = Duration::from_hours(30 * 24);
 
+/// How many bytes of a copy may wait for a slow disk: the other side waits meanwhile.
+const UNSYNCED: u64 = 16 << 20;
+
+/// Tells the other side, which waits, that this one works. It is called for each buffer.
+pub(crate) type Step<'s> = &'s mut dyn FnMut() -> io::Result<()>;
+
 /// The hash and the length of a stream.
-fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> {
+fn hash(mut from: impl Read, mut also: impl Write, step: Step<'_>) -> io::Result<(String, u64)> {
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 256 * 1024];
     let mut size = 0;
@@ -29,6 +34,7 @@ fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> 
         hasher.update(&buffer[..count]);
         also.write_all(&buffer[..count])?;
         size += count as u64;
+        step()?;
     }
     let hash = hasher.finalize();
     Ok((
@@ -38,10 +44,10 @@ fn hash(mut from: impl Read, mut also: impl Write) -> io::Result<(String, u64)> 
 }
 
 /// Describes a file of this machine for an agent.
-pub(crate) fn describe(path: &Path) -> io::Result<File> {
+pub(crate) fn describe(path: &Path, step: Step<'_>) -> io::Result<File> {
     let file = open(path)?;
     let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
-    let (hash, size) = hash(file, io::sink())?;
+    let (hash, size) = hash(file, io::sink(), step)?;
     Ok(File {
         path: mirrored(Path::new("/"), path),
         hash,
@@ -50,10 +56,18 @@ pub(crate) fn describe(path: &Path) -> io::Result<File> {
     })
 }
 
-/// Whether the same file is already below `root`.
-pub(crate) fn is_below(file: &File, root: &Path) -> bool {
-    let there = describe(&mirrored(root, &file.path));
-    there.is_ok_and(|there| (there.hash, there.executable) == (file.hash.clone(), file.executable))
+/// Whether the same file is already below `root`. An error is one of `step`.
+pub(crate) fn is_below(file: &File, root: &Path, step: Step<'_>) -> io::Result<bool> {
+    let mut stepped = Ok(());
+    let there = describe(&mirrored(root, &file.path), &mut || {
+        stepped = step();
+        match &stepped {
+            Ok(()) => Ok(()),
+            Err(error) => Err(error.kind().into()),
+        }
+    });
+    stepped?;
+    Ok(there.is_ok_and(|there| there.hash == file.hash && there.executable == file.executable))
 }
 
 /// Sends the bytes of `from`, exactly as many as announced.
@@ -74,14 +88,26 @@ pub(crate) fn receive(
     file: &File,
     root: &Path,
     input: &mut BufReader<TimedStream>,
+    step: Step<'_>,
 ) -> io::Result<()> {
     let place = mirrored(root, &file.path);
     let folder = place.parent().unwrap_or(root);
+    // It was a file before.
+    for above in folder.ancestors().take_while(|above| *above != root) {
+        if above.symlink_metadata().is_ok_and(|above| above.is_file()) {
+            fs::remove_file(above)?;
+        }
+    }
     make_folder(folder)?;
     let name = place.file_name().unwrap_or_default().to_string_lossy();
-    let new = folder.join(format!(".{name}.{}", std::process::id()));
-    let received = receive_as(file, &new, input).and_then(|()| {
-        // It was a file before and is a folder now, or the other way round.
+    // One agent at a time receives. Another one may have been killed.
+    let new = folder.join(format!(".{name}.rcdeploy"));
+    match fs::remove_file(&new) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    let received = receive_as(file, &new, input, step).and_then(|()| {
+        // It was a folder before.
         if place.is_dir() {
             fs::remove_dir_all(&place)?;
         }
@@ -93,15 +119,20 @@ pub(crate) fn receive(
     received
 }
 
-fn receive_as(expected: &File, new: &Path, input: &mut BufReader<TimedStream>) -> io::Result<()> {
+fn receive_as(
+    expected: &File,
+    new: &Path,
+    input: &mut BufReader<TimedStream>,
+    step: Step<'_>,
+) -> io::Result<()> {
     let mode = if expected.executable { 0o700 } else { 0o600 };
-    let mut file = fs::OpenOptions::new()
+    let file = fs::OpenOptions::new()
         .write(true)
-        .create(true)
-        .truncate(true)
+        .create_new(true)
         .mode(mode)
         .open(new)?;
-    let (hash, size) = hash(bytes(input, expected.size), &mut file)?;
+    let mut out = Synced { file, waiting: 0 };
+    let (hash, size) = hash(bytes(input, expected.size), &mut out, step)?;
     if size != expected.size {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
@@ -112,7 +143,29 @@ fn receive_as(expected: &File, new: &Path, input: &mut BufReader<TimedStream>) -
         );
         return Err(io::Error::other(message));
     }
-    file.sync_data()
+    out.file.sync_data()
+}
+
+/// A file of which few bytes wait for the disk.
+struct Synced {
+    file: fs::File,
+    waiting: u64,
+}
+
+impl Write for Synced {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        let count = self.file.write(buffer)?;
+        self.waiting += count as u64;
+        if self.waiting >= UNSYNCED {
+            self.file.sync_data()?;
+            self.waiting = 0;
+        }
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// The place below `root` of an absolute path of the supervisor's machine. The result never leads
@@ -127,37 +180,6 @@ pub(crate) fn mirrored(root: &Path, path: &Path) -> PathBuf {
         }
     }
     root.join(mirrored)
-}
-
-/// Removes the files below `folder`, a copy of a folder, that are not among these. What Python has
-/// compiled of them stays.
-pub(crate) fn remove_others(folder: &Path, files: &[File], root: &Path) -> io::Result<()> {
-    let copied: HashSet<PathBuf> = files
-        .iter()
-        .map(|file| mirrored(root, &file.path))
-        .collect();
-    remove_unless(folder, &|path| copied.contains(path))
-}
-
-fn remove_unless(folder: &Path, is_copied: &dyn Fn(&Path) -> bool) -> io::Result<()> {
-    let entries = match folder.read_dir() {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error),
-    };
-    for entry in entries {
-        let entry = entry?;
-        let path = entry.path();
-        // A link is no copy.
-        if entry.file_type()?.is_dir() {
-            if entry.file_name() != "__pycache__" {
-                remove_unless(&path, is_copied)?;
-            }
-        } else if !is_copied(&path) {
-            fs::remove_file(path)?;
-        }
-    }
-    Ok(())
 }
 
 /// Opens a regular file. A pipe is refused, because reading it could block.
@@ -212,30 +234,40 @@ pub(crate) fn remove_unused(program: &Path) {
 mod tests {
     use super::*;
 
+    /// Nobody waits.
+    #[expect(clippy::unnecessary_wraps, reason = "a step may fail")]
+    fn quiet() -> io::Result<()> {
+        Ok(())
+    }
+
     #[test]
     fn a_file_is_identified_by_its_content() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x/../a");
         fs::create_dir(folder.path().join("x")).expect("a folder");
         fs::write(&path, "abc").expect("written");
-        let file = describe(&path).expect("a file");
+        let file = describe(&path, &mut quiet).expect("a file");
         assert_eq!(file.path, folder.path().join("a"));
         let known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!((file.hash.as_str(), file.size), (known, 3));
         let root = folder.path().join("root");
-        assert!(!is_below(&file, &root));
+        let below = |root: &Path| is_below(&file, root, &mut quiet).expect("nobody waits");
+        assert!(!below(&root));
         let there = mirrored(&root, &file.path);
         fs::create_dir_all(there.parent().expect("a parent")).expect("a folder");
         fs::write(&there, "abd").expect("written");
-        assert!(!is_below(&file, &root));
+        assert!(!below(&root));
         fs::write(&there, "abc").expect("written");
-        assert!(is_below(&file, &root));
+        assert!(below(&root));
+        let gone = || Err(io::ErrorKind::BrokenPipe.into());
+        let lost = is_below(&file, &root, &mut { gone }).expect_err("nobody hears it");
+        assert_eq!(lost.kind(), io::ErrorKind::BrokenPipe);
         let mut sent = Vec::new();
         send(&file, &path, &mut sent).expect("sent");
         assert_eq!(sent, b"abc");
         fs::write(&path, "a").expect("written");
         assert!(send(&file, &path, &mut sent).is_err());
-        assert!(describe(folder.path()).is_err());
+        assert!(describe(folder.path(), &mut quiet).is_err());
     }
 
     #[test]
@@ -243,24 +275,36 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a");
         fs::write(&path, "abc").expect("written");
-        let file = describe(&path).expect("a file");
+        let file = describe(&path, &mut quiet).expect("a file");
         let root = folder.path().join("root");
         let received = |bytes: &[u8]| {
             let (here, there) = std::os::unix::net::UnixStream::pair().expect("a pair");
             there.set_nonblocking(true).expect("a mode");
             (&here).write_all(bytes).expect("written");
             drop(here);
-            receive(&file, &root, &mut BufReader::new(TimedStream(there.into())))
+            let mut input = BufReader::new(TimedStream(there.into()));
+            receive(&file, &root, &mut input, &mut quiet)
         };
         let other = received(b"abd").expect_err("it has another hash");
         assert!(other.to_string().contains("has changed"), "{other}");
         let short = received(b"ab").expect_err("it is too short");
         assert_eq!(short.kind(), io::ErrorKind::UnexpectedEof);
         let place = mirrored(&root, &file.path);
+        let above = place.parent().expect("a folder");
         assert!(!place.exists());
-        let left = fs::read_dir(place.parent().expect("a folder")).expect("it was made");
+        let left = fs::read_dir(above).expect("it was made");
         assert_eq!(left.count(), 0, "no part of it is left");
         received(b"abc and what follows").expect("its bytes");
+        assert_eq!(fs::read(&place).expect("a file"), b"abc");
+        // It was a folder before.
+        fs::remove_file(&place).expect("a file");
+        fs::create_dir_all(place.join("b")).expect("a folder");
+        received(b"abc").expect("its bytes");
+        assert_eq!(fs::read(&place).expect("a file"), b"abc");
+        // The folder above was a file before.
+        fs::remove_dir_all(above).expect("a folder");
+        fs::write(above, "").expect("a file");
+        received(b"abc").expect("its bytes");
         assert_eq!(fs::read(&place).expect("a file"), b"abc");
         // Only its user reads it: it may hold secrets.
         let mode = fs::metadata(&place).expect("a file").permissions().mode();
@@ -268,36 +312,18 @@ mod tests {
     }
 
     #[test]
-    fn a_copied_folder_has_no_other_files() {
+    fn a_long_file_is_read_in_steps() {
         let folder = tempfile::tempdir().expect("a folder");
-        let root = folder.path();
-        let write = |name: &str| {
-            let path = root.join(name);
-            fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
-            fs::write(path, "").expect("written");
-        };
-        let names = [
-            "src/worker.py",
-            "src/queue.py",
-            "src/old/lens.py",
-            "src/__pycache__/worker.pyc",
-            "beside.py",
-        ];
-        for name in names {
-            write(name);
-        }
-        std::os::unix::fs::symlink("/etc/passwd", root.join("src/link")).expect("a link");
-        let files = [File {
-            path: "/src/worker.py".into(),
-            hash: String::new(),
-            size: 0,
-            executable: false,
-        }];
-        remove_others(&root.join("src"), &files, root).expect("removed");
-        remove_others(&root.join("nowhere"), &files, root).expect("nothing to do");
-        let left = names.map(|name| root.join(name).exists());
-        assert_eq!(left, [true, false, false, true, true]);
-        assert!(!root.join("src/link").is_symlink());
+        let path = folder.path().join("long");
+        let file = fs::File::create(&path).expect("a file");
+        file.set_len(10 << 20).expect("room");
+        let mut steps = 0;
+        let described = describe(&path, &mut || {
+            steps += 1;
+            Ok(())
+        });
+        assert_eq!(described.expect("a file").size, 10 << 20);
+        assert!(steps >= 40, "{steps}");
     }
 
     #[test]

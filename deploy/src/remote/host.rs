@@ -281,7 +281,7 @@ impl Host {
             args: component.args.iter().map(argument).collect(),
             // The agent does not need these.
             files: Vec::new(),
-            package: None,
+            venv: None,
             after: Vec::new(),
             ..component.clone()
         }

@@ -48,11 +48,12 @@ impl Hosts {
                 .clone()
                 .flat_map(|c| c.files.iter().chain([&c.executable]));
             let files: BTreeSet<_> = files.cloned().collect();
-            let packages: BTreeSet<_> = components.filter_map(|c| c.package.clone()).collect();
+            let environments = components.filter_map(|c| c.venv.clone());
+            let environments: BTreeSet<_> = environments.collect();
             let setup = Setup {
                 network: plan.network.clone(),
                 files: files.into_iter().collect(),
-                packages: packages.into_iter().collect(),
+                environments: environments.into_iter().collect(),
                 services: services.get(&host.name).cloned(),
                 memory_pause,
             };

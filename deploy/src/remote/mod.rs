@@ -13,6 +13,7 @@ mod agent_health;
 mod agent_renewal;
 mod agent_setup;
 mod connection;
+mod copied_list;
 mod copies;
 mod host;
 mod hosts;
@@ -26,11 +27,11 @@ pub(crate) use connection::AgentReady;
 pub(crate) use host::{HostEvent, HostSource, Outbox, RemoteProcess};
 pub(crate) use hosts::Hosts;
 
-use rc_deploy_network::plan::{Component, Package};
+use rc_deploy_network::plan::{Component, Environment};
 use std::time::Duration;
 
 /// Message of the supervisor to an agent.
-pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component, Package>;
+pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component, Environment>;
 
 /// How long the other side may be silent before the connection is lost.
 pub(crate) const HOST_LIMIT: Duration = Duration::from_secs(5);

@@ -1,13 +1,15 @@
 //! Reads and writes with limits during the setup, when each side waits for the other.
 
 use super::{BEAT, STEP_LIMIT};
+use rc_management::lines;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use serde::Serialize;
 use std::io::{self, BufRead, BufReader, Read, Take, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::Instant;
 
 /// The longest line of the setup: it names all files and services of a network.
-const LONGEST: u64 = 64 << 20;
+pub(crate) const LONGEST: u64 = 64 << 20;
 
 /// Says when the other side, which waits, has to hear something.
 #[derive(Debug)]
@@ -18,14 +20,18 @@ impl Beat {
         Self(Instant::now() + BEAT)
     }
 
-    /// Whether a heartbeat is due, which is then sent.
-    pub(crate) fn is_due(&mut self) -> bool {
+    /// Sends a heartbeat if one is due.
+    pub(crate) fn send_due(
+        &mut self,
+        message: &impl Serialize,
+        out: &mut impl Write,
+    ) -> io::Result<()> {
         let now = Instant::now();
-        let is_due = now >= self.0;
-        if is_due {
-            self.0 = now + BEAT;
+        if now < self.0 {
+            return Ok(());
         }
-        is_due
+        self.0 = now + BEAT;
+        out.write_all(&lines::encode(message))
     }
 }
 

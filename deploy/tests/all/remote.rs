@@ -7,7 +7,9 @@ use rc_deploy::{Component, ComponentState, ComponentStatus, Host, Policy, Restar
 use rc_test_site::other_host;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use std::fs;
+use std::io::{Read, Write};
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 fn robot() -> Host {
@@ -138,6 +140,53 @@ fn both_hosts_are_one_network() {
         log.lines().skip(1).all(|line| line == "blah ".repeat(20)),
         "{log}"
     );
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_second_agent_leaves_the_copies_of_a_running_network() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![on_robot(component("far", "well", &[]))]);
+    up.await_event("up", None);
+    let cache = bench.path("away/home/.cache/robocomp");
+    let program = env!("CARGO_BIN_EXE_rc-test-misbehave").trim_start_matches('/');
+    let copied = cache.join("networks").join(&bench.network).join(program);
+    assert!(copied.exists());
+    let mut programs = fs::read_dir(&cache).expect("a folder").flatten();
+    let rcdeploy =
+        programs.find(|file| file.file_name().to_string_lossy().starts_with("rcdeploy-"));
+    // A supervisor of another user's machine, whose network of this name has no files.
+    let mut second = Command::new(rcdeploy.expect("a copy").path())
+        .arg("agent")
+        .env("HOME", bench.path("away/home"))
+        .env("XDG_RUNTIME_DIR", bench.path("away/run"))
+        .env("XDG_STATE_HOME", bench.path("away/state"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut input = second.stdin.take().expect("a pipe");
+    writeln!(
+        input,
+        r#"{{"network":{{"name":"{}","files":[],"environments":[],"services":"[]","memory_pause_ms":1000}}}}"#,
+        bench.network
+    )
+    .expect("it reads");
+    let mut said = String::new();
+    let mut out = second.stdout.take().expect("a pipe");
+    out.read_to_string(&mut said).expect("it ends");
+    assert!(!second.wait().expect("a child").success());
+    let last = said.lines().last().unwrap_or_default();
+    assert!(
+        last.contains("refused") && last.contains("already up"),
+        "{said}"
+    );
+    assert!(!said.contains("missing"), "{said}");
+    assert!(copied.exists(), "the copy of a component that runs");
+    up.signal(Signal::INT);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
     away.assert_nothing_left();
 }
 

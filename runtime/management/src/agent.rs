@@ -16,19 +16,19 @@ use std::path::PathBuf;
 /// much of that JSON escapes.
 pub const LONGEST: usize = 16 * LIMIT;
 
-/// Message of the supervisor. `C` describes a component, `P` what one in Python needs beside its
-/// files.
+/// Message of the supervisor. `C` describes a component, `E` the virtual environment of one in
+/// Python.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum SupervisorMessage<C, P> {
+pub enum SupervisorMessage<C, E> {
     /// The first line.
     Network {
         /// The network's name.
         name: String,
         /// The files that the components need.
         files: Vec<File>,
-        /// What those in Python need beside them.
-        packages: Vec<P>,
+        /// The environments of those in Python, whose packages are among the files.
+        environments: Vec<E>,
         /// The shared-memory services that the guard keeps open, as JSON.
         services: String,
         /// The pause between two readings of the memory of a component, in milliseconds.

@@ -246,7 +246,7 @@ fn of_agents(golden: &mut Golden) {
                 size: 5,
                 executable: true,
             }],
-            packages: vec![json!({"folders": ["/robot/src"]})],
+            environments: vec![json!({"folder": "/robot/.venv"})],
             services: text("[]"),
             memory_pause_ms: 30_000,
         },
