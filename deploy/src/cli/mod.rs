@@ -28,6 +28,7 @@ mod top;
 mod up;
 
 use crate::Options;
+use crate::process::background::write_from_background;
 use arguments::Input;
 use command::{Cli, Command};
 use measure::Measure;
@@ -112,6 +113,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             log_limit,
             supervisor,
         } => {
+            write_from_background();
             let screen =
                 !plain && !supervisor && format == Format::Human && rc_deploy_terminal::usable();
             let options = Options {

@@ -8,8 +8,6 @@ use crate::log::journal::Journal;
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::without_number;
 use rc_management::event::{Event, Severity};
-use rustix::process::getpgrp;
-use rustix::termios::{LocalModes, tcgetattr, tcgetpgrp};
 use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
 use std::fs::File;
@@ -28,8 +26,6 @@ const EVENTS: usize = 16 << 20;
 const COVERED: usize = 1 << 20;
 /// Memory of a record beside its text, in bytes.
 const OVERHEAD: usize = 64;
-/// How often a process in the background looks whether it may write to its terminal.
-const BACKGROUND_PAUSE: Duration = Duration::from_millis(200);
 /// How long the end of the program waits for the records.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -192,18 +188,7 @@ impl Reporter {
 
 /// Writes a text. A closed stream is no reason to fail.
 fn print(mut stream: &File, text: &str) {
-    // The system would stop the whole process, and the network would run without its supervisor.
-    while stops_writers(stream) {
-        std::thread::sleep(BACKGROUND_PAUSE);
-    }
     let _: io::Result<()> = stream.write_all(text.as_bytes());
-}
-
-/// Whether a stream is a terminal that stops processes of the background that write to it (`stty
-/// tostop`), and this process is in the background.
-fn stops_writers(stream: &File) -> bool {
-    tcgetattr(stream).is_ok_and(|modes| modes.local_modes.contains(LocalModes::TOSTOP))
-        && tcgetpgrp(stream).is_ok_and(|foreground| foreground != getpgrp())
 }
 
 fn write(

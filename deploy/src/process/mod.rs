@@ -1,5 +1,6 @@
 //! The processes of this machine: identity, start, signals, end.
 
+pub mod background;
 pub(crate) mod descriptors;
 pub mod identity;
 pub(crate) mod launch;

@@ -217,28 +217,38 @@ fn a_supervisor_is_not_stopped_by_its_terminal() {
     );
 }
 
-/// `stty tostop` stops processes of the background that write.
+/// Runs a program in the background of a terminal. `stty tostop` stops processes of the background
+/// that write.
+fn in_background(program: &Command) -> Terminal {
+    let [setsid, argument] = SETSID;
+    let mut command = Command::new(setsid);
+    let script = "set -m; stty tostop; \"$@\" & wait";
+    command
+        .args([argument, "sh", "-c", script, "sh"])
+        .arg(program.get_program())
+        .args(program.get_args());
+    for (name, value) in program.get_envs() {
+        command.env(name, value.unwrap_or_default());
+    }
+    Terminal::start(command, (100, 30))
+}
+
+/// It prints findings before anything starts.
+#[test]
+fn findings_of_a_network_in_the_background_of_a_terminal_are_printed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("wrong.ddsl");
+    std::fs::write(&file, "Deployment wrong { Component };\n").expect("written");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    command.args(["up".as_ref(), file.as_os_str()]);
+    in_background(&command).until_text("syntax-error");
+}
+
 #[test]
 fn a_supervisor_in_the_background_of_a_terminal_is_not_stopped() {
     let bench = Bench::new();
     let plan = bench.write(vec![well("a")]);
-    let driver = bench.driver(&["up", &plan]);
-    let [setsid, argument] = SETSID;
-    let mut command = Command::new(setsid);
-    command
-        .args([
-            argument,
-            "sh",
-            "-c",
-            "set -m; stty tostop; \"$@\" & wait",
-            "sh",
-        ])
-        .arg(driver.get_program())
-        .args(driver.get_args());
-    for (name, value) in driver.get_envs() {
-        command.env(name, value.unwrap_or_default());
-    }
-    let terminal = Terminal::start(command, (100, 30));
+    let terminal = in_background(&bench.driver(&["up", &plan]));
     until("the network is up", || {
         let status = bench.command("status", &[]);
         let status = serde_json::from_slice::<Value>(&status.stdout).unwrap_or_default();

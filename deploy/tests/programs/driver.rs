@@ -154,7 +154,10 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let argument = |i: usize| arguments.get(i).map_or("", String::as_str);
     let done = match argument(0) {
-        "up" => return up(&arguments),
+        "up" => {
+            rc_deploy::process::background::write_from_background();
+            return up(&arguments);
+        }
         // `guard --network NETWORK`
         "guard" => {
             let network = arguments.last().map_or("", String::as_str);
