@@ -50,9 +50,12 @@ pub fn relative(from: &Path, to: &Path) -> PathBuf {
     up.chain(to.iter().skip(shared)).collect()
 }
 
-/// The error about a path where nothing is.
-pub fn missing() -> io::Error {
-    io::Error::new(io::ErrorKind::NotFound, "there is no such file or folder")
+/// The error about a path where nothing is, with what it was most likely meant to be.
+pub fn missing(path: &Path) -> io::Error {
+    let near = rc_files::nearest_path(path);
+    let hint = near.map(|near| format!("; did you mean `{}`?", near.display()));
+    let message = "there is no such file or folder".to_owned() + &hint.unwrap_or_default();
+    io::Error::new(io::ErrorKind::NotFound, message)
 }
 
 /// An error with the path that it is about.

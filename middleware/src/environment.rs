@@ -53,9 +53,11 @@ impl RunDirectory {
         if let Ok(found) = std::fs::symlink_metadata(base)
             && let Some(wrong) = not_private(&found, uid)
         {
+            let Refused { reason, command } = wrong;
             let message = format!(
-                "{} {wrong}; remove it, or set XDG_RUNTIME_DIR to a private folder",
-                base.display()
+                "{} {reason}; write `{command} {}`, or set XDG_RUNTIME_DIR to a private folder",
+                base.display(),
+                shell_word(base)
             );
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
         }
@@ -121,16 +123,39 @@ fn make_private(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Why a folder is not used, and the beginning of the command that mends it.
+struct Refused {
+    reason: String,
+    command: &'static str,
+}
+
 /// Why a folder is not private to a user; `None` if it is.
-fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<String> {
-    if !found.is_dir() {
-        return Some("is no folder".to_owned());
-    }
-    if found.uid() != uid {
-        return Some(format!("belongs to user {}", user_name(found.uid())));
-    }
+fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<Refused> {
+    let is_own = found.uid() == uid;
     let others_write = found.mode() & 0o022 != 0;
-    others_write.then(|| "can be written by other users".to_owned())
+    let (reason, command) = if !found.is_dir() {
+        let command = if is_own { "rm" } else { "sudo rm" };
+        ("is no folder".to_owned(), command)
+    } else if !is_own {
+        let owner = user_name(found.uid());
+        (format!("belongs to user {owner}"), "sudo rm -r")
+    } else if others_write {
+        ("can be written by other users".to_owned(), "chmod go-w")
+    } else {
+        return None;
+    };
+    Some(Refused { reason, command })
+}
+
+/// A path as a word of a shell.
+fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
+    if text.chars().all(is_plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
 }
 
 /// The name and the number of a user, as in `mia (1001)`.
@@ -192,22 +217,26 @@ mod tests {
         assert_eq!(directory.path(), base.join("net"));
         let mode = |path: &Path| std::fs::metadata(path).expect("a folder").mode() & 0o7777;
         assert_eq!((mode(&base), mode(directory.path())), (0o700, 0o700));
-        let refused = |result: io::Result<RunDirectory>| {
+        let refused = |result: io::Result<RunDirectory>, command: &str| {
             let error = result.expect_err("it is not private");
             assert_eq!(error.kind(), io::ErrorKind::PermissionDenied);
-            assert!(error.to_string().contains("XDG_RUNTIME_DIR"), "{error}");
+            let error = error.to_string();
+            let command = format!("`{command} {}`", base.display());
+            assert!(error.contains("XDG_RUNTIME_DIR"), "{error}");
+            assert!(error.contains(&command), "{error}");
         };
-        refused(open(uid + 1));
+        refused(open(uid + 1), "sudo rm -r");
         for others in [0o720, 0o702, 0o777] {
             std::fs::set_permissions(&base, Permissions::from_mode(others)).expect("its owner");
-            refused(open(uid));
+            refused(open(uid), "chmod go-w");
         }
         std::fs::set_permissions(&base, Permissions::from_mode(0o755)).expect("its owner");
         open(uid).expect("others may look");
         // A link leads wherever its owner wants.
         std::fs::rename(&base, folder.join("other")).expect("it can be moved");
         std::os::unix::fs::symlink(folder.join("other"), &base).expect("a link");
-        refused(open(uid));
+        refused(open(uid), "rm");
+        assert_eq!(shell_word(Path::new("/a b/it's")), r"'/a b/it'\''s'");
         std::fs::remove_dir_all(folder).expect("it is ours");
     }
 }

@@ -232,7 +232,7 @@ pub fn file(
             found.extend(configuration::check(sources, source, project.as_ref()));
             Some(Model::Configuration(source, cdsl))
         }
-        _ if !path.exists() => return Err(paths::missing()),
+        _ if !path.exists() => return Err(paths::missing(path)),
         _ => {
             let source = sources.add(path, "");
             let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph, .json, .xml and .toml";

@@ -35,7 +35,7 @@ pub fn file(
 ) -> io::Result<bool> {
     if Language::of(path).is_none() && !is_xml(path) {
         if !path.exists() {
-            return Err(rc_codegen::paths::missing());
+            return Err(rc_codegen::paths::missing(path));
         }
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");

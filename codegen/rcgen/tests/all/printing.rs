@@ -201,5 +201,12 @@ fn what_is_not_there_is_said_to_be_missing() {
         assert_eq!(code, 3, "{args:?}: {err}");
         let missing = err.contains("there is no such file") || err.contains("No such file");
         assert!(missing && err.contains(args[1]), "{err}");
+        assert!(!err.contains("did you mean"), "{err}");
+    }
+    fs::create_dir(folder.path().join("robots")).expect("a folder");
+    for command in ["check", "fmt"] {
+        let (code, _, err) = rcgen(folder.path(), &[command, "robts"]);
+        assert_eq!(code, 3, "{command}: {err}");
+        assert!(err.contains("did you mean `robots`?"), "{command}: {err}");
     }
 }
