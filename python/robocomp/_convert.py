@@ -3,7 +3,7 @@
 import copy
 import os
 import re
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias, overload
 
@@ -39,6 +39,7 @@ class _Conversion:
         self.sources = [member.split(".") for member in native.from_]
         self.targets = [member.split(".") for member, _ in native.to]
         self.numbers = [number for _, number in native.to]
+        self.dropped = native.dropped.split(".") if native.dropped else None
 
     def rows(self, blocks: Iterator[_Array]) -> Iterator[_Array]:
         """Rows of the first prototype as rows of the second one, block by block."""
@@ -108,11 +109,15 @@ def convert(value: Any, to: str, *, of: str | None = None, out: Any = None) -> A
     if isinstance(value, numpy.ndarray):
         convert_array = _structured if value.dtype.names else _plain
         return convert_array(conversion, value, out)
+    convert_all = _elements if conversion.own.sequence is None else _sequences
+    writes = _Writes()
     if isinstance(value, (list, tuple)):
-        return _elements(conversion, value, out)
-    if conversion.own.sequence is not None:
-        return _sequence(conversion, value, out)
-    return _elements(conversion, [value], None if out is None else [out])[0]
+        converted = convert_all(conversion, value, out, writes)
+    else:
+        converted = convert_all(conversion, [value], None if out is None else [out], writes)[0]
+    # Only now: a value that is refused leaves the others as they were.
+    writes.run()
+    return converted
 
 
 def _is_structure(value: object) -> bool:
@@ -197,7 +202,12 @@ def _missing(value: Any, word: str) -> ConversionError:
 def _key(value: Any, word: str) -> str | int:
     """The name of a member in a value: that of the IDSL, or the one that Python has for it."""
     if word.isdecimal():
-        if not isinstance(value, Mapping) and 0 <= int(word) < len(value):
+        try:
+            has_element = not isinstance(value, Mapping) and int(word) < len(value)
+        except TypeError:
+            # It has members only.
+            has_element = False
+        if has_element:
             return int(word)
         raise _missing(value, word)
     for name in (word, _native.name_of("member", word)):
@@ -206,21 +216,46 @@ def _key(value: Any, word: str) -> str | int:
     raise _missing(value, word)
 
 
-def _get(value: Any, path: _Path) -> Any:
-    for word in path:
-        key = _key(value, word)
-        is_member = isinstance(key, str) and not isinstance(value, Mapping)
-        value = getattr(value, key) if is_member else value[key]  # type: ignore[arg-type]
-    return value
+def _at(value: Any, key: str | int) -> Any:
+    is_member = isinstance(key, str) and not isinstance(value, Mapping)
+    return getattr(value, key) if is_member else value[key]  # type: ignore[arg-type]
 
 
-def _set(value: Any, path: _Path, number: Any) -> None:
-    value = _get(value, path[:-1])
-    key = _key(value, path[-1])
+def _put(value: Any, key: str | int, number: Any) -> None:
     if isinstance(key, str) and not isinstance(value, MutableMapping):
         setattr(value, key, number)
     else:
         value[key] = number
+
+
+def _get(value: Any, path: _Path) -> Any:
+    for word in path:
+        value = _at(value, _key(value, word))
+    return value
+
+
+class _Writes:
+    """Members that get new values: all or none."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Any, str | int, Any]] = []
+
+    def add(self, target: Any, path: _Path, value: Any) -> Any:
+        """Gives a member a value later. Returns what has the member."""
+        owner = _get(target, path[:-1])
+        self.waiting.append((owner, _key(owner, path[-1]), value))
+        return owner
+
+    def run(self) -> None:
+        done: list[tuple[Any, str | int, Any]] = []
+        try:
+            for owner, key, value in self.waiting:
+                done.append((owner, key, _at(owner, key)))
+                _put(owner, key, value)
+        except BaseException:
+            for owner, key, old in reversed(done):
+                _put(owner, key, old)
+            raise
 
 
 def _has(value: Any, paths: Sequence[_Path]) -> bool:
@@ -240,20 +275,38 @@ def _grouped(leaves: Sequence[tuple[_Path, Any]]) -> dict[str, list[tuple[_Path,
     return found
 
 
+def _places(words: Collection[str]) -> list[int] | None:
+    """The places of the elements of an array by their names. `None` if these are no numbers."""
+    if not all(word.isdecimal() for word in words):
+        return None
+    places = [int(word) for word in words]
+    missing = [place for place in range(len(places)) if place not in places]
+    if missing:
+        raise ConversionError(f"the prototype has no member for the element {missing[0]} of an array")
+    return places
+
+
 def _object(leaves: Sequence[tuple[_Path, Any]]) -> Any:
     """An object with these members. Those whose names are numbers are elements of an array."""
     if leaves and not leaves[0][0]:
         return leaves[0][1]
     members = {word: _object(inner) for word, inner in _grouped(leaves).items()}
-    if all(word.isdecimal() for word in members):
-        return numpy.array(list(members.values()))
-    return SimpleNamespace(**members)
+    if _places(members) is None:
+        return SimpleNamespace(**members)
+    return numpy.array([members[word] for word in sorted(members, key=int)])
 
 
-def _elements(conversion: _Conversion, values: Sequence[Any], out: Any) -> list[Any]:
+def _kept(dropped: _Path) -> ConversionError:
+    """The result would have the covariance of the value, in its old units and axes."""
+    name = ".".join(dropped)
+    return ConversionError(f"the covariance `{name}` is not converted; give an `out` without it")
+
+
+def _elements(
+    conversion: _Conversion, values: Sequence[Any], out: Any, writes: _Writes
+) -> list[Any]:
     """The converted structures of a list."""
-    if out is not None and len(out) != len(values):
-        raise ConversionError(f"{len(values)} values do not fit `out`, which has {len(out)}")
+    _check_length(values, out)
     sources = conversion.sources
 
     def rows(part: Sequence[Any]) -> _Array:
@@ -273,14 +326,42 @@ def _elements(conversion: _Conversion, values: Sequence[Any], out: Any) -> list[
         if out is None and not _has(value, conversion.targets):
             made.append(_object(leaves))
             continue
-        target = copy.deepcopy(value) if out is None else out[at]
-        for path, number in leaves:
-            _set(target, path, number)
+        target = out[at] if out is not None else value
+        if conversion.dropped and _has(target, [conversion.dropped]):
+            raise _kept(conversion.dropped)
+        if out is None:
+            target = copy.deepcopy(value)
+        for (path, number), kind in zip(leaves, conversion.numbers, strict=True):
+            _check_element(writes.add(target, path, number), number, kind, at)
         made.append(target)
     return made
 
 
-def _sequence(conversion: _Conversion, value: Any, out: Any) -> Any:
+def _check_length(values: Sequence[Any], out: Any) -> None:
+    if out is not None and len(out) != len(values):
+        raise ConversionError(f"{len(values)} values do not fit `out`, which has {len(out)}")
+
+
+def _check_element(owner: Any, number: Any, kind: str | None, at: int) -> None:
+    """Refuses a number that an array, which is a member, would cut."""
+    if isinstance(owner, numpy.ndarray) and owner.dtype != object:
+        _check_number(owner.dtype, kind)
+        _store(numpy.empty(1, dtype=owner.dtype), numpy.array([number]), at)
+
+
+def _sequences(
+    conversion: _Conversion, values: Sequence[Any], out: Any, writes: _Writes
+) -> list[Any]:
+    """The structures of a list, each with a member whose elements are values."""
+    _check_length(values, out)
+    targets = [None] * len(values) if out is None else out
+    return [
+        _sequence(conversion, value, target, writes)
+        for value, target in zip(values, targets, strict=True)
+    ]
+
+
+def _sequence(conversion: _Conversion, value: Any, out: Any, writes: _Writes) -> Any:
     """A structure with a member whose elements are values."""
     own, wanted = conversion.own.sequence, conversion.wanted.sequence
     assert own is not None
@@ -290,11 +371,11 @@ def _sequence(conversion: _Conversion, value: Any, out: Any) -> Any:
         convert_array = _structured if elements.dtype.names else _plain
         elements = convert_array(conversion, elements, None)
     else:
-        elements = _elements(conversion, elements, None)
+        elements = _elements(conversion, elements, None, writes)
     if out is None and not _has(value, [path]):
         return _object([(path, elements)])
     target = copy.deepcopy(value) if out is None else out
-    _set(target, path, elements)
+    writes.add(target, path, elements)
     return target
 
 
@@ -321,6 +402,13 @@ def _store(into: _Array, part: _Array, first: int) -> None:
         raise error
 
 
+def _columns(members: Sequence[_Path]) -> list[int]:
+    """Where a plain array has the numbers of these members: at their places if the prototype is about
+    an array, else in their order."""
+    places = _places([path[0] if len(path) == 1 else "" for path in members])
+    return list(range(len(members))) if places is None else places
+
+
 def _plain(conversion: _Conversion, value: _Array, out: _Array | None) -> _Array:
     """An array whose last axis has the numbers of a value."""
     taken, given = len(conversion.sources), len(conversion.targets)
@@ -340,12 +428,13 @@ def _plain(conversion: _Conversion, value: _Array, out: _Array | None) -> _Array
         kind = numpy.dtype(numpy.float64)
     for number in conversion.numbers:
         _check_number(kind, number)
+    columns, order = _columns(conversion.sources), numpy.argsort(_columns(conversion.targets))
     flat = value.reshape(-1, taken)
     result = numpy.empty((len(flat), given), dtype=kind)
     starts = range(0, len(flat), _BLOCK)
-    blocks = (flat[at : at + _BLOCK] for at in starts)
+    blocks = (flat[at : at + _BLOCK, columns] for at in starts)
     for at, block in zip(starts, conversion.rows(blocks), strict=True):
-        _store(result[at : at + len(block)], block, at)
+        _store(result[at : at + len(block)], block[:, order], at)
     if out is None:
         return result.reshape(shape)
     # Only now: a value that is refused leaves the array as it was.
@@ -372,12 +461,20 @@ def _column(array: _Array, path: _Path) -> _Array:
     return array
 
 
+def _has_column(array: _Array, path: _Path) -> bool:
+    try:
+        _column(array, path)
+    except ConversionError:
+        return False
+    return True
+
+
 def _fields(leaves: Sequence[tuple[_Path, Any]]) -> Any:
     """The type of a structured array with these members."""
     if not leaves[0][0]:
         return leaves[0][1]
     inner = {word: _fields(inner) for word, inner in _grouped(leaves).items()}
-    if all(word.isdecimal() for word in inner):
+    if _places(inner) is not None:
         return (next(iter(inner.values())), (len(inner),))
     return [(word, kind) if not isinstance(kind, tuple) else (word, *kind) for word, kind in inner.items()]
 
@@ -389,12 +486,10 @@ def _structured(conversion: _Conversion, value: _Array, out: _Array | None) -> _
         raise ConversionError(f"the result has the shape {value.shape}; `out` has {out.shape}")
     result = out
     if result is None:
-        try:
-            for path in conversion.targets:
-                _column(value, path)
-            result = value.copy()
-        except ConversionError:
-            result = _with_fields(conversion, value)
+        has_all = all(_has_column(value, path) for path in conversion.targets)
+        result = value.copy() if has_all else _with_fields(conversion, value)
+    if conversion.dropped and _has_column(result, conversion.dropped):
+        raise _kept(conversion.dropped)
     targets = [_column(result, path) for path in conversion.targets]
     for target, number in zip(targets, conversion.numbers, strict=True):
         _check_number(target.dtype, number)
@@ -425,6 +520,8 @@ def _with_fields(conversion: _Conversion, value: _Array) -> _Array:
             f"`{conversion.wanted.name}` has no names for its numbers; convert a plain array"
         )
     used = {path[0] for path in conversion.sources}
+    if conversion.dropped:
+        used.add(conversion.dropped[0])
     used |= {_native.name_of("member", name) for name in used}
     names = {field[0] for field in new}
     assert value.dtype.names is not None

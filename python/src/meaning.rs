@@ -30,6 +30,8 @@ fn refused(py: Python<'_>, code: &str, message: &str) -> PyErr {
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Prototypes {
     library: Library,
+    /// The same, each about one element of its sequence: a plan converts values and elements alike.
+    elements: Library,
 }
 
 impl Prototypes {
@@ -63,7 +65,11 @@ impl Prototypes {
             let text = render(&sources, &found, Format::Human);
             return Err(refused(py, first.code, text.trim_end()));
         }
-        Ok(Self { library })
+        let mut elements = library.clone();
+        for prototype in &mut elements.prototypes {
+            prototype.sequence = None;
+        }
+        Ok(Self { library, elements })
     }
 
     /// All prototypes.
@@ -89,7 +95,7 @@ impl Prototypes {
             let message = format!("`{from}` does not convert into `{to}`: {reason}");
             refused(py, code, &message)
         };
-        let plan = Network::new(&self.library).plan(from, to);
+        let plan = Network::new(&self.elements).plan(from, to);
         let plan = plan.map_err(|refusal| no(refusal.code(), &refusal.to_string()))?;
         if let Some(function) = plan.program.functions().next() {
             let reason = format!("the function `{function}` would have to convert");
@@ -123,7 +129,12 @@ impl Prototypes {
                     (datum.member, number)
                 })
                 .collect(),
-            plan: plan.to_string(),
+            // It would stay in axes and units that the rest has no more.
+            dropped: own
+                .covariance
+                .as_ref()
+                .filter(|_| spread == 0)
+                .map(|of| of.member.clone()),
             formula: plan.program,
         })
     }
@@ -132,9 +143,9 @@ impl Prototypes {
 /// How rows of numbers of one prototype become those of another one.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Conversion {
-    /// The plan, as `rcgen convert` prints it.
+    /// The member with the covariance of the first prototype, if it is not converted.
     #[pyo3(get)]
-    plan: String,
+    dropped: Option<String>,
     /// The numbers of a row: as many as the prototype with more of them has.
     #[pyo3(get)]
     width: usize,

@@ -15,6 +15,7 @@ IDSL = """module RoboCompCloud
     struct Point { float X; float Y; float Z; int light; };
     struct Turn { double q[4]; };
     struct Count { int x; int y; int z; };
+    struct Sure { double X; double Y; double Z; double spread[9]; };
     sequence<Point> Points;
     struct Scan { string frame; Points points; };
 };
@@ -46,6 +47,16 @@ dproto turn :: geometry { semantic = Orientation coord = quaternion algebraic = 
     ddr = :: IDSL{RoboCompCloud::Turn} dr = { q.0 = 0, q.1 = 1, q.2 = 2, q.3 = 3 } axes = ros }
 dproto angles :: geometry { semantic = Orientation coord = rotation_vector algebraic = named
     ddr = :: c99{double[3]} dr = { v.0 = x, v.1 = y, v.2 = z } axes = ros }
+dproto backwards :: geometry { semantic = Orientation coord = rotation_vector algebraic = named
+    ddr = :: c99{double[3]} dr = { v.2 = x, v.1 = y, v.0 = z } axes = ros }
+dproto gap :: geometry { semantic = Orientation coord = rotation_vector algebraic = named
+    ddr = :: c99{double[4]} dr = { v.1 = x, v.2 = y, v.3 = z } axes = ros }
+dproto shuffled :: geometry { semantic = Position coord = cartesian algebraic = named
+    ddr = :: c99{double[3]} dr = { 2 = x, 0 = y, 1 = z } axes = ros }
+dproto sure :: geometry { semantic = Position coord = cartesian algebraic = named covariance = { member spread }
+    ddr = :: IDSL{RoboCompCloud::Sure} dr = { X = x, Y = y, Z = z } units = millimetres axes = lidar }
+dproto stored :: geometry { semantic = Position coord = cartesian algebraic = named
+    ddr = :: c99{float[3]} dr = { v.0 = x, v.1 = y, v.2 = z } units = millimetres axes = ros }
 """
 
 
@@ -209,6 +220,88 @@ class Convert(unittest.TestCase):
         point = self.types["RoboCompCloud::Turn"](numpy.zeros(4))
         error = self.refused(point, "angles")
         self.assertEqual((error.code, error.index), ("bad-value", 0))
+
+    def test_elements_of_arrays_are_at_the_places_of_their_names(self):
+        turn = {"v": [1.0, 0.0, 0.5]}
+        found = robocomp.convert(turn, "backwards", of="angles", out={"v": [0.0] * 3})
+        self.assertEqual(found, {"v": [0.5, 0.0, 1.0]})
+        turn = self.types["RoboCompCloud::Turn"](numpy.array([0.0, 0.0, 1.0, 0.0]))
+        made = [robocomp.convert(turn, name).v.tolist() for name in ("angles", "backwards")]
+        self.assertEqual(made[1], made[0][::-1])
+        self.assertAlmostEqual(made[0][2], math.pi)
+        said = "the prototype has no member for the element 0 of an array"
+        self.assertEqual(str(self.refused(turn, "gap")), said)
+        turns = numpy.array([([0.0, 0.0, 0.0, 1.0],)], dtype=[("q", "f8", 4)])
+        self.assertEqual(str(self.refused(turns, "gap", of="turn")), said)
+        # Of plain arrays, too.
+        points = numpy.array([[1.0, 2.0, 3.0]])
+        found = robocomp.convert(points, "shuffled", of="ros_point")
+        self.assertEqual(found.tolist(), [[2.0, 3.0, 1.0]])
+        found = robocomp.convert(found, "three", of="shuffled")
+        self.assertEqual(found.tolist(), points.tolist())
+
+    def test_a_covariance_in_old_units_does_not_stay(self):
+        value = {"X": 1000.0, "Y": 0.0, "Z": 0.0, "spread": [0.0] * 9}
+        kept = dict(value)
+        said = "the covariance `spread` is not converted; give an `out` without it"
+        self.assertEqual(str(self.refused(value, "point", of="sure")), said)
+        self.assertEqual(str(self.refused(value, "point", of="sure", out=value)), said)
+        self.assertEqual(value, kept)
+        found = robocomp.convert(value, "point", of="sure", out={"X": 0, "Y": 0, "Z": 0})
+        self.assertEqual(found, {"X": 0.0, "Y": -1.0, "Z": 0.0})
+        self.assertEqual(vars(robocomp.convert(value, "ros_point", of="sure"))["y"], -1.0)
+        array = numpy.zeros(2, dtype=[("X", "f8"), ("Y", "f8"), ("Z", "f8"), ("spread", "f8", 9), ("light", "u1")])
+        self.assertEqual(str(self.refused(array, "point", of="sure")), said)
+        self.assertEqual(str(self.refused(array, "point", of="sure", out=array)), said)
+        found = robocomp.convert(array, "ros_point", of="sure")
+        self.assertEqual(found.dtype.names, ("x", "y", "z", "light"))
+
+    def test_a_member_that_refuses_its_value_changes_nothing(self):
+        class Picky:
+            def __init__(self):
+                self.x = self.y = self.limited = 0.0
+
+            @property
+            def z(self):
+                return self.limited
+
+            @z.setter
+            def z(self, value):
+                if value > 5:
+                    raise OverflowError(value)
+                self.limited = value
+
+        outs = [Picky(), Picky()]
+        points = [{"X": 1000, "Y": 2000, "Z": 500}, {"X": 1000, "Y": 2000, "Z": 9000}]
+        self.refused(points, "ros_point", of="scan", out=outs, kind=OverflowError)
+        self.assertEqual([(one.x, one.y, one.z) for one in outs], [(0.0, 0.0, 0.0)] * 2)
+
+    def test_members_that_are_arrays_take_what_fits(self):
+        point = {"x": 1.7, "y": 0.25, "z": 1e30}
+        error = self.refused(point, "angles", of="turn")
+        self.assertIn("no member `q`", str(error))
+        whole = {"v": numpy.zeros(3, numpy.int32)}
+        self.refused(point, "stored", of="ros_point", out=whole, kind=TypeError)
+        narrow = {"v": numpy.zeros(3, numpy.float16)}
+        error = self.refused([point], "stored", of="ros_point", out=[narrow])
+        self.assertEqual((error.code, error.index), ("bad-value", 0))
+        self.assertEqual((whole["v"].tolist(), narrow["v"].tolist()), ([0] * 3, [0.0] * 3))
+        # A structure has no elements.
+        said = str(self.refused({"v": object()}, "turn", of="angles"))
+        self.assertIn("a value of `object` has no member `0`", said)
+
+    def test_elements_and_values_convert_alike(self):
+        point = self.types["RoboCompCloud::Point"]
+        scans = [
+            self.types["RoboCompCloud::Scan"](name, [point(1000.0, 2000.0, 500.0, 7)] * at)
+            for at, name in enumerate(["none", "one", "two"])
+        ]
+        found = robocomp.convert(scans, "point", of="scans")
+        self.assertEqual([len(one.points) for one in found], [0, 1, 2])
+        self.assertEqual((found[2].frame, found[2].points[1].y), ("two", -1.0))
+        self.assertEqual(scans[2].points[1].y, 2000.0)
+        self.assertEqual(robocomp.convert(scans[1], "point", of="scans").points[0].x, 2.0)
+        self.refused(scans, "point", of="scans", out=scans[:2])
 
     def test_names_are_told_with_the_nearest_one(self):
         point = self.types["RoboCompCloud::Point"](0.0, 0.0, 0.0, 0)
