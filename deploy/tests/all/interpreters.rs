@@ -165,7 +165,7 @@ fn an_interpreter_that_cannot_run_a_component_is_found_by_a_check() {
 
 #[test]
 fn a_tree_needs_the_folder_of_the_framework() {
-    let eyes = Eyes::new("tree-module");
+    let eyes = Eyes::new("tree_module");
     eyes.program("bin/python3", "3.13.0");
     eyes.declare("language python; options InnerModelViewer;");
     let found = "eyes.ddsl:3:27: warning[no-tree-module]: `Eyes` has a tree, for which a wheel of the framework has no extension module (name the framework by a path in `Cargo.toml`)";
