@@ -222,8 +222,8 @@ impl Converter {
     /// A value with all its parts converted.
     ///
     /// # Errors
-    /// A number is none of its meaning, such as a quaternion of length 0, or the type lacks a member
-    /// of the prototype.
+    /// A number is none of its meaning, such as a quaternion of length 0, or the type lacks a
+    /// member of the prototype.
     pub fn value(&self, value: Value) -> Result<Value, RecordError> {
         match value {
             Value::Struct(ty, values) => self.structure(ty, values),
@@ -347,7 +347,8 @@ impl Converter {
         naming: Naming,
         ty: &Arc<Struct>,
     ) -> Result<Arc<Change>, RecordError> {
-        // Channels of one recording may have different types of one name. The kept type holds its address.
+        // Channels of one recording may have different types of one name. The kept type holds its
+        // address.
         let key = (at, Arc::as_ptr(ty).addr());
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, change)) = known.get(&key) {

@@ -22,7 +22,7 @@ pub(super) enum Tree {
     Fields(Vec<(String, Tree)>),
 }
 
-/// Paths of numbers as nested members, in their order.
+/// Paths of numbers as nested members, in their order; elements of arrays in that of their places.
 pub(super) fn fields(leaves: Vec<(Vec<String>, Tree)>) -> Vec<(String, Tree)> {
     let mut out: Vec<(String, Vec<(Vec<String>, Tree)>)> = Vec::new();
     for (path, leaf) in leaves {
@@ -39,9 +39,13 @@ pub(super) fn fields(leaves: Vec<(Vec<String>, Tree)>) -> Vec<(String, Tree)> {
         [(rest, _)] if rest.is_empty() => inner.remove(0).1,
         _ => Tree::Fields(fields(inner)),
     };
-    out.into_iter()
-        .map(|(name, inner)| (name, tree(inner)))
-        .collect()
+    let out = out.into_iter().map(|(name, inner)| (name, tree(inner)));
+    let mut out: Vec<(String, Tree)> = out.collect();
+    let place = |name: &str| name.parse::<usize>().ok();
+    if out.iter().all(|(name, _)| place(name).is_some()) {
+        out.sort_by_key(|(name, _)| place(name));
+    }
+    out
 }
 
 /// The members of a converted structure: those without numbers of the first prototype, and those of

@@ -186,6 +186,22 @@ fn types_of_one_name_are_told_apart() {
     }
 }
 
+/// The elements of an array are at the places that their names say, whatever their order is.
+#[test]
+fn elements_of_an_array_have_their_places() {
+    let text = PROTOTYPES.replace(
+        "{ wxyz.0 = 0, wxyz.1 = 1, wxyz.2 = 2, wxyz.3 = 3 }",
+        "{ wxyz.1 = 0, wxyz.2 = 1, wxyz.3 = 2, wxyz.0 = 3 }",
+    );
+    let ty = definition::parse("robocomp_cloud_msgs/msg/Turn", "float64[4] q\n").expect("a type");
+    let converter = Converter::new(&library(&text), "turned", None).expect("a converter");
+    let value = from_json(&ty, &json!({"q": [0.0, 0.0, 1.0, 0.0]})).expect("a value");
+    let value = converter.value(value).expect("converted");
+    let found = serde_json::to_value(value).expect("JSON");
+    // w, x, y, z are the elements 1, 2, 3, 0.
+    assert_eq!(found, json!({"wxyz": [1.0, 0.0, 0.0, 0.0]}));
+}
+
 /// A covariance whose numbers are not converted does not stay beside those that are.
 #[test]
 fn a_covariance_that_is_not_converted_is_left_out() {
