@@ -41,8 +41,11 @@ pub(super) fn files(source: &Source<'_>) -> Export {
             ));
         }
     }
-    if source.parts().any(|part| part.highest_priority().is_some()) {
+    if source.parts().any(|part| part.component.priority.is_some()) {
         notes.push("real-time priorities of processes are set by `chrt`, which the image needs, within the limit `rtprio`".to_owned());
+    }
+    if source.parts().any(|part| part.thread_priority.is_some()) {
+        notes.push("threads set real-time priorities within the limit `rtprio`".to_owned());
     }
     if source
         .parts()
@@ -50,6 +53,7 @@ pub(super) fn files(source: &Source<'_>) -> Export {
     {
         notes.push("a component that hangs runs on: `hung` is a limit of rcdeploy".to_owned());
     }
+    notes.extend(source.parts().filter_map(Part::readiness));
     notes.extend(source.notes());
     let mut files = Files::default();
     for machine in &source.machines {
@@ -161,7 +165,7 @@ fn service(source: &Source<'_>, part: &Part<'_>) -> Map {
     let health = Map::default()
         .with("test", literals(&test))
         .with("interval", "1s")
-        .with("timeout", "3s")
+        .with("timeout", format!("{}s", part.probe_limit()))
         .with("retries", 3)
         .with("start_period", time(component.ready));
     out = out.with("healthcheck", health);

@@ -62,8 +62,14 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
             ));
         }
     }
-    if source.parts().any(|part| part.highest_priority().is_some()) {
+    if source.parts().any(|part| part.component.priority.is_some()) {
         notes.push("real-time priorities of processes are set by `chrt`, which the image needs, and as root with CAP_SYS_NICE: so all Pods run as root".to_owned());
+    }
+    if source.parts().any(|part| part.thread_priority.is_some()) {
+        notes.push(
+            "threads set real-time priorities as root with CAP_SYS_NICE: so all Pods run as root"
+                .to_owned(),
+        );
     }
     if source.parts().any(|part| !part.component.cpu.is_empty()) {
         notes.push("processors are chosen by `taskset`, which the image needs; the scheduler of Kubernetes knows nothing of it".to_owned());
@@ -74,6 +80,7 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
             host.name.text
         ));
     }
+    notes.extend(source.parts().filter_map(Part::readiness));
     notes.extend(source.notes());
     let names = names(source);
     let list: String = notes.iter().map(|note| format!("- {note}\n")).collect();
@@ -341,7 +348,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
                 Map::default().with("command", part.probe(source.network)),
             )
             .with("periodSeconds", period)
-            .with("timeoutSeconds", 3)
+            .with("timeoutSeconds", part.probe_limit())
             .with("failureThreshold", failures)
     };
     let mut out = container(source, "component")
@@ -361,7 +368,8 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
     out = out
         .with("startupProbe", probe(1, seconds(component.ready)))
         .with("readinessProbe", probe(2, 1));
-    if component.restart.policy != Policy::Never {
+    // One of several components that ends in order answers no more: the others are healthy.
+    if component.restart.policy != Policy::Never && part.probed.len() == 1 {
         out = out.with("livenessProbe", probe(10, 3));
     }
     out
