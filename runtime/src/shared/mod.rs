@@ -379,7 +379,11 @@ impl<'p> Process<'p> {
 
     fn ended(&mut self, at: usize, result: Result<(), StartError>) {
         let hosted = &mut self.members[at];
-        hosted.phase = Phase::Ended;
+        let before = std::mem::replace(&mut hosted.phase, Phase::Ended);
+        if result.is_ok() && before == Phase::Started && !self.is_stopping {
+            // It has done its work before it was ready: the others are not to wait for it.
+            notify::notify(ServiceState::Ready);
+        }
         if let Err(error) = result {
             let name = &hosted.arguments.name;
             let mut words = error.report_line(name);
