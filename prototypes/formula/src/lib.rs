@@ -27,5 +27,5 @@ mod program;
 mod recorder;
 
 pub use print::{c, is_reserved, python, results, rust};
-pub use program::{Node, Operand, Operation, Program, Rejected, fits};
+pub use program::{NOT_NEGATIVE, Node, Operand, Operation, Program, Rejected, fits};
 pub use recorder::{Recorder, Term};

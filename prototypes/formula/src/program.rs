@@ -99,6 +99,9 @@ fn nearest(value: f64) -> f64 {
     value.round()
 }
 
+/// The range that is required of a covariance: of its pivots, and of how far it is symmetric.
+pub const NOT_NEGATIVE: (f64, f64) = (0.0, f64::MAX);
+
 /// The input of a program is refused, or a function of the user is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rejected {
@@ -120,6 +123,13 @@ pub enum Rejected {
 impl fmt::Display for Rejected {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Value { value, least, most } if (*least, *most) == NOT_NEGATIVE => write!(
+                f,
+                "the covariance is not symmetric or not positive: {value} is not at least 0"
+            ),
+            Self::Value { value, least, most } if least == most => {
+                write!(f, "{value} is not {most}")
+            }
             Self::Value { value, least, most } => {
                 write!(f, "{value} is not from {least} to {most}")
             }

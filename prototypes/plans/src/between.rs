@@ -6,8 +6,9 @@ use crate::refusal::Refusal;
 use rc_prototypes::model::{Content, Library};
 use std::collections::HashSet;
 
-/// The cheapest plan from a prototype of one library to a prototype of another one, of one value where
-/// a prototype is about the elements of a sequence. Functions of the user are no part of it: only printed code can call them.
+/// The cheapest plan from a prototype of one library to a prototype of another one, of one value
+/// where a prototype is about the elements of a sequence. Functions of the user are no part of it:
+/// only printed code can call them.
 ///
 /// # Errors
 /// As [`Network::plan`].

@@ -10,7 +10,7 @@ use crate::rotation;
 use crate::shape::{Leaf, Shape};
 use crate::values::{Notes, stored};
 use crate::vector;
-use rc_formula::Term;
+use rc_formula::{NOT_NEGATIVE, Term};
 use rc_prototypes::model::{Covariance, Prototype};
 use rc_quantity::rotation::{Matrix, product, transposed};
 use rc_quantity::{Real, Unit};
@@ -123,8 +123,8 @@ pub(crate) fn convert<'r>(
     Ok(out)
 }
 
-/// How far a covariance may be from symmetric and from positive, as a part of the variances: numbers of
-/// 32 bits and those of texts are rounded.
+/// How far a covariance may be from symmetric and from positive, as a part of the variances: numbers
+/// of 32 bits and those of texts are rounded.
 const NEARLY: f64 = 1e-5;
 
 /// Refuses matrices that are no covariances: not symmetric, or with a negative variance in some
@@ -136,7 +136,7 @@ pub(crate) fn require_positive(own: &[Term<'_>]) {
     let cell = |row: usize, column: usize| own[row * side + column];
     let constant = |value: f64| Term::constant(value);
     let not_negative = |term: Term<'_>| {
-        term.required(0.0, f64::MAX);
+        term.required(NOT_NEGATIVE.0, NOT_NEGATIVE.1);
     };
     let mut pivots: Vec<Term<'_>> = Vec::with_capacity(side);
     let mut factors = vec![vec![constant(0.0); side]; side];
@@ -154,7 +154,7 @@ pub(crate) fn require_positive(own: &[Term<'_>]) {
             let of = pivots[column];
             let zero = constant(0.0);
             // What does not vary is not correlated with anything.
-            zero.if_below(of, zero, rest).required(-0.0, 0.0);
+            zero.if_below(of, zero, rest).required(0.0, 0.0);
             let factor = zero.if_below(of, rest / of, zero);
             pivot = pivot - factor * factor * of;
             factors[row][column] = factor;

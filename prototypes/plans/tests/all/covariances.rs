@@ -391,6 +391,13 @@ fn what_is_no_covariance_is_refused() {
     ] {
         assert!(run(wrong).is_err(), "{wrong:?}");
     }
+    let said = |spread| run(spread).expect_err("it is none").to_string();
+    assert_eq!(
+        said([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        "the covariance is not symmetric or not positive: -1.00001 is not at least 0"
+    );
+    let uncertain = said([0.0, 0.1, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    assert!(uncertain.ends_with(" is not 0"), "{uncertain}");
 }
 
 /// A covariance at one end only is lost, and the plan says so.
