@@ -45,8 +45,9 @@ fn a_setting_is_read_as_what_it_is() {
 
 #[test]
 fn a_run_directory_is_removed_with_its_content_and_may_be_gone() {
-    let base = std::env::temp_dir().join(format!("rc-removed-{}", std::process::id()));
-    let directory = RunDirectory::below(&base, "net");
+    let base = tempfile::tempdir().expect("a folder");
+    let base = base.path();
+    let directory = RunDirectory::below(base, "net");
     directory.remove().expect("it is not there");
     let below = directory.middleware("iceoryx2");
     std::fs::create_dir_all(&below).expect("a folder");
@@ -56,7 +57,6 @@ fn a_run_directory_is_removed_with_its_content_and_may_be_gone() {
     // What cannot be removed is an error.
     std::fs::write(directory.path(), "").expect("a file");
     directory.remove().expect_err("it is no folder");
-    std::fs::remove_dir_all(base).expect("it is ours");
 }
 
 #[test]
