@@ -123,11 +123,11 @@ pub enum Rejected {
 impl fmt::Display for Rejected {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Value { value, least, most } if (*least, *most) == NOT_NEGATIVE => write!(
+            Self::Value { value, most, .. } if *most >= NOT_NEGATIVE.1 => write!(
                 f,
                 "the covariance is not symmetric or not positive: {value} is not at least 0"
             ),
-            Self::Value { value, least, most } if least == most => {
+            Self::Value { value, least, most } if most <= least => {
                 write!(f, "{value} is not {most}")
             }
             Self::Value { value, least, most } => {
