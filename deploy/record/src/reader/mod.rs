@@ -4,8 +4,11 @@
 //! and the definitions, whose sum has a bound, too.
 
 mod definitions;
+mod faults;
 pub(crate) mod files;
 mod input;
+
+pub use faults::Faults;
 
 use crate::error::RecordError;
 use crate::qos;
@@ -15,7 +18,6 @@ use rc_diagnostics::foreign::clean;
 use rc_mcap::read::{LONGEST, PREFIX, Record as Raw, Summary, next, prefix};
 use rc_mcap::{MAGIC, op};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -88,57 +90,6 @@ pub enum Record {
     Attachment(Attachment),
     /// A table of texts.
     Metadata(String, BTreeMap<String, String>),
-}
-
-/// Why less was read than was recorded.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
-    /// The number of damaged chunks and records that were skipped.
-    pub damaged: u64,
-    /// The number of messages whose channel was in one of these.
-    pub without_channel: u64,
-    /// What the first damage is.
-    pub damage: Option<String>,
-    /// The numbers of parts of a long recording that are not beside the others, the first ones.
-    pub missing: Vec<u32>,
-    /// Why a file ends before its end, if one does: it was cut, or is damaged from there on.
-    pub cut: Option<String>,
-}
-
-impl Faults {
-    /// Whether everything was read.
-    pub fn is_none(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-impl fmt::Display for Faults {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut parts = Vec::new();
-        if let Some(damage) = &self.damage {
-            let what = if self.damaged == 1 {
-                "1 damaged chunk or record was"
-            } else {
-                &format!("{} damaged chunks and records were", self.damaged)
-            };
-            parts.push(format!("{what} skipped ({damage})"));
-        }
-        if self.without_channel > 0 {
-            parts.push(format!("{} messages have no channel", self.without_channel));
-        }
-        if !self.missing.is_empty() {
-            let named = self.missing.iter().take(files::MOST_MISSING);
-            let numbers = named.map(u32::to_string).collect::<Vec<_>>().join(", ");
-            parts.push(match self.missing.len() {
-                1 => format!("part {numbers} of it is missing"),
-                2..=files::MOST_MISSING => format!("parts {numbers} of it are missing"),
-                _ => format!("parts {numbers} and more of it are missing"),
-            });
-        }
-        let cut = self.cut.as_ref();
-        parts.extend(cut.map(|reason| format!("it ends before its end ({reason})")));
-        f.write_str(&parts.join("; "))
-    }
 }
 
 /// The times of a recording, as the summaries of its files say.
