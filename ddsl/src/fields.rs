@@ -316,10 +316,9 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
     }
     Some((address?, text.span))
 }
-/// The options that `rcdeploy` gives a component from other fields, and those with which a component
-/// does something else than to run. One of them in `args` would take the component where the check of
-/// the network did not look.
-const OWN_OPTIONS: [(&str, &str); 20] = [
+/// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
+/// the component where the check of the network did not look.
+const OWN_OPTIONS: [(&str, &str); 12] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -341,27 +340,31 @@ const OWN_OPTIONS: [(&str, &str); 20] = [
         "write `domain` into the deployment, or `[middleware.NAME]` into the configuration",
     ),
     ("--member", "write a `Component` with the same `process`"),
-    ("--replay", NO_RUN),
-    ("--check", NO_RUN),
-    ("--probe", NO_RUN),
-    ("--wait", NO_RUN),
-    ("--help", NO_RUN),
-    ("-h", NO_RUN),
-    ("--version", NO_RUN),
-    ("-V", NO_RUN),
 ];
-const NO_RUN: &str = "the component would not run";
+/// The options with which a component does something else than to run.
+const NO_RUN: [&str; 8] = [
+    "--replay",
+    "--check",
+    "--probe",
+    "--wait",
+    "--help",
+    "-h",
+    "--version",
+    "-V",
+];
 
 fn check_argument(text: &Name, found: &mut Diagnostics) {
     let option = text.text.split('=').next().unwrap_or_default();
-    if let Some((_, help)) = OWN_OPTIONS.iter().find(|(own, _)| *own == option) {
-        let reason = if *help == NO_RUN {
-            "a network runs its components"
-        } else {
-            "`rcdeploy` sets it"
-        };
-        let message = format!("`{option}` cannot be in `args`: {reason}");
-        let error = Diagnostic::error("reserved-argument", text.span, message);
-        found.push(error.help(*help));
-    }
+    let own = OWN_OPTIONS.iter().find(|(own, _)| *own == option);
+    let (reason, help) = match own {
+        Some((_, help)) => ("`rcdeploy` sets it", *help),
+        None if NO_RUN.contains(&option) => (
+            "a network runs its components",
+            "the component would not run",
+        ),
+        None => return,
+    };
+    let message = format!("`{option}` cannot be in `args`: {reason}");
+    let error = Diagnostic::error("reserved-argument", text.span, message);
+    found.push(error.help(help));
 }

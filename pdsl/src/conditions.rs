@@ -1,62 +1,28 @@
 //! Resolves the conditions of rules: resolves names, checks types, and compiles trees into steps.
 
 use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
+use crate::block::Block;
 use crate::limits::{described, integer};
 use rc_configuration::condition::{Comparator, Condition, Function, Reference, Step};
-use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Type, Value};
+use rc_configuration::model::{Kind, Parameter, Rule, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
-/// The parameters of each block by name: a file may have thousands, and as many rules.
-pub(crate) struct Declared<'m> {
-    model: &'m Parameters,
-    /// The blocks by the address of their list.
-    blocks: HashMap<*const Parameter, HashMap<&'m str, &'m Parameter>>,
-}
-
-impl<'m> Declared<'m> {
-    pub(crate) fn new(model: &'m Parameters) -> Self {
-        let mut declared = Self {
-            model,
-            blocks: HashMap::new(),
-        };
-        declared.add(&model.parameters);
-        declared
-    }
-
-    fn add(&mut self, block: &'m [Parameter]) {
-        let mut names = HashMap::new();
-        for parameter in block {
-            names.entry(parameter.name.as_str()).or_insert(parameter);
-            if let Some(inner) = members(parameter) {
-                self.add(inner);
-            }
-        }
-        self.blocks.insert(block.as_ptr(), names);
-    }
-
-    fn find(&self, block: &'m [Parameter], name: &str) -> Option<&'m Parameter> {
-        self.blocks.get(&block.as_ptr())?.get(name).copied()
-    }
-}
-
-/// Resolves the rule `tree` in the groups and lists `scope` of a model. Reports errors and
+/// Resolves the rule `tree` in the groups and lists `scope` of `declared`. Reports errors and
 /// returns `None` if the rule is invalid. Declarations in `invalid` have been reported.
 pub(crate) fn resolve(
-    declared: &Declared<'_>,
+    declared: &Block<'_>,
     invalid: &HashSet<Vec<String>>,
     scope: &[String],
     tree: &ast::Rule,
     found: &mut Diagnostics,
 ) -> Option<Rule> {
-    let mut blocks = vec![declared.model.parameters.as_slice()];
+    let mut blocks = vec![declared];
     for name in scope {
-        let outer = *blocks.last()?;
-        blocks.push(members(declared.find(outer, name)?)?);
+        blocks.push(blocks.last()?.inner(name)?);
     }
     let mut checker = ConditionResolver {
-        declared,
         blocks,
         scope,
         invalid,
@@ -72,13 +38,6 @@ pub(crate) fn resolve(
         text: tree.text.clone(),
         message: tree.message.clone(),
     })
-}
-
-fn members(parameter: &Parameter) -> Option<&[Parameter]> {
-    match &parameter.kind {
-        Kind::Group(parameters) | Kind::List { parameters, .. } => Some(parameters),
-        Kind::Scalar { .. } => None,
-    }
 }
 
 /// The type of an operand.
@@ -111,9 +70,8 @@ impl OperandType {
 }
 
 struct ConditionResolver<'m> {
-    declared: &'m Declared<'m>,
     /// The blocks around the rule, the outermost first.
-    blocks: Vec<&'m [Parameter]>,
+    blocks: Vec<&'m Block<'m>>,
     scope: &'m [String],
     invalid: &'m HashSet<Vec<String>>,
     steps: Vec<Step>,
@@ -361,7 +319,7 @@ impl<'m> ConditionResolver<'m> {
     /// The innermost block that declares `name`.
     fn level(&self, name: &str) -> Option<usize> {
         (0..self.blocks.len()).rev().find(|level| {
-            let declared = self.declared.find(self.blocks[*level], name);
+            let declared = self.blocks[*level].parameter(name);
             declared.is_some() || self.is_invalid(*level, [name])
         })
     }
@@ -376,17 +334,18 @@ impl<'m> ConditionResolver<'m> {
     fn find(&self, path: &Path) -> Result<Target<'m>, PathError<'m>> {
         let first = path.names.first().map_or("", |name| &name.text);
         let Some(level) = self.level(first) else {
-            let known = self.blocks.iter().rev().copied().flatten();
+            let known = self.blocks.iter().rev();
+            let known = known.flat_map(|block| block.parameters);
             return Err(PathError::Unknown(0, known.collect()));
         };
         let (mut within, mut list) = (self.blocks[level], None);
         for (at, name) in path.names.iter().enumerate() {
             let names = path.names[..=at].iter().map(|n| n.text.as_str());
-            let Some(parameter) = self.declared.find(within, &name.text) else {
+            let Some(parameter) = within.parameter(&name.text) else {
                 return Err(if self.is_invalid(level, names) {
                     PathError::Invalid
                 } else {
-                    PathError::Unknown(at, within.iter().collect())
+                    PathError::Unknown(at, within.parameters.iter().collect())
                 });
             };
             if at + 1 == path.names.len() {
@@ -400,7 +359,7 @@ impl<'m> ConditionResolver<'m> {
             if matches!(parameter.kind, Kind::List { .. }) {
                 list = Some(parameter.name.as_str());
             }
-            within = members(parameter).ok_or(PathError::NotATable(at))?;
+            within = within.inner(&name.text).ok_or(PathError::NotATable(at))?;
         }
         Err(PathError::Invalid)
     }

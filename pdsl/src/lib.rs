@@ -5,6 +5,7 @@
 //! documents the language for users.
 
 pub mod ast;
+mod block;
 mod conditions;
 mod imports;
 mod limits;

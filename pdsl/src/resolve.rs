@@ -1,7 +1,8 @@
 //! Resolves names, types and flags into the model. Other modules check limits and conditions.
 
 use crate::ast::{self, FlagKind, Item};
-use crate::conditions::{self, Declared};
+use crate::block::Block;
+use crate::conditions;
 use crate::imports::Imports;
 use crate::limits::LimitChecker;
 use heck::ToSnakeCase;
@@ -300,7 +301,7 @@ impl<'t> Resolver<'t> {
     /// Resolves the rules, and evaluates them for the defaults.
     fn rules(&mut self, model: &mut Parameters, trees: Vec<(Vec<String>, &ast::Rule)>) {
         let (mut rules, mut spans) = (Vec::new(), Vec::new());
-        let declared = Declared::new(model);
+        let declared = Block::new(&model.parameters);
         for (scope, tree) in trees {
             let (invalid, found) = (&self.invalid, &mut self.found);
             if let Some(rule) = conditions::resolve(&declared, invalid, &scope, tree, found) {

@@ -203,6 +203,17 @@ impl Prototype {
 }
 
 impl Library {
+    /// The same prototypes, each about one element of its sequence: for who knows where the
+    /// elements are.
+    #[must_use]
+    pub fn of_elements(&self) -> Self {
+        let mut elements = self.clone();
+        for prototype in &mut elements.prototypes {
+            prototype.sequence = None;
+        }
+        elements
+    }
+
     /// The prototype with this name.
     pub fn prototype(&self, name: &str) -> Option<&Prototype> {
         self.prototypes.iter().find(|found| found.name == name)

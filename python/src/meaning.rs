@@ -65,11 +65,10 @@ impl Prototypes {
             let text = render(&sources, &found, Format::Human);
             return Err(refused(py, first.code, text.trim_end()));
         }
-        let mut elements = library.clone();
-        for prototype in &mut elements.prototypes {
-            prototype.sequence = None;
-        }
-        Ok(Self { library, elements })
+        Ok(Self {
+            elements: library.of_elements(),
+            library,
+        })
     }
 
     /// All prototypes.

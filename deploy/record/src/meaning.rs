@@ -112,11 +112,8 @@ impl Converter {
             None => library.prototypes.iter().collect(),
         };
         // A message says where the elements of a sequence are: plans are about one of them.
-        let mut single = library.clone();
-        for prototype in &mut single.prototypes {
-            prototype.sequence = None;
-        }
-        let network = Network::new(&single);
+        let elements = library.of_elements();
+        let network = Network::new(&elements);
         let mut views: Vec<View> = Vec::new();
         let mut reason = None;
         for own in from.into_iter().filter(|own| own.name != name) {

@@ -91,15 +91,20 @@ mod tests {
 
     #[test]
     fn a_path_that_leads_nowhere_gets_the_nearest_one() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path();
-        fs::create_dir_all(root.join("components/avoider/etc")).unwrap();
+        fs::create_dir_all(root.join("components/avoider/etc")).expect("a file");
         for file in ["avoider.cdsl", "avoider.pdsl", "a.map", "etc/config.toml"] {
-            fs::write(root.join("components/avoider").join(file), "").unwrap();
+            fs::write(root.join("components/avoider").join(file), "").expect("a file");
         }
         let meant = |wanted: &str| {
             let near = nearest_path(&root.join(wanted))?;
-            Some(near.strip_prefix(root).unwrap().display().to_string())
+            Some(
+                near.strip_prefix(root)
+                    .expect("a file")
+                    .display()
+                    .to_string(),
+            )
         };
         let avoider = Some("components/avoider/avoider.cdsl".to_owned());
         for wanted in [
@@ -129,8 +134,8 @@ mod tests {
 
     #[test]
     fn readers_of_files_say_what_was_meant() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("patrol.ddsl"), "").unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::write(folder.path().join("patrol.ddsl"), "").expect("a file");
         let wrong = folder.path().join("patorl.ddsl");
         let errors = [
             crate::read(&wrong).unwrap_err(),
