@@ -6,11 +6,13 @@
 //! nothing is left, and waits again. So no message waits for `acknowledge`, which calls the kernel.
 //! Every wait has a limit.
 
+use crate::cdr::EncodeError;
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::lifecycle::LifecycleService;
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
 use crate::request_body::RequestBody;
+use crate::shared_value::{Message, SharedValue};
 use crate::started::Awaiting;
 use crate::{Address, Encoding, Header, Qos, QueueGauge};
 use std::os::fd::BorrowedFd;
@@ -127,6 +129,16 @@ pub trait Publisher {
     /// delays no other.
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError>;
 
+    /// Whether receivers in this process get what [`Publisher::publish_value`] sends as a value.
+    fn takes_values(&self) -> bool {
+        false
+    }
+
+    /// [`Publisher::publish`] for a body that is a value.
+    fn publish_value(&mut self, header: Header, body: SharedValue) -> Result<(), SendError> {
+        self.publish(header, body.bytes())
+    }
+
     /// Whether [`Publisher::loan`] gives memory for bodies of this encoding.
     fn can_loan(&self, encoding: Encoding) -> bool {
         let _ = encoding;
@@ -171,7 +183,16 @@ pub trait LoanedSample {
 
     /// Sends the sample, as [`Publisher::publish`] does.
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError>;
+
+    /// Sends an image. Receivers over a middleware that carries none get what `encode` makes of it.
+    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+        let _ = encode;
+        self.send(header)
+    }
 }
+
+/// Makes CDR of an image.
+pub type ImageEncoder = fn(&[u8]) -> Result<Vec<u8>, EncodeError>;
 
 /// How many received samples a subscriber may keep besides the one that is handled.
 pub const KEPT_SAMPLES: usize = 4;
@@ -194,6 +215,14 @@ pub trait Subscriber {
 
     /// Hands the next sample to `take`; says whether there was one.
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
+
+    /// [`Subscriber::receive`], where a sample of a publisher in this process may be a value.
+    fn receive_message(
+        &mut self,
+        take: &mut dyn FnMut(Header, Message<'_>),
+    ) -> Result<bool, ReceiveError> {
+        self.receive(&mut |header, body| take(header, Message::Bytes(body)))
+    }
 
     /// Whether [`Subscriber::receive_kept`] gives samples away.
     fn can_keep(&self) -> bool {
@@ -233,6 +262,11 @@ pub trait Client {
     /// send commands.
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError>;
 
+    /// Whether servers in this process get [`RequestBody::value`]. Only in [`Profile::Rpc`].
+    fn takes_values(&self) -> bool {
+        false
+    }
+
     /// Whether requests are written into memory of the middleware, so that a second pass over large
     /// arrays saves a copy.
     fn can_loan(&self) -> bool {
@@ -248,6 +282,18 @@ pub trait Client {
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
+
+    /// [`Client::call`], where the reply of a server in this process may be a value.
+    fn call_message(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, Message<'_>),
+    ) -> Result<(), CallError> {
+        let mut take = |header, body: &[u8]| take(header, Message::Bytes(body));
+        self.call(header, request, limit, &mut take)
+    }
 
     /// Sends a request and returns without its reply. [`Client::poll`] ends the call, which the
     /// sequence number of `header` identifies, within `limit`. At most
@@ -267,6 +313,20 @@ pub trait Client {
         &mut self,
         take: &mut dyn FnMut(u64, Header, &[u8]),
     ) -> Option<(u64, Result<(), CallError>)>;
+
+    /// [`Client::poll`], where the reply of a server in this process may be a value.
+    fn poll_message(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, Message<'_>),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        self.poll(&mut |sequence, header, body| take(sequence, header, Message::Bytes(body)))
+    }
+
+    /// Whether started calls end in the order of their start, see
+    /// [`StartedCalls::end_in_order`](crate::started::StartedCalls::end_in_order).
+    fn end_in_order(&mut self, keeps: bool) {
+        let _ = keeps;
+    }
 
     /// Forgets a started call: it does not end any more, and its reply is dropped.
     fn forget(&mut self, sequence: u64);
@@ -303,6 +363,14 @@ pub trait Server {
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError>;
 
+    /// [`Server::serve`], where the request of a client in this process may be a value.
+    fn serve_message(
+        &mut self,
+        handler: &mut dyn FnMut(Header, Message<'_>, &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
+        self.serve(&mut |header, body, reply| handler(header, Message::Bytes(body), reply))
+    }
+
     /// The number of clients.
     fn peers(&self) -> usize;
 
@@ -321,6 +389,17 @@ pub trait Reply {
     /// How the request was written, and the reply has to be.
     fn profile(&self) -> Profile {
         Profile::Rpc
+    }
+
+    /// Whether the client is in this process, so that [`Reply::send_value`] may be called. Only in
+    /// [`Profile::Rpc`].
+    fn takes_values(&self) -> bool {
+        false
+    }
+
+    /// Makes a value the reply, instead of [`Reply::body`].
+    fn send_value(&mut self, value: SharedValue) {
+        let _ = value;
     }
 
     /// Whether [`Reply::loan`] gives memory for replies of this encoding.

@@ -16,8 +16,8 @@ pub use writer::Writer;
 use std::collections::BTreeMap;
 use zerocopy::{FromBytes, FromZeros, IntoBytes};
 
-/// A value that can be encoded and decoded.
-pub trait Cdr: Sized {
+/// A value that can be encoded and decoded, and that crosses threads as it is.
+pub trait Cdr: Clone + Send + Sync + 'static {
     /// Writes the value.
     fn encode(&self, writer: &mut Writer<'_>);
 

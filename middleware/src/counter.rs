@@ -13,9 +13,8 @@ impl Counter {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Increments and gives the new count. Only the thread that sends may call it, so it needs no
-    /// lock.
-    pub(crate) fn next(&self) -> u64 {
+    /// Increments and gives the new count. Only one thread may call it, so it needs no lock.
+    pub fn next(&self) -> u64 {
         let next = self.get() + 1;
         self.0.store(next, Ordering::Relaxed);
         next

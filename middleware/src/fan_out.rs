@@ -1,28 +1,45 @@
 //! A publisher over several middlewares: its subscribers are in its process, on its host, on other
 //! hosts.
 
-use crate::backend::{LoanedSample, Publisher};
+use crate::backend::{ImageEncoder, LoanedSample, Publisher};
+use crate::counter::Counter;
 use crate::error::SendError;
 use crate::header::{Encoding, Header};
+use crate::shared_value::SharedValue;
 
-/// One publisher in place of these; one alone is itself.
-pub fn over(mut ports: Vec<Box<dyn Publisher>>) -> Box<dyn Publisher> {
-    match ports.len() {
-        1 => ports.remove(0),
-        _ => Box::new(FanOut(ports)),
+/// One publisher in place of these; one alone is itself. Each counter counts what goes over its
+/// middleware, if there are several.
+pub fn over(mut ports: Vec<(Box<dyn Publisher>, Counter)>) -> Box<dyn Publisher> {
+    if ports.len() == 1 {
+        return ports.remove(0).0;
     }
+    let ports = ports.into_iter().map(|(port, sent)| Port { port, sent });
+    Box::new(FanOut(ports.collect()))
 }
 
 /// Sends each sample over all middlewares. One that fails does not keep the sample from the others.
-struct FanOut(Vec<Box<dyn Publisher>>);
+struct FanOut(Vec<Port>);
+
+struct Port {
+    port: Box<dyn Publisher>,
+    sent: Counter,
+}
+
+/// Counts a sample that was sent.
+fn counted(sent: Result<(), SendError>, counter: &Counter) -> Result<(), SendError> {
+    if sent.is_ok() {
+        counter.next();
+    }
+    sent
+}
 
 /// Sends to publishers. The first error counts.
 fn send<'p>(
-    ports: impl Iterator<Item = &'p mut Box<dyn Publisher>>,
+    ports: impl Iterator<Item = &'p mut Port>,
     header: Header,
     body: &[u8],
 ) -> Result<(), SendError> {
-    let sent = ports.map(|port| port.publish(header, body));
+    let sent = ports.map(|of| counted(of.port.publish(header, body), &of.sent));
     sent.fold(Ok(()), Result::and)
 }
 
@@ -30,7 +47,7 @@ impl FanOut {
     /// The number of the publisher whose memory a sample is written into. The last one: that of the
     /// own process, where readers find the sample in place.
     fn lender(&self) -> Option<usize> {
-        let with = |encoding| self.0.iter().rposition(|port| port.can_loan(encoding));
+        let with = |encoding| self.0.iter().rposition(|of| of.port.can_loan(encoding));
         with(Encoding::Image).or_else(|| with(Encoding::Cdr))
     }
 }
@@ -40,14 +57,22 @@ impl Publisher for FanOut {
         send(self.0.iter_mut(), header, body)
     }
 
-    /// Images go over all middlewares or over none: one that does not lend memory for them does not
-    /// carry them.
+    fn takes_values(&self) -> bool {
+        self.0.iter().any(|of| of.port.takes_values())
+    }
+
+    /// The others share one encoding.
+    fn publish_value(&mut self, header: Header, body: SharedValue) -> Result<(), SendError> {
+        let ports = self.0.iter_mut();
+        let sent = ports.map(|of| {
+            let sent = of.port.publish_value(header, body.clone());
+            counted(sent, &of.sent)
+        });
+        sent.fold(Ok(()), Result::and)
+    }
+
     fn can_loan(&self, encoding: Encoding) -> bool {
-        let mut ports = self.0.iter();
-        match encoding {
-            Encoding::Image => ports.all(|port| port.can_loan(encoding)),
-            Encoding::Cdr => ports.any(|port| port.can_loan(encoding)),
-        }
+        self.0.iter().any(|of| of.port.can_loan(encoding))
     }
 
     fn loan(&mut self, length: usize) -> Result<Box<dyn LoanedSample + '_>, SendError> {
@@ -60,26 +85,28 @@ impl Publisher for FanOut {
         };
         let (before, from) = self.0.split_at_mut(at);
         let (lender, behind) = from.split_at_mut(1);
-        let own = lender[0].loan(length)?;
+        let Port { port, sent } = &mut lender[0];
         Ok(Box::new(Lent {
-            own,
+            own: port.loan(length)?,
+            sent,
             others: [before, behind],
         }))
     }
 
     fn senders(&self) -> Vec<u128> {
-        self.0.iter().flat_map(|port| port.senders()).collect()
+        self.0.iter().flat_map(|of| of.port.senders()).collect()
     }
 
     fn peers(&self) -> usize {
-        self.0.iter().map(|port| port.peers()).sum()
+        self.0.iter().map(|of| of.port.peers()).sum()
     }
 }
 
 /// Memory of one middleware, which the others copy.
 struct Lent<'a> {
     own: Box<dyn LoanedSample + 'a>,
-    others: [&'a mut [Box<dyn Publisher>]; 2],
+    sent: &'a Counter,
+    others: [&'a mut [Port]; 2],
 }
 
 impl LoanedSample for Lent<'_> {
@@ -92,9 +119,28 @@ impl LoanedSample for Lent<'_> {
     }
 
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
-        let Self { own, others } = *self;
+        let Self { own, sent, others } = *self;
         let others = others.into_iter().flatten();
         let copied = send(others, header, own.memory());
-        own.send(header).and(copied)
+        counted(own.send(header), sent).and(copied)
+    }
+
+    /// A middleware that lends no memory for images carries none.
+    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+        let Self { own, sent, others } = *self;
+        let others = others.into_iter().flatten();
+        let (like, unlike): (Vec<_>, Vec<_>) =
+            others.partition(|of| of.port.can_loan(Encoding::Image));
+        let mut copied = send(like.into_iter(), header, own.memory());
+        if !unlike.is_empty() {
+            let header = Header {
+                encoding: Encoding::Cdr,
+                ..header
+            };
+            let encoded = encode(own.memory()).map_err(SendError::from);
+            let others = encoded.and_then(|body| send(unlike.into_iter(), header, &body));
+            copied = copied.and(others);
+        }
+        counted(own.send_image(header, encode), sent).and(copied)
     }
 }

@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
     pub fn in_place<T: InPlace>(&mut self) -> Result<Placed<'a, T>, DecodeError> {
         let Some(bytes) = self.image() else {
             let mut value = boxed::<T>()?;
-            value.set(&self.get()?)?;
+            value.set(&self.only()?)?;
             return Ok(Placed::Copied(value));
         };
         let wrong = || DecodeError::NotAnImage {
@@ -105,7 +105,15 @@ impl<'a> Reader<'a> {
         if self.is_image() {
             self.in_place::<T>()?.value()
         } else {
-            self.get()
+            self.only()
+        }
+    }
+
+    /// The only parameter, as a value or decoded.
+    fn only<V: Cdr>(&mut self) -> Result<V, DecodeError> {
+        match self.value_itself() {
+            Some((value,)) => Ok(value),
+            None => self.get(),
         }
     }
 }

@@ -16,6 +16,7 @@
 //! - [`network_time`]: where a source of time and its followers meet.
 //! - [`parameters`]: the parameters of a component, for a middleware with parameters.
 //! - [`settings`]: the settings of middlewares.
+//! - [`shared_value`]: messages between components of one process, which nobody encodes.
 //!
 //! This crate names no backend.
 
@@ -41,6 +42,7 @@ pub mod queue_gauge;
 pub mod request_body;
 pub mod rpc;
 pub mod settings;
+pub mod shared_value;
 mod spin;
 pub mod started;
 pub mod typed;
@@ -66,6 +68,7 @@ pub use qos::{Durability, Qos, Reliability};
 pub use queue_gauge::QueueGauge;
 pub use request_body::RequestBody;
 pub use settings::Settings;
+pub use shared_value::{Message, SharedValue};
 pub use spin::Spin;
 pub use wait::wait;
 pub use wake_event::WakeEvent;

@@ -6,7 +6,7 @@
 /// ```
 /// use rc_middleware::{Cdr, Reader, Writer};
 ///
-/// #[derive(Debug, PartialEq)]
+/// #[derive(Clone, Debug, PartialEq)]
 /// struct Point {
 ///     x: f32,
 ///     name: String,
@@ -98,7 +98,7 @@ macro_rules! exception {
 /// ```
 /// use rc_middleware::InPlace;
 ///
-/// #[derive(Debug, PartialEq)]
+/// #[derive(Clone, Debug, PartialEq)]
 /// struct Point {
 ///     x: f32,
 ///     y: f32,

@@ -2,6 +2,7 @@
 //! the middleware.
 
 use crate::cdr::EncodeError;
+use crate::shared_value::SharedValue;
 
 /// The body of a request, which a backend copies or writes into its own memory.
 pub trait RequestBody {
@@ -13,6 +14,11 @@ pub trait RequestBody {
 
     /// Writes the body into `memory`, which has its length.
     fn write_into(&self, memory: &mut [u8]) -> Result<(), EncodeError>;
+
+    /// The body as a value, for a server in this process: once.
+    fn value(&self) -> Option<SharedValue> {
+        None
+    }
 }
 
 /// The body in a buffer, for a middleware that lends no memory.

@@ -64,6 +64,12 @@ pub enum Outcome {
 /// bytes of the body do not depend on the envelope.
 pub const ENVELOPE: usize = 40;
 
+/// Length of the envelope of a request, and of a reply that holds a result, in [`Profile::Rpc`].
+pub const ENVELOPE_OF_VALUES: usize = 36;
+
+/// The envelope in front of the value of a call.
+pub(crate) type Envelope = [u8; ENVELOPE_OF_VALUES];
+
 /// Writes the padding between an envelope and its body in `profile`.
 pub fn begin_body(writer: &mut Writer<'_>, profile: Profile) {
     if profile == Profile::Bare {

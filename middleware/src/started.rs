@@ -44,7 +44,10 @@ pub enum Look {
 /// assert!(calls.is_empty());
 /// ```
 #[derive(Debug)]
-pub struct StartedCalls<T>(BTreeMap<u64, StartedCall<T>>);
+pub struct StartedCalls<T> {
+    calls: BTreeMap<u64, StartedCall<T>>,
+    keeps_order: bool,
+}
 
 #[derive(Debug)]
 struct StartedCall<T> {
@@ -58,19 +61,28 @@ struct StartedCall<T> {
 
 impl<T> Default for StartedCalls<T> {
     fn default() -> Self {
-        Self(BTreeMap::new())
+        Self {
+            calls: BTreeMap::new(),
+            keeps_order: false,
+        }
     }
 }
 
 impl<T> StartedCalls<T> {
     /// Whether no call is there.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.calls.is_empty()
+    }
+
+    /// Whether a call ends only after those that were started before it, also if its reply or its
+    /// deadline comes earlier.
+    pub fn end_in_order(&mut self, keeps: bool) {
+        self.keeps_order = keeps;
     }
 
     /// Fails if there is no room for one more call.
     pub fn check_room(&self) -> Result<(), CallError> {
-        if self.0.len() < STARTED_CALLS {
+        if self.calls.len() < STARTED_CALLS {
             Ok(())
         } else {
             Err(CallError::TooManyStarted)
@@ -85,12 +97,12 @@ impl<T> StartedCalls<T> {
             limit,
             lost: None,
         };
-        self.0.insert(sequence, call);
+        self.calls.insert(sequence, call);
     }
 
     /// Removes a call without an end.
     pub fn forget(&mut self, sequence: u64) -> Option<T> {
-        self.0.remove(&sequence).map(|call| call.token)
+        self.calls.remove(&sequence).map(|call| call.token)
     }
 
     /// Removes the oldest call that has ended, and gives its result. `look` says how a call stands;
@@ -102,21 +114,24 @@ impl<T> StartedCalls<T> {
         mut look: impl FnMut(u64, &mut T) -> Look,
     ) -> Option<(u64, T, Result<(), CallError>)> {
         let mut ended = None;
-        for (sequence, call) in &mut self.0 {
+        for (sequence, call) in &mut self.calls {
             let looked = look(*sequence, &mut call.token);
             if let Some(result) = call.result(looked, address, is_stopping) {
                 ended = Some((*sequence, result));
+            }
+            if ended.is_some() || self.keeps_order {
                 break;
             }
         }
         let (sequence, result) = ended?;
-        let call = self.0.remove(&sequence)?;
+        let call = self.calls.remove(&sequence)?;
         Some((sequence, call.token, result))
     }
 
     /// When the next call ends without a reply.
     pub fn due(&self) -> Option<Instant> {
-        let ends = self.0.values().flat_map(|call| {
+        let most = if self.keeps_order { 1 } else { usize::MAX };
+        let ends = self.calls.values().take(most).flat_map(|call| {
             let lost = call.lost.map(|(since, grace)| since + grace);
             [lost, call.deadline].into_iter().flatten()
         });
@@ -185,6 +200,32 @@ mod tests {
         }
         assert_eq!(ended, [1, 3]);
         assert_eq!((calls.is_empty(), calls.due()), (true, None));
+    }
+
+    #[test]
+    fn calls_may_have_to_end_in_the_order_of_their_start() {
+        let mut calls = calls(&[LONG, Duration::ZERO, LONG]);
+        calls.end_in_order(true);
+        let only = |ended: u64| {
+            move |sequence: u64, _: &mut u64| match sequence {
+                sequence if sequence <= ended => Look::Ended(Ok(())),
+                _ => Look::Pending,
+            }
+        };
+        let later = |sequence: u64, _: &mut u64| match sequence {
+            1 => Look::Pending,
+            _ => Look::Ended(Ok(())),
+        };
+        assert_eq!(calls.next("lidar", false, later), None, "the first waits");
+        // So does its own deadline, not that of the second.
+        let due = calls.due().expect("an end");
+        assert!(due > Instant::now() + LONG / 2);
+        assert_eq!(calls.next("lidar", false, only(3)), Some((1, 1, Ok(()))));
+        let (sequence, _, late) = calls.next("lidar", false, only(1)).expect("its deadline");
+        assert_eq!(sequence, 2);
+        assert!(matches!(late, Err(CallError::Deadline { .. })));
+        calls.end_in_order(false);
+        assert_eq!(calls.next("lidar", false, only(3)), Some((3, 3, Ok(()))));
     }
 
     #[test]

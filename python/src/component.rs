@@ -439,7 +439,7 @@ impl Joined for PythonComponent {
                 let count = self.kept.of(member.map_or(slot, Member::slot), operation);
                 Sample::keep(described, count, sample.encoding, kept)?
             }
-            Body::Borrowed(_) => Sample::read(described, &mut sample.reader())?,
+            Body::Borrowed(_) | Body::Value(_) => Sample::read(described, &mut sample.reader())?,
         };
         self.handle(member, described, sample)
     }

@@ -98,6 +98,11 @@ pub trait Joined: Living {
         false
     }
 
+    /// As [`Component::end_in_order`].
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        let _ = (slot, member, keeps);
+    }
+
     /// As [`Component::awaiting`].
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
         let _ = (slot, member);
@@ -261,6 +266,10 @@ impl<J: Joined> Component for Adapter<J> {
 
     fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
         self.0.end_call(slot, member)
+    }
+
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        self.0.end_in_order(slot, member, keeps);
     }
 
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
@@ -454,6 +463,12 @@ where
 
     fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
         end_call(&mut *self.worker, &mut *self.ctx, slot, member)
+    }
+
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        if let Some(client) = WorkerContext::asynchronous(&mut *self.ctx, slot, member) {
+            client.end_in_order(keeps);
+        }
     }
 
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {

@@ -5,9 +5,10 @@ use crate::lifecycle::Hook;
 use crate::machine::Parts;
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
+use rc_middleware::shared_value::HeldValue;
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Encoding, KeptSample, Member, Reader};
+use rc_middleware::{Encoding, KeptSample, Member, Message, Reader};
 
 /// A worker with its context, as generated code joins them.
 ///
@@ -117,6 +118,11 @@ pub trait Component {
         false
     }
 
+    /// Whether calls that were started through a slot end in the order of their start.
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        let _ = (slot, member, keeps);
+    }
+
     /// What to wait for while calls that were started through a slot have not ended.
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
         let _ = (slot, member);
@@ -138,12 +144,26 @@ pub enum Body<'a> {
     Borrowed(&'a [u8]),
     /// The handler may keep it, see [`Component::keeps`].
     Kept(Box<dyn KeptSample>),
+    /// From a publisher in this process, not encoded.
+    Value(HeldValue),
+}
+
+impl<'a> From<Message<'a>> for Body<'a> {
+    fn from(message: Message<'a>) -> Self {
+        match message {
+            Message::Bytes(body) => Self::Borrowed(body),
+            Message::Value(value) => Self::Value(value),
+        }
+    }
 }
 
 impl Sample<'_> {
     /// Reads the body.
     pub fn reader(&self) -> Reader<'_> {
-        Reader::of(self.body.memory(), self.encoding)
+        match &self.body {
+            Body::Value(value) => value.reader(),
+            body => Reader::of(body.memory(), self.encoding),
+        }
     }
 }
 
@@ -153,6 +173,7 @@ impl Body<'_> {
         match self {
             Self::Borrowed(body) => body,
             Self::Kept(sample) => sample.memory(),
+            Self::Value(value) => value.bytes(),
         }
     }
 }

@@ -170,6 +170,7 @@ impl ComponentInfo {
             role: slot.role,
             interface: slot.type_name.to_owned(),
             middleware: slot.transports.join(", "),
+            transports: status.transports(at, &slot.transports),
             address: self.address(&slot),
             peers: counters.peers,
             handlers: counters.handlers.timing(),

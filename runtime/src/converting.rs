@@ -455,6 +455,10 @@ impl Client for ConvertingClient {
         Some((sequence, failure.map_or(result, Err)))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         self.started.remove(&sequence);
         self.port.forget(sequence);

@@ -36,7 +36,11 @@ use std::time::Duration;
 
 /// A receiving end, which the event loop serves.
 pub(crate) enum Receiver {
-    Server(Box<dyn Server>),
+    Server {
+        port: Box<dyn Server>,
+        /// Counts requests.
+        counter: Counter,
+    },
     Subscriber {
         port: Box<dyn Subscriber>,
         operation: usize,
@@ -64,6 +68,8 @@ pub struct Connections {
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
     /// Gate of all publishers.
     gate: Gate,
+    /// What goes over each middleware of providers, each with the index of its slot.
+    transports: RefCell<Vec<(usize, &'static str, Counter)>>,
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,
     /// Whether members are opened to receive: not where the recording or a test calls the handlers.
@@ -150,6 +156,7 @@ impl Connections {
             conversions: Conversions::new(),
             converted: RefCell::default(),
             gate: Gate::default(),
+            transports: RefCell::default(),
             queues: RefCell::default(),
             is_live: false,
             receivers: RefCell::default(),
@@ -270,7 +277,7 @@ impl Connections {
             let open = self.slot(slot)?;
             let ports = self.backends(&open)?.into_iter().map(|(name, backend)| {
                 let endpoint = self.topic_endpoint(&open, operation, name)?;
-                backend.publisher(&endpoint)
+                Ok((backend.publisher(&endpoint)?, self.transport(slot, name)))
             });
             let port = fan_out::over(ports.collect::<Result<_, _>>()?);
             self.exact.publisher(slot, operation, port)
@@ -406,10 +413,13 @@ impl Connections {
         match slot.role {
             Role::Implements => {
                 let backends = self.backends(&slot)?.into_iter();
-                let ports = backends.map(|(_, backend)| {
+                let ports = backends.map(|(name, backend)| {
                     let port = backend.server(&call_endpoint(&slot)?)?;
                     self.watch(at, port.queue());
-                    Ok(Receiver::Server(self.exact.server(at, port)))
+                    Ok(Receiver::Server {
+                        port: self.exact.server(at, port),
+                        counter: self.transport(at, name),
+                    })
                 });
                 ports.collect()
             }
@@ -561,7 +571,7 @@ impl Receiver {
     /// Clears readiness. `woken` says whether the descriptor was readable.
     pub(crate) fn acknowledge(&mut self, woken: bool) {
         match self {
-            Self::Server(port) => port.acknowledge(woken),
+            Self::Server { port, .. } => port.acknowledge(woken),
             Self::Subscriber { port, .. } => port.acknowledge(woken),
         }
     }

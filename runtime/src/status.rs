@@ -7,7 +7,9 @@ use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
-use rc_management::component::{ClockKind, ConvertedStatus, QueueStatus, State, Timing};
+use rc_management::component::{
+    ClockKind, ConvertedStatus, QueueStatus, State, Timing, TransportStatus,
+};
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
 use std::collections::BTreeMap;
@@ -110,6 +112,8 @@ pub(crate) struct Status {
     pub(crate) withheld: Vec<(usize, Counter)>,
     /// What slots have converted, each with the index of its slot.
     pub(crate) converted: Vec<(usize, ConversionCounts)>,
+    /// What went over each middleware of providers, each with the index of its slot.
+    pub(crate) transports: Vec<(usize, &'static str, Counter)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// Peers that are there and do not fit; the log has all.
@@ -246,6 +250,7 @@ impl Status {
             sent: Vec::new(),
             withheld: Vec::new(),
             converted: Vec::new(),
+            transports: Vec::new(),
             queues: Vec::new(),
             mismatches: Vec::new(),
             delta: HeartbeatDelta::default(),
@@ -280,6 +285,20 @@ impl Status {
             messages: counts.converted(),
             bad_values: counts.refused(),
         })
+    }
+
+    /// What went over each middleware of a slot. Empty for a slot with one.
+    pub(crate) fn transports(&self, slot: usize, names: &[&'static str]) -> Vec<TransportStatus> {
+        let several = names.iter().filter(|_| names.len() > 1);
+        let transports = several.map(|name| {
+            let all = self.transports.iter();
+            let of = all.filter(|(at, of, _)| *at == slot && of == name);
+            TransportStatus {
+                middleware: (*name).to_owned(),
+                messages: of.map(|(_, _, counter)| counter.get()).sum(),
+            }
+        });
+        transports.collect()
     }
 
     /// The use of the receive queues of a slot; `None` if its middleware has none.

@@ -3,10 +3,11 @@
 use crate::hops::HopNotes;
 use crate::waker::Waker;
 use rc_management::observation::TappedKind;
-use rc_middleware::backend::{Client, LoanedSample, Profile, Publisher, Reply};
+use rc_middleware::backend::{Client, ImageEncoder, LoanedSample, Profile, Publisher, Reply};
 use rc_middleware::started::Awaiting;
 use rc_middleware::{
-    CallError, Encoding, Header, QueueGauge, RequestBody, SendError, now, request_body,
+    CallError, Encoding, Header, Message, QueueGauge, RequestBody, SendError, SharedValue, now,
+    request_body,
 };
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -138,12 +139,20 @@ impl Taps {
         }
     }
 
+    /// [`Taps::copy`] for a reply, which is encoded only if its slot is tapped.
+    fn copy_reply(&self, slot: usize, header: Header, profile: Profile, reply: &Message<'_>) {
+        if self.is_on(slot) {
+            let kind = (TappedKind::Reply, None);
+            self.copy(slot, kind, header, profile, reply.bytes());
+        }
+    }
+
     /// Lets `answer` handle a request, and copies both messages if the slot is tapped.
     pub(crate) fn serve<R>(
         &self,
         slot: usize,
         header: Header,
-        body: &[u8],
+        request: &Message<'_>,
         reply: &mut dyn Reply,
         answer: impl FnOnce(&mut dyn Reply) -> R,
     ) -> R {
@@ -151,8 +160,9 @@ impl Taps {
             return answer(reply);
         }
         let profile = reply.profile();
-        self.copy(slot, (TappedKind::Request, None), header, profile, body);
-        // Without lent memory, the reply can be read afterwards.
+        let kind = (TappedKind::Request, None);
+        self.copy(slot, kind, header, profile, request.bytes());
+        // Without lent memory and values, the reply can be read afterwards.
         let mut kept = KeptReply(reply);
         let result = answer(&mut kept);
         let header = Header {
@@ -168,7 +178,7 @@ impl Taps {
     }
 }
 
-/// A reply that lends no memory.
+/// A reply that lends no memory and is no value.
 struct KeptReply<'r>(&'r mut dyn Reply);
 
 impl Reply for KeptReply<'_> {
@@ -202,6 +212,21 @@ impl Publisher for TappedPublisher {
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
         self.hops.published(self.slot, self.operation, &header);
         self.port.publish(header, body)
+    }
+
+    fn takes_values(&self) -> bool {
+        self.port.takes_values()
+    }
+
+    fn publish_value(&mut self, header: Header, body: SharedValue) -> Result<(), SendError> {
+        if self.taps.is_on(self.slot) {
+            let kind = Self::kind(self.operation);
+            let encoded = body.bytes();
+            self.taps
+                .copy(self.slot, kind, header, Profile::Rpc, encoded);
+        }
+        self.hops.published(self.slot, self.operation, &header);
+        self.port.publish_value(header, body)
     }
 
     fn can_loan(&self, encoding: Encoding) -> bool {
@@ -259,11 +284,22 @@ impl LoanedSample for TappedLoan<'_> {
     }
 
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
+        self.note(header);
+        self.loan.send(header)
+    }
+
+    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+        self.note(header);
+        self.loan.send_image(header, encode)
+    }
+}
+
+impl TappedLoan<'_> {
+    fn note(&self, header: Header) {
         let kind = TappedPublisher::kind(self.operation);
         let body = self.loan.memory();
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
         self.hops.published(self.slot, self.operation, &header);
-        self.loan.send(header)
     }
 }
 
@@ -303,6 +339,10 @@ impl Client for TappedClient {
         self.port.send(header, request)
     }
 
+    fn takes_values(&self) -> bool {
+        self.port.takes_values()
+    }
+
     fn can_loan(&self) -> bool {
         self.port.can_loan()
     }
@@ -314,12 +354,25 @@ impl Client for TappedClient {
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError> {
+        self.call_message(header, request, limit, &mut |header, message| {
+            take(header, message.bytes());
+        })
+    }
+
+    fn call_message(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, Message<'_>),
+    ) -> Result<(), CallError> {
         self.note_request(header, request);
         let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
-        self.port.call(header, request, limit, &mut |header, body| {
-            taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
-            take(header, body);
-        })
+        self.port
+            .call_message(header, request, limit, &mut |header, message| {
+                taps.copy_reply(slot, header, profile, &message);
+                take(header, message);
+            })
     }
 
     fn start(
@@ -336,11 +389,24 @@ impl Client for TappedClient {
         &mut self,
         take: &mut dyn FnMut(u64, Header, &[u8]),
     ) -> Option<(u64, Result<(), CallError>)> {
-        let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
-        self.port.poll(&mut |sequence, header, body| {
-            taps.copy(slot, (TappedKind::Reply, None), header, profile, body);
-            take(sequence, header, body);
+        self.poll_message(&mut |sequence, header, message| {
+            take(sequence, header, message.bytes());
         })
+    }
+
+    fn poll_message(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, Message<'_>),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        let (profile, taps, slot) = (self.port.profile(), &self.taps, self.slot);
+        self.port.poll_message(&mut |sequence, header, message| {
+            taps.copy_reply(slot, header, profile, &message);
+            take(sequence, header, message);
+        })
+    }
+
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
     }
 
     fn forget(&mut self, sequence: u64) {
@@ -392,7 +458,8 @@ mod tests {
         let taps = Taps::new(1, None);
         taps.set(0, true);
         let mut reply = Vec::new();
-        let result = taps.serve(0, Header::default(), &[1], &mut reply, |reply| {
+        let request = Message::Bytes(&[1]);
+        let result = taps.serve(0, Header::default(), &request, &mut reply, |reply| {
             assert!(!reply.can_loan(Encoding::Cdr));
             reply.body().extend([2, 3]);
             7

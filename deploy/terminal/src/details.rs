@@ -301,7 +301,16 @@ fn others_line<'t>(model: &Model, slot: &SlotStatus) -> Vec<Span<'t>> {
     } else {
         Style::new()
     };
-    let over = format!("  over {}, {}", slot.middleware, slot.interface);
+    let transports = slot.transports.iter();
+    let transports: Vec<String> = transports
+        .map(|of| format!("{} ({})", of.middleware, of.messages))
+        .collect();
+    let over = if transports.is_empty() {
+        slot.middleware.clone()
+    } else {
+        transports.join(", ")
+    };
+    let over = format!("  over {over}, {}", slot.interface);
     vec![
         Span::raw(arrow),
         Span::styled(text, style),

@@ -2,8 +2,8 @@
 //! goes over two backends, and every second subscriber hears it over the other one.
 
 use rc_middleware::{
-    Backend, Client, Endpoint, Environment, OpenError, Publisher, RunDirectory, Server, Subscriber,
-    fan_out,
+    Backend, Client, Counter, Endpoint, Environment, OpenError, Publisher, RunDirectory, Server,
+    Subscriber, fan_out,
 };
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -47,7 +47,8 @@ impl Backend for Component {
     }
 
     fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
-        let ports = self.both.iter().map(|backend| backend.publisher(endpoint));
+        let ports = self.both.iter();
+        let ports = ports.map(|backend| Ok((backend.publisher(endpoint)?, Counter::default())));
         Ok(fan_out::over(ports.collect::<Result<_, _>>()?))
     }
 

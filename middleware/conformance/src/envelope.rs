@@ -140,6 +140,10 @@ impl Client for Asking {
         Some((sequence, result))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         self.started.remove(&sequence);
         self.port.forget(sequence);

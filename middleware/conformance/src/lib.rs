@@ -28,6 +28,7 @@ pub mod network;
 pub mod started;
 pub mod topics;
 pub mod typed;
+pub mod values;
 
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
@@ -78,6 +79,7 @@ macro_rules! topics {
             topics_of_different_types_refuse_each_other
         );
         $crate::suite!(@of in_place, $subject, samples_are_written_in_place);
+        $crate::suite!(@of values, $subject, values_reach_every_subscriber);
     };
 }
 
@@ -134,6 +136,7 @@ macro_rules! suite {
         $crate::suite!(@of in_place, $subject,
             replies_are_written_in_place
         );
+        $crate::suite!(@of values, $subject, calls_carry_values);
     };
     (@of $module:ident, $subject:expr, $($name:ident)*) => {
         $(

@@ -191,6 +191,10 @@ impl Client for DdsClient {
         Some((sequence, result))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.started.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         if let Some(asked) = self.started.forget(sequence) {
             self.inbox.queue.finish(asked.request);

@@ -425,6 +425,10 @@ impl Client for SharedClient {
         ended.map(|(sequence, _, result)| (sequence, result))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.started.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         self.started.forget(sequence);
     }

@@ -6,8 +6,8 @@ use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{
-    CallError, Client, Encoding, Endpoint, Environment, Header, OpenError, QueueGauge,
-    ReceiveError, Reply, Server, WakeEvent, wait,
+    CallError, Client, Encoding, Endpoint, Environment, Header, Message, OpenError, QueueGauge,
+    ReceiveError, Reply, Server, SharedValue, WakeEvent, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -46,8 +46,31 @@ struct Queue {
 
 struct Request {
     header: Header,
-    body: Vec<u8>,
+    body: Content,
     ticket: Option<Ticket>,
+}
+
+/// The body of a request.
+enum Content {
+    Copied(Vec<u8>),
+    Value(SharedValue),
+}
+
+impl Content {
+    fn of(request: &dyn RequestBody) -> Result<Self, CallError> {
+        match request.value() {
+            Some(value) => Ok(Self::Value(value)),
+            None => Ok(Self::Copied(buffer(request)?)),
+        }
+    }
+
+    /// Length of the encoding, in bytes.
+    fn len(&self) -> usize {
+        match self {
+            Self::Copied(body) => body.len(),
+            Self::Value(value) => value.len(),
+        }
+    }
 }
 
 /// The server's side of a call that waits. Dropping it without a reply ends the call.
@@ -69,6 +92,7 @@ enum Answer {
     Copied(Vec<u8>),
     /// In memory of the server, in this encoding.
     Lent(Arc<Body>, Encoding),
+    Value(SharedValue),
 }
 
 impl Ticket {
@@ -164,7 +188,7 @@ impl LocalClient {
         let slot = Arc::new(Mutex::new(ReplyState::default()));
         let server = self.submit(Request {
             header: self.signed(header),
-            body: buffer(request)?,
+            body: Content::of(request)?,
             ticket: Some(Ticket {
                 slot: Arc::clone(&slot),
                 signal: self.signal.clone(),
@@ -181,13 +205,13 @@ impl LocalClient {
     fn result(
         &self,
         asked: &Asked,
-        take: &mut dyn FnMut(Header, &[u8]),
+        take: &mut dyn FnMut(Header, Message<'_>),
     ) -> Option<Result<(), CallError>> {
         // Nobody waits for the lock while `take` runs.
         let state = std::mem::take(&mut *lock(&asked.slot));
         match state {
             ReplyState::Ready(Answer::Copied(reply)) => {
-                take(asked.header, &reply);
+                take(asked.header, Message::Bytes(&reply));
                 Some(Ok(()))
             }
             ReplyState::Ready(Answer::Lent(body, encoding)) => {
@@ -195,7 +219,11 @@ impl LocalClient {
                     encoding,
                     ..asked.header
                 };
-                take(header, body.bytes());
+                take(header, Message::Bytes(body.bytes()));
+                Some(Ok(()))
+            }
+            ReplyState::Ready(Answer::Value(value)) => {
+                take(asked.header, Message::Value(value.into()));
                 Some(Ok(()))
             }
             ReplyState::Dropped => Some(Err(self.silence(asked.server))),
@@ -254,10 +282,14 @@ impl Client for LocalClient {
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         let request = Request {
             header: self.signed(header),
-            body: buffer(request)?,
+            body: Content::of(request)?,
             ticket: None,
         };
         self.submit(request).map(|_| ())
+    }
+
+    fn takes_values(&self) -> bool {
+        true
     }
 
     fn call(
@@ -266,6 +298,18 @@ impl Client for LocalClient {
         request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        self.call_message(header, request, limit, &mut |header, message| {
+            take(header, message.bytes());
+        })
+    }
+
+    fn call_message(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, Message<'_>),
     ) -> Result<(), CallError> {
         let start = Instant::now();
         if self.wake_event.is_stopping() {
@@ -315,6 +359,15 @@ impl Client for LocalClient {
         &mut self,
         take: &mut dyn FnMut(u64, Header, &[u8]),
     ) -> Option<(u64, Result<(), CallError>)> {
+        self.poll_message(&mut |sequence, header, message| {
+            take(sequence, header, message.bytes());
+        })
+    }
+
+    fn poll_message(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, Message<'_>),
+    ) -> Option<(u64, Result<(), CallError>)> {
         if self.started.is_empty() {
             return None;
         }
@@ -322,11 +375,17 @@ impl Client for LocalClient {
         let mut started = std::mem::take(&mut self.started);
         let is_stopping = self.wake_event.is_stopping();
         let ended = started.next(&self.address, is_stopping, |sequence, asked| {
-            self.result(asked, &mut |header, body| take(sequence, header, body))
-                .map_or(Look::Pending, Look::Ended)
+            self.result(asked, &mut |header, message| {
+                take(sequence, header, message);
+            })
+            .map_or(Look::Pending, Look::Ended)
         });
         self.started = started;
         ended.map(|(sequence, _, result)| (sequence, result))
+    }
+
+    fn end_in_order(&mut self, keeps: bool) {
+        self.started.end_in_order(keeps);
     }
 
     fn forget(&mut self, sequence: u64) {
@@ -365,8 +424,9 @@ pub(crate) struct LocalServer {
     pool: Pool,
 }
 
-/// Takes a reply: copied, or in memory that the client reads.
+/// Takes a reply: a value, copied, or in memory that the client reads.
 struct LocalReply<'s> {
+    value: Option<SharedValue>,
     copied: Vec<u8>,
     pool: &'s mut Pool,
     lent: Option<(Arc<Body>, Encoding)>,
@@ -376,6 +436,14 @@ struct LocalReply<'s> {
 impl Reply for LocalReply<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
         &mut self.copied
+    }
+
+    fn takes_values(&self) -> bool {
+        true
+    }
+
+    fn send_value(&mut self, value: SharedValue) {
+        self.value = Some(value);
     }
 
     fn can_loan(&self, _encoding: Encoding) -> bool {
@@ -424,24 +492,39 @@ impl Server for LocalServer {
         &mut self,
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
+        self.serve_message(&mut |header, message, reply| handler(header, message.bytes(), reply))
+    }
+
+    fn serve_message(
+        &mut self,
+        handler: &mut dyn FnMut(Header, Message<'_>, &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
         let request = lock(&self.state).next();
         let Some(request) = request else {
             return Ok(false);
         };
         self.gauge.remove(request.body.len());
         let mut reply = LocalReply {
+            value: None,
             copied: Vec::new(),
             pool: &mut self.pool,
             lent: None,
             is_lent_sent: false,
         };
-        handler(request.header, &request.body, &mut reply);
-        let answer = match reply.lent.filter(|_| reply.is_lent_sent) {
-            Some((body, encoding)) => {
+        match request.body {
+            Content::Copied(body) => handler(request.header, Message::Bytes(&body), &mut reply),
+            Content::Value(value) => {
+                handler(request.header, Message::Value(value.into()), &mut reply);
+            }
+        }
+        let lent = reply.lent.filter(|_| reply.is_lent_sent);
+        let answer = match (reply.value, lent) {
+            (Some(value), _) => Some(Answer::Value(value)),
+            (None, Some((body, encoding))) => {
                 reply.pool.keep(&body);
                 Some(Answer::Lent(body, encoding))
             }
-            None => Some(reply.copied)
+            (None, None) => Some(reply.copied)
                 .filter(|copied| !copied.is_empty())
                 .map(Answer::Copied),
         };

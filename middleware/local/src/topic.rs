@@ -4,7 +4,8 @@ use crate::body::{Body, Pool};
 use crate::hub::{self, QUEUE_LIMIT, Table, lock};
 use rc_middleware::{
     Durability, Encoding, Endpoint, Environment, Header, KEPT_SAMPLES, KeptSample, LoanedSample,
-    OpenError, Publisher, QueueGauge, ReceiveError, SendError, Subscriber, WakeEvent,
+    Message, OpenError, Publisher, QueueGauge, ReceiveError, SendError, SharedValue, Subscriber,
+    WakeEvent,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -28,7 +29,31 @@ struct Queue {
     signal: WakeEvent,
 }
 
-type Sample = (Header, Arc<Body>);
+type Sample = (Header, Content);
+
+/// The body of a sample.
+#[derive(Clone)]
+enum Content {
+    Bytes(Arc<Body>),
+    Value(SharedValue),
+}
+
+impl Content {
+    /// Length of the encoding, in bytes.
+    fn len(&self) -> usize {
+        match self {
+            Self::Bytes(body) => body.bytes().len(),
+            Self::Value(value) => value.len(),
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Bytes(body) => body.bytes(),
+            Self::Value(value) => value.bytes(),
+        }
+    }
+}
 
 impl Queue {
     fn new(depth: usize, signal: WakeEvent) -> Arc<Self> {
@@ -46,7 +71,7 @@ impl Queue {
         if self.depth == 0 {
             return;
         }
-        let size = sample.1.bytes().len();
+        let size = sample.1.len();
         let Some(room) = self.gauge.limit().checked_sub(size as u64) else {
             return self.gauge.drop_one();
         };
@@ -56,7 +81,7 @@ impl Queue {
             let Some((_, body)) = samples.pop_front() else {
                 break;
             };
-            self.gauge.remove(body.bytes().len());
+            self.gauge.remove(body.len());
             if !is_full {
                 self.gauge.drop_one();
             }
@@ -70,7 +95,7 @@ impl Queue {
     /// Takes the oldest sample.
     fn next(&self) -> Option<Sample> {
         let (header, body) = lock(&self.samples).pop_front()?;
-        self.gauge.remove(body.bytes().len());
+        self.gauge.remove(body.len());
         Some((header, body))
     }
 }
@@ -150,16 +175,25 @@ impl Outlet {
         }
     }
 
-    /// Hands a body to all subscribers, which share it.
+    /// Hands a body to all subscribers, and keeps it for a later sample.
     fn send(&self, header: Header, body: Arc<Body>) {
         lock(&self.pool).keep(&body);
+        self.share(header, Content::Bytes(body));
+    }
+
+    /// Hands the body to all subscribers, which share it.
+    fn share(&self, header: Header, body: Content) {
         let sender = self.sender;
         let sample: Sample = (Header { sender, ..header }, body);
         // One lock for both steps: a late subscriber gets each sample once.
         let state = lock(&self.state);
         self.kept.push(sample.clone());
-        for subscriber in &state.subscribers {
-            subscriber.push(sample.clone());
+        // The last one gets the sample itself: a value that nobody else has is not cloned.
+        if let Some((last, others)) = state.subscribers.split_last() {
+            for subscriber in others {
+                subscriber.push(sample.clone());
+            }
+            last.push(sample);
         }
     }
 }
@@ -178,6 +212,15 @@ impl Publisher for LocalPublisher {
         let copied = lock(&self.0.pool).copy(body);
         let copied = copied.ok_or_else(|| self.0.no_memory(body.len()))?;
         self.0.send(header, copied);
+        Ok(())
+    }
+
+    fn takes_values(&self) -> bool {
+        true
+    }
+
+    fn publish_value(&mut self, header: Header, body: SharedValue) -> Result<(), SendError> {
+        self.0.share(header, Content::Value(body));
         Ok(())
     }
 
@@ -243,7 +286,7 @@ pub(crate) struct LocalSubscriber {
 
 /// A sample that its receiver keeps.
 struct Kept {
-    body: Arc<Body>,
+    body: Content,
     _counted: Arc<()>,
 }
 
@@ -263,10 +306,20 @@ impl Subscriber for LocalSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
+        self.receive_message(&mut |header, message| take(header, message.bytes()))
+    }
+
+    fn receive_message(
+        &mut self,
+        take: &mut dyn FnMut(Header, Message<'_>),
+    ) -> Result<bool, ReceiveError> {
         let Some((header, body)) = self.queue.next() else {
             return Ok(false);
         };
-        take(header, body.bytes());
+        match body {
+            Content::Bytes(body) => take(header, Message::Bytes(body.bytes())),
+            Content::Value(value) => take(header, Message::Value(value.into())),
+        }
         Ok(true)
     }
 

@@ -50,6 +50,7 @@ impl Service {
 }
 
 /// `rcl_interfaces/msg/ParameterValue`
+#[derive(Clone)]
 struct Value(ParameterValue);
 
 /// `rcl_interfaces/msg/ParameterType`
@@ -141,6 +142,7 @@ pub(crate) fn text(text: &str, writer: &mut Writer) {
 }
 
 /// `rcl_interfaces/msg/Parameter`
+#[derive(Clone)]
 struct Named(String, ParameterValue);
 
 impl Cdr for Named {

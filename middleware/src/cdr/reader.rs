@@ -3,6 +3,7 @@
 
 use super::{Cdr, DecodeError};
 use crate::header::Encoding;
+use crate::shared_value::HeldValue;
 
 /// Reads values one after the other.
 ///
@@ -16,7 +17,10 @@ use crate::header::Encoding;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
+    /// Of a value, only its envelope.
     bytes: &'a [u8],
+    /// A value whose bytes nobody has needed so far.
+    value: Option<&'a HeldValue>,
     pub(super) at: usize,
     /// The rest is the memory image of a plain type.
     image: bool,
@@ -30,6 +34,10 @@ const FACTOR: usize = 4;
 /// How many bytes every message may take.
 const ALLOWANCE: usize = 16 << 20;
 
+fn budget(length: usize) -> usize {
+    length.saturating_mul(FACTOR).saturating_add(ALLOWANCE)
+}
+
 impl<'a> Reader<'a> {
     /// Reads a body from its start.
     pub fn new(bytes: &'a [u8]) -> Self {
@@ -40,10 +48,38 @@ impl<'a> Reader<'a> {
     pub fn of(bytes: &'a [u8], encoding: Encoding) -> Self {
         Self {
             bytes,
+            value: None,
             at: 0,
             image: encoding == Encoding::Image,
-            memory: bytes.len().saturating_mul(FACTOR).saturating_add(ALLOWANCE),
+            memory: budget(bytes.len()),
         }
+    }
+
+    /// Reads a value, or its bytes, from the start.
+    pub(crate) fn of_value(value: &'a HeldValue) -> Self {
+        Self {
+            value: Some(value),
+            memory: budget(value.len()),
+            ..Self::new(value.envelope())
+        }
+    }
+
+    /// The value that follows, if a sender in this process has sent a `T`.
+    pub(crate) fn value_itself<T: Clone + Send + Sync + 'static>(&mut self) -> Option<T> {
+        let begins = self.at == self.bytes.len();
+        let value = self.value.filter(|_| begins)?.take()?;
+        self.value = None;
+        Some(value)
+    }
+
+    /// Reads the bytes of a value from now on.
+    #[cold]
+    fn encode(&mut self) -> bool {
+        let value = self.value.take();
+        if let Some(value) = value {
+            self.bytes = value.bytes();
+        }
+        value.is_some()
     }
 
     /// Continues at byte `at` of the body, where the memory image of a plain type begins.
@@ -80,7 +116,8 @@ impl<'a> Reader<'a> {
 
     /// The bytes that were not read yet.
     pub fn rest(&self) -> &'a [u8] {
-        self.bytes.get(self.at..).unwrap_or_default()
+        let bytes = self.value.map_or(self.bytes, HeldValue::bytes);
+        bytes.get(self.at..).unwrap_or_default()
     }
 
     /// The next `count` bytes, not aligned.
@@ -93,10 +130,12 @@ impl<'a> Reader<'a> {
             .at
             .checked_add(count)
             .ok_or(DecodeError::Truncated(self.at))?;
-        let taken = self
-            .bytes
-            .get(self.at..end)
-            .ok_or(DecodeError::Truncated(self.bytes.len()))?;
+        let Some(taken) = self.bytes.get(self.at..end) else {
+            if self.encode() {
+                return self.raw(count);
+            }
+            return Err(DecodeError::Truncated(self.bytes.len()));
+        };
         self.at = end;
         Ok(taken)
     }
@@ -182,6 +221,10 @@ impl<'a> Reader<'a> {
 
     /// Continues at the next multiple of `size` bytes.
     pub(crate) fn align(&mut self, size: usize) {
-        self.at = self.at.next_multiple_of(size).min(self.bytes.len());
+        let at = self.at.next_multiple_of(size);
+        if at > self.bytes.len() {
+            self.encode();
+        }
+        self.at = at.min(self.bytes.len());
     }
 }

@@ -30,6 +30,8 @@ enum Output<'m> {
     Buffer { bytes: Vec<u8>, skips: bool },
     /// Memory of the size of the body, filled up to `at`.
     Memory { memory: &'m mut [u8], at: usize },
+    /// Nothing: only the length of the body counts, and whether it can be encoded.
+    Count(usize),
 }
 
 impl Default for Output<'_> {
@@ -49,6 +51,15 @@ impl Writer<'static> {
                 bytes,
                 skips: false,
             },
+            skipped: 0,
+            error: None,
+        }
+    }
+
+    /// Counts the bytes of a body that begins at this offset.
+    pub(crate) fn counting(at: usize) -> Self {
+        Self {
+            output: Output::Count(at),
             skipped: 0,
             error: None,
         }
@@ -83,6 +94,7 @@ impl Writer<'static> {
         match self.output {
             Output::Buffer { bytes, .. } => bytes,
             Output::Memory { memory, at } => memory[..at].to_vec(),
+            Output::Count(_) => Vec::new(),
         }
     }
 }
@@ -104,6 +116,7 @@ impl<'m> Writer<'m> {
             None => Ok(match &self.output {
                 Output::Buffer { bytes, .. } => bytes,
                 Output::Memory { memory, at } => &memory[..*at],
+                Output::Count(_) => &[],
             }),
         }
     }
@@ -113,7 +126,7 @@ impl<'m> Writer<'m> {
     pub fn len(&self) -> usize {
         match &self.output {
             Output::Buffer { bytes, .. } => bytes.len() + self.skipped,
-            Output::Memory { at, .. } => *at,
+            Output::Memory { at, .. } | Output::Count(at) => *at,
         }
     }
 
@@ -186,6 +199,7 @@ impl<'m> Writer<'m> {
                     self.fail(EncodeError::Changed);
                 }
             }
+            Output::Count(at) => *at += bytes.len(),
         }
     }
 

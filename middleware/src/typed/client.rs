@@ -12,7 +12,8 @@ use crate::counter::Counter;
 use crate::error::CallError;
 use crate::header::{Header, now};
 use crate::request_body::{RequestBody, Written};
-use crate::rpc::{self, RequestId};
+use crate::rpc::{self, Envelope, RequestId};
+use crate::shared_value::{HeldValue, SharedValue};
 use crate::started::{Awaiting, STARTED_CALLS};
 use reply::{PendingCall, open, read_reply};
 use std::any::Any;
@@ -54,6 +55,9 @@ struct Left {
     result: Option<Box<dyn Any>>,
     holder: Weak<()>,
 }
+
+/// Sends a request.
+type Send<'f> = dyn FnMut(&mut dyn Client, Header, &dyn RequestBody) -> Result<(), CallError> + 'f;
 
 /// Lets a worker `W` with its context `C` handle the end of a call.
 pub type Done<W, C> = Box<dyn FnOnce(&mut W, &mut C)>;
@@ -105,7 +109,7 @@ impl TypedClient {
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<(), CallError> {
         self.id.sequence = self.sent.next();
-        self.submit(operation, write, |port, header, request| {
+        self.submit(operation, write, &mut |port, header, request| {
             port.send(header, request)
         })
     }
@@ -119,14 +123,26 @@ impl TypedClient {
         write: impl Fn(&mut Writer<'_>),
         read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
     ) -> Result<T, E> {
+        self.call_through(operation, read, |client, send| {
+            client.submit(operation, write, send)
+        })
+    }
+
+    /// Lets `submit` send a request with the given function, and `read` read the reply.
+    fn call_through<T, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        read: impl FnOnce(i32, &mut Reader<'_>) -> Result<T, E>,
+        submit: impl FnOnce(&mut Self, &mut Send<'_>) -> Result<(), CallError>,
+    ) -> Result<T, E> {
         let (mut read, mut outcome) = (Some(read), None);
         let timeout = self.timeout;
         self.id.sequence = self.sent.next();
         let pending = self.pending(operation);
-        self.submit(operation, write, |port, header, request| {
-            port.call(header, request, timeout, &mut |header, body| {
+        submit(self, &mut |port, header, request| {
+            port.call_message(header, request, timeout, &mut |header, message| {
                 if let Some(read) = read.take() {
-                    outcome = Some(match open(body, header, pending) {
+                    outcome = Some(match open(&message, header, pending) {
                         Ok((case, mut reader)) => read(case, &mut reader),
                         Err(error) => Err(error.into()),
                     });
@@ -138,7 +154,10 @@ impl TypedClient {
 
     /// Sends a command with these parameters. `Ok` means that the queue of a live server holds it.
     pub fn send(&mut self, operation: &Operation, arguments: impl Put) -> Result<(), CallError> {
-        self.send_with(operation, |writer| arguments.put(writer))
+        self.id.sequence = self.sent.next();
+        self.submit_parts(operation, arguments, &mut |port, header, request| {
+            port.send(header, request)
+        })
     }
 
     /// Calls `operation` with these parameters.
@@ -147,7 +166,10 @@ impl TypedClient {
         operation: &Operation,
         arguments: impl Put,
     ) -> Result<R, E> {
-        self.query(operation, |writer| arguments.put(writer), result)
+        let read = |case, reader: &mut Reader<'_>| read_reply(case, reader, result);
+        self.call_through(operation, read, |client, send| {
+            client.submit_parts(operation, arguments, send)
+        })
     }
 
     /// [`TypedClient::call_with`] for an operation whose exceptions are those of `E`: `read` gets a
@@ -174,6 +196,17 @@ impl TypedClient {
         operation: &Operation,
         write: impl Fn(&mut Writer<'_>),
     ) -> Result<Call<R, E>, E> {
+        self.start_through(operation, |client, send| {
+            client.submit(operation, write, send)
+        })
+    }
+
+    /// Lets `submit` send a request with the given function, without waiting for the reply.
+    fn start_through<R, E: From<CallError>>(
+        &mut self,
+        operation: &Operation,
+        submit: impl FnOnce(&mut Self, &mut Send<'_>) -> Result<(), CallError>,
+    ) -> Result<Call<R, E>, E> {
         self.forget_dropped();
         let kept = self.ended.values().filter(|left| left.result.is_some());
         if self.started.len() + kept.count() >= STARTED_CALLS {
@@ -182,7 +215,7 @@ impl TypedClient {
         let timeout = self.timeout;
         self.id.sequence = self.sent.next();
         let request = self.pending(operation);
-        self.submit(operation, write, |port, header, request| {
+        submit(self, &mut |port, header, request| {
             port.start(header, request, timeout)
         })?;
         let (call, holder) = Call::new(request.id);
@@ -197,7 +230,9 @@ impl TypedClient {
         operation: &Operation,
         arguments: impl Put,
     ) -> Result<Call<R, E>, E> {
-        self.start_with(operation, |writer| arguments.put(writer))
+        self.start_through(operation, |client, send| {
+            client.submit_parts(operation, arguments, send)
+        })
     }
 
     /// Hands the next started call that has ended to `read`, the oldest first, and gives its
@@ -217,9 +252,9 @@ impl TypedClient {
             Some(request)
         };
         let (mut read, mut value) = (Some(read), None);
-        let polled = port.poll(&mut |sequence, header, body| {
+        let polled = port.poll_message(&mut |sequence, header, message| {
             if let (Some(request), Some(read)) = (end(sequence), read.take()) {
-                value = Some(read(request.ended(open(body, header, request))));
+                value = Some(read(request.ended(open(&message, header, request))));
             }
         });
         let (sequence, result) = polled?;
@@ -249,6 +284,11 @@ impl TypedClient {
         Some(*result)
     }
 
+    /// Whether started calls end in the order of their start, see [`Client::end_in_order`].
+    pub fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
     /// What to wait for while started calls have not ended, see [`Client::awaiting`].
     pub fn awaiting(&self) -> Option<Awaiting<'_>> {
         self.port.awaiting()
@@ -267,13 +307,42 @@ impl TypedClient {
         self.ended.retain(|_, call| call.holder.strong_count() > 0);
     }
 
+    /// Passes a request of `operation` to `send`, for a server in this process as a value.
+    fn submit_parts(
+        &mut self,
+        operation: &Operation,
+        arguments: impl Put,
+        send: &mut Send<'_>,
+    ) -> Result<(), CallError> {
+        if !self.port.takes_values() {
+            return self.submit(operation, |writer| arguments.put(writer), send);
+        }
+        let header = self.header(operation);
+        self.writer.clear();
+        rpc::begin_request(&mut self.writer, self.id, operation.id);
+        let Ok(envelope) = Envelope::try_from(self.writer.finish()?) else {
+            return self.submit(operation, |writer| arguments.put(writer), send);
+        };
+        let request = HeldValue::from(SharedValue::behind(Some(envelope), arguments)?);
+        send(&mut *self.port, header, &request)
+    }
+
+    fn header(&self, operation: &Operation) -> Header {
+        Header {
+            type_hash: operation.type_hash,
+            sequence: self.id.sequence,
+            sent: now(),
+            ..Header::default()
+        }
+    }
+
     /// Passes a request of `operation` to `send`. Where the middleware lends memory, large arrays
     /// are written straight into it, which takes a second pass.
     fn submit(
         &mut self,
         operation: &Operation,
         write: impl Fn(&mut Writer<'_>),
-        send: impl FnOnce(&mut dyn Client, Header, &dyn RequestBody) -> Result<(), CallError>,
+        send: &mut Send<'_>,
     ) -> Result<(), CallError> {
         let (id, profile) = (self.id, self.port.profile());
         let whole = |writer: &mut Writer<'_>| {
@@ -288,13 +357,8 @@ impl TypedClient {
         }
         whole(&mut self.writer);
         let (is_complete, length) = (!self.writer.has_skipped(), self.writer.len());
+        let header = self.header(operation);
         let begin = self.writer.finish()?;
-        let header = Header {
-            type_hash: operation.type_hash,
-            sequence: id.sequence,
-            sent: now(),
-            ..Header::default()
-        };
         if is_complete {
             return send(&mut *self.port, header, &begin);
         }

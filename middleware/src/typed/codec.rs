@@ -15,33 +15,61 @@ use crate::typed::{HandlerError, Request};
 /// assert_eq!(writer.into_bytes().len(), 24);
 /// ```
 pub trait Put: Copy {
+    /// The same parts as a value, which a receiver in the same process takes.
+    type Owned: Returned;
+
     /// Writes the parts in their order.
     fn put(self, writer: &mut Writer<'_>);
+
+    /// Copies the parts.
+    fn own(self) -> Self::Owned;
 }
 
 impl<T: Cdr> Put for &T {
+    type Owned = T;
+
     fn put(self, writer: &mut Writer<'_>) {
         writer.put(self);
+    }
+
+    fn own(self) -> T {
+        self.clone()
     }
 }
 
 impl Put for &str {
+    type Owned = String;
+
     fn put(self, writer: &mut Writer<'_>) {
         crate::cdr::text(self, writer);
+    }
+
+    fn own(self) -> String {
+        self.to_owned()
     }
 }
 
 impl<T: Cdr> Put for &[T] {
+    type Owned = Vec<T>;
+
     fn put(self, writer: &mut Writer<'_>) {
         crate::cdr::sequence(self, writer);
+    }
+
+    fn own(self) -> Vec<T> {
+        self.to_vec()
     }
 }
 
 /// No parameters: CDR has no empty structure.
 impl Put for () {
+    type Owned = ();
+
     fn put(self, writer: &mut Writer<'_>) {
         writer.put(&0_u8);
     }
+
+    fn own(self) {}
 }
 
 /// The parameters of an operation as its handler gets them: a tuple.
@@ -52,12 +80,15 @@ pub trait Arguments: Sized {
 
 impl Arguments for () {
     fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        reader.get::<u8>().map(drop)
+        match reader.value_itself() {
+            Some(()) => Ok(()),
+            None => reader.get::<u8>().map(drop),
+        }
     }
 }
 
 /// The result of an operation: nothing, a value, or a tuple of several.
-pub trait Returned: Sized {
+pub trait Returned: Clone + Send + Sync + 'static {
     /// Writes the parts in their order.
     fn write(&self, writer: &mut Writer<'_>);
 
@@ -83,20 +114,32 @@ impl<T: Cdr> Returned for T {
     }
 
     fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        reader.get()
+        match reader.value_itself() {
+            Some(value) => Ok(value),
+            None => reader.get(),
+        }
     }
 }
 
 macro_rules! tuples {
     ($(($($part:ident $at:tt),+))*) => {$(
-        impl<$($part: Put),+> Put for ($($part,)+) {
+        impl<$($part: Put<Owned: Cdr>),+> Put for ($($part,)+) {
+            type Owned = ($($part::Owned,)+);
+
             fn put(self, writer: &mut Writer<'_>) {
                 $(self.$at.put(writer);)+
+            }
+
+            fn own(self) -> Self::Owned {
+                ($(self.$at.own(),)+)
             }
         }
 
         impl<$($part: Cdr),+> Arguments for ($($part,)+) {
             fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+                if let Some(value) = reader.value_itself() {
+                    return Ok(value);
+                }
                 Ok(($(reader.get::<$part>()?,)+))
             }
         }
@@ -107,6 +150,9 @@ macro_rules! tuples {
             }
 
             fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+                if let Some(value) = reader.value_itself() {
+                    return Ok(value);
+                }
                 Ok(($(reader.get::<$part>()?,)+))
             }
         }

@@ -2,11 +2,12 @@
 
 use super::{Gate, Operation, Put, fill, unsendable};
 use crate::backend::{LoanedSample, Publisher};
-use crate::cdr::{EncodeError, Writer};
+use crate::cdr::{EncodeError, Reader, Writer};
 use crate::counter::Counter;
 use crate::error::SendError;
 use crate::header::{Encoding, Header, now};
 use crate::in_place::{self, InPlace, Loan, Memory, Sending};
+use crate::shared_value::SharedValue;
 
 /// Publishes the samples of one operation.
 ///
@@ -110,9 +111,24 @@ impl TypedPublisher {
         })
     }
 
-    /// Sends one sample of these parameters, as [`TypedPublisher::publish_with`].
+    /// Sends one sample of these parameters, as [`TypedPublisher::publish_with`]. Subscribers in
+    /// this process get them as a value, which nobody encodes.
     pub fn publish_parts(&mut self, parameters: impl Put) -> Result<(), SendError> {
-        self.publish_with(|writer| parameters.put(writer))
+        if !self.port.takes_values() {
+            return self.publish_with(|writer| parameters.put(writer));
+        }
+        if !self.gate.is_open() {
+            self.withheld.next();
+            return Ok(());
+        }
+        let value = SharedValue::of(parameters)?;
+        let header = Header {
+            type_hash: self.operation.type_hash,
+            sequence: self.sent.next(),
+            sent: now(),
+            ..Header::default()
+        };
+        self.port.publish_value(header, value)
     }
 
     /// Begins a sample that is written in place. Dropping the loan without sending it discards it.
@@ -190,7 +206,7 @@ impl<T: InPlace> Loan<'_, T> {
             ..Header::default()
         };
         match self.memory {
-            Memory::Shared(loan) => loan.send(header(Encoding::Image)),
+            Memory::Shared(loan) => loan.send_image(header(Encoding::Image), encoded::<T>),
             Memory::Copied(value, port) => {
                 writer.clear();
                 writer.put(&value.value().map_err(unsendable)?);
@@ -199,4 +215,13 @@ impl<T: InPlace> Loan<'_, T> {
             }
         }
     }
+}
+
+/// The CDR of an image, which was checked.
+fn encoded<T: InPlace>(image: &[u8]) -> Result<Vec<u8>, EncodeError> {
+    let value = Reader::of(image, Encoding::Image).value::<T>();
+    let mut writer = Writer::default();
+    writer.put(&value.map_err(unsendable)?);
+    writer.finish()?;
+    Ok(writer.into_bytes())
 }

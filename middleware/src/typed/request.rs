@@ -5,7 +5,8 @@ use crate::backend::{Profile, Reply};
 use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
 use crate::header::{Encoding, Header};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
-use crate::rpc::{self, Outcome, RequestId};
+use crate::rpc::{self, Envelope, Outcome, RequestId};
+use crate::shared_value::{Message, SharedValue};
 
 /// Prefix of a reply before the variant `case`.
 #[derive(Clone, Copy)]
@@ -73,7 +74,23 @@ impl<'a> Request<'a> {
         body: &'a [u8],
         reply: &'a mut dyn Reply,
     ) -> Result<Self, DecodeError> {
-        let mut reader = Reader::of(body, header.encoding);
+        Self::begin_with(header, Reader::of(body, header.encoding), reply)
+    }
+
+    /// [`Request::open`] for a message that may be a value.
+    pub fn open_message(
+        header: Header,
+        message: &'a Message<'_>,
+        reply: &'a mut dyn Reply,
+    ) -> Result<Self, DecodeError> {
+        Self::begin_with(header, message.reader(header.encoding), reply)
+    }
+
+    fn begin_with(
+        header: Header,
+        mut reader: Reader<'a>,
+        reply: &'a mut dyn Reply,
+    ) -> Result<Self, DecodeError> {
         let (id, operation) = rpc::open_request(&mut reader)?;
         rpc::open_body(&mut reader, reply.profile());
         let writer = Writer::over(std::mem::take(reply.body()));
@@ -129,27 +146,27 @@ impl<'a> Request<'a> {
 
     /// Lets `handle` answer a query that throws nothing: `read` reads its parameters, `write`
     /// writes its result.
-    pub fn answer<A, R>(
+    pub fn answer<A, R: Send + Sync + 'static>(
         &mut self,
         operation: &Operation,
         read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
-        write: impl Fn(&R, &mut Writer<'_>),
+        write: fn(&R, &mut Writer<'_>),
         handle: impl FnOnce(A) -> R,
     ) -> Result<(), HandlerError> {
         let result = handle(self.arguments(operation, read)?);
-        self.reply_with(0, |writer| write(&result, writer))
+        self.reply_value(result, write)
     }
 
     /// [`Request::answer`] for a query that throws.
-    pub fn try_answer<A, R, E: Throws>(
+    pub fn try_answer<A, R: Send + Sync + 'static, E: Throws>(
         &mut self,
         operation: &Operation,
         read: impl FnOnce(&mut Reader<'a>) -> Result<A, DecodeError>,
-        write: impl Fn(&R, &mut Writer<'_>),
+        write: fn(&R, &mut Writer<'_>),
         handle: impl FnOnce(A) -> Result<R, E>,
     ) -> Result<(), HandlerError> {
         match handle(self.arguments(operation, read)?) {
-            Ok(result) => self.reply_with(0, |writer| write(&result, writer)),
+            Ok(result) => self.reply_value(result, write),
             Err(error) => error.refuse(self),
         }
     }
@@ -178,6 +195,25 @@ impl<'a> Request<'a> {
             Ok(()) => self.finish_in_place(),
             Err(error) => error.refuse(self),
         }
+    }
+
+    /// Replies with a result, which a client in this process gets as it is.
+    fn reply_value<R: Send + Sync + 'static>(
+        &mut self,
+        result: R,
+        write: fn(&R, &mut Writer<'_>),
+    ) -> Result<(), HandlerError> {
+        if self.two_way && self.reply.takes_values() {
+            // Only an envelope in another profile has another length.
+            let envelope = self.begin(0).finish().ok();
+            if let Some(Ok(envelope)) = envelope.map(Envelope::try_from) {
+                let value = SharedValue::of_result(envelope, result, write);
+                self.writer.clear();
+                let sent = value.map(|value| self.reply.send_value(value));
+                return self.finished(sent);
+            }
+        }
+        self.reply_with(0, |writer| write(&result, writer))
     }
 
     /// Begins the reply; `case` is 0 for a result, else the hash of an exception.

@@ -2,7 +2,9 @@
 
 use super::small::Pair;
 use rc_middleware::typed::{Gate, Operation, TypedPublisher};
-use rc_middleware::{Encoding, Header, LoanedSample, Publisher, Reader, SendError, fan_out, now};
+use rc_middleware::{
+    Counter, Encoding, Header, LoanedSample, Publisher, Reader, SendError, fan_out, now,
+};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -109,6 +111,7 @@ fn over(ports: &[(&'static str, &'static [Encoding], bool)]) -> (Box<dyn Publish
             peers,
         }) as Box<dyn Publisher>
     });
+    let ports = ports.map(|port| (port, Counter::default()));
     (fan_out::over(ports.collect()), sent)
 }
 
@@ -142,9 +145,9 @@ fn memory_is_lent_by_the_last_one_that_lends_and_copied_by_the_others() {
     for (lends, expected, can) in [
         // In the order of sending: the lender is the last one.
         ([BOTH, BOTH, BOTH], ["a", "b", "c"], [true, true]),
-        ([BOTH, BOTH, &[Cdr]], ["a", "c", "b"], [true, false]),
+        ([BOTH, BOTH, &[Cdr]], ["a", "c", "b"], [true, true]),
         ([&[Cdr], &[Cdr], &[]], ["a", "c", "b"], [true, false]),
-        ([&[Image], &[], &[Cdr]], ["b", "c", "a"], [true, false]),
+        ([&[Image], &[], &[Cdr]], ["b", "c", "a"], [true, true]),
     ] {
         let ports = [
             ("a", lends[0], false),
@@ -224,5 +227,52 @@ fn a_value_in_place_is_sent_with_its_header_or_not_at_all() {
             .expect("withheld");
         assert_eq!((topic.sent().get(), topic.withheld().get()), (1, 1));
         assert!(sent.borrow().is_empty());
+    }
+}
+
+#[test]
+fn what_goes_over_each_middleware_is_counted() {
+    let counters = [Counter::default(), Counter::default()];
+    let port = |name, lends, fails| {
+        let (sent, peers) = (Sent::default(), 1);
+        Box::new(Port {
+            name,
+            sent,
+            lends,
+            fails,
+            peers,
+        }) as Box<dyn Publisher>
+    };
+    let ports = vec![
+        (port("a", &[], true), counters[0].clone()),
+        (port("b", BOTH, false), counters[1].clone()),
+    ];
+    let mut port = fan_out::over(ports);
+    let counts = || counters.each_ref().map(Counter::get);
+    assert!(port.publish(Header::default(), b"body").is_err());
+    assert_eq!(counts(), [0, 1]);
+    let loan = port.loan(4).expect("memory");
+    assert!(loan.send(Header::default()).is_err());
+    assert_eq!(counts(), [0, 2]);
+}
+
+#[test]
+fn a_middleware_without_images_gets_the_value_encoded() {
+    let (port, sent) = over(&[("a", BOTH, false), ("b", &[], false), ("c", BOTH, false)]);
+    let mut topic = TypedPublisher::new(port, OPERATION);
+    let mut loan = topic.loan::<Pair>().expect("memory");
+    loan.numbers = [-5, 9];
+    loan.send().expect("to be sent");
+    let sent = sent.take();
+    let encodings: Vec<_> = sent
+        .iter()
+        .map(|(name, of, _)| (*name, of.encoding))
+        .collect();
+    let (image, cdr) = (Encoding::Image, Encoding::Cdr);
+    assert_eq!(encodings, [("a", image), ("b", cdr), ("c", image)]);
+    for (_, header, body) in sent {
+        assert_eq!(header.sequence, 1);
+        let mut reader = Reader::of(&body, header.encoding);
+        assert_eq!(reader.value::<Pair>(), Ok(vec![-5, 9]));
     }
 }

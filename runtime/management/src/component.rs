@@ -351,6 +351,9 @@ pub struct SlotStatus {
     /// The middlewares of its connections: `iceoryx2`, or several as in `iceoryx2, local`.
     #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
+    /// How many messages went over each, if there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transports: Vec<TransportStatus>,
     /// Where the ends of the connection meet; none until it is open.
     #[serde(deserialize_with = "foreign::optional")]
     pub address: Option<String>,
@@ -376,6 +379,16 @@ pub struct SlotStatus {
     /// start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub queue: Option<QueueStatus>,
+}
+
+/// A middleware of a slot that has several.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TransportStatus {
+    /// Its name.
+    #[serde(deserialize_with = "foreign::text")]
+    pub middleware: String,
+    /// The samples that were published over it, or the requests that came over it.
+    pub messages: u64,
 }
 
 /// What a slot has converted.

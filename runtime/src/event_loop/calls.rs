@@ -37,12 +37,13 @@ impl Calls {
     }
 
     /// Adds to `epoll`, under the number `data`, what announces the ends of calls. Gives the
-    /// shorter one of `limit` and the time until the next deadline of a call.
+    /// shorter one of `limit` and the time until the next deadline of a call. `in_order`: only the
+    /// first client with calls may end some.
     pub(super) fn watch(
         &self,
         component: &mut dyn Component,
-        epoll: &OwnedFd,
-        data: u64,
+        (epoll, data): (&OwnedFd, u64),
+        in_order: bool,
         mut limit: Duration,
     ) -> io::Result<Duration> {
         let now = Instant::now();
@@ -56,6 +57,9 @@ impl Calls {
                 // Two clients have one descriptor.
                 Ok(()) | Err(Errno::EXIST) => {}
                 Err(error) => return Err(error.into()),
+            }
+            if in_order {
+                break;
             }
         }
         Ok(limit)
@@ -81,6 +85,67 @@ impl EventLoop<'_> {
     /// component is not active.
     pub(super) fn end_calls(&mut self) {
         self.calls.has_more = false;
+        let is_lockstep = self.role.is_lockstep();
+        for (_, open) in &self.calls.clients {
+            let member = open.member.as_ref();
+            self.component
+                .end_in_order(open.described, member, is_lockstep);
+        }
+        if is_lockstep {
+            self.end_calls_in_order();
+        } else {
+            self.end_calls_at_once();
+        }
+        self.count_handled();
+    }
+
+    /// Ends calls in an order that is the same in each run, whenever their replies come: those of
+    /// the first slot, each in the order of its start, then those of the next slot. All run
+    /// meanwhile.
+    fn end_calls_in_order(&mut self) {
+        let mut left = HANDLERS_A_TURN;
+        let mut at = 0;
+        while left > 0 && self.fatal.is_none() && at < self.calls.clients.len() {
+            let until = self.awaited(at);
+            if self.end_call(at) {
+                if until.is_some_and(|until| Instant::now() >= until) {
+                    self.warn_of_deadline(at);
+                }
+                left -= 1;
+                self.take_failure();
+                // Its handler may have started calls through any slot.
+                at = 0;
+            } else if until.is_some() {
+                return;
+            } else {
+                at += 1;
+            }
+        }
+        self.calls.has_more = left == 0;
+    }
+
+    /// When the next call of a client ends without a reply, if one has not ended.
+    fn awaited(&mut self, at: usize) -> Option<Instant> {
+        let (_, open) = &self.calls.clients[at];
+        let awaiting = self
+            .component
+            .awaiting(open.described, open.member.as_ref());
+        awaiting.map(|awaiting| awaiting.until)
+    }
+
+    fn warn_of_deadline(&mut self, at: usize) {
+        if self.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
+            self.logged = Some(Instant::now());
+            tracing::warn!(
+                "slot {}: a call ended at its deadline, which the clock of the system measures: the \
+                 next run may differ",
+                self.calls.clients[at].1.name
+            );
+        }
+    }
+
+    /// Ends calls as their replies come.
+    fn end_calls_at_once(&mut self) {
         let mut left = HANDLERS_A_TURN;
         let mut goes_on = !self.calls.clients.is_empty() && self.fatal.is_none();
         // A handler may call through a client that was looked at before.
@@ -100,7 +165,6 @@ impl EventLoop<'_> {
                 break;
             }
         }
-        self.count_handled();
     }
 
     /// Lets the worker handle one end, if there is one.

@@ -7,9 +7,9 @@ use crate::component::Body;
 use crate::tool_message::ToolMessage;
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
-use rc_middleware::Header;
 use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
+use rc_middleware::{Header, Message};
 
 impl EventLoop<'_> {
     pub(super) fn execute_commands(&mut self) {
@@ -61,6 +61,7 @@ impl EventLoop<'_> {
         };
         let taps = connections.taps();
         let exact = self.component.core().exact.clone();
+        let request = Message::Bytes(body);
         let result: Result<(), NotHandled> = match message.operation {
             Some(operation) => {
                 let kind = (TappedKind::Sample, Some(operation));
@@ -73,9 +74,9 @@ impl EventLoop<'_> {
                 };
                 received.map_err(Into::into)
             }
-            None => taps.serve(slot, header, body, &mut reply, |reply| {
+            None => taps.serve(slot, header, &request, &mut reply, |reply| {
                 exact.request(slot, header, body, reply, |reply| {
-                    answer(self.component, &of, idle, header, body, reply)
+                    answer(self.component, &of, idle, header, &request, reply)
                 })
             }),
         };

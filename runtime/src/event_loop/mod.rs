@@ -123,7 +123,7 @@ impl<'a> EventLoop<'a> {
         watch(shared.wake_event.as_fd(), WAKE_EVENT)?;
         for (at, (_, receiver)) in receivers.iter().enumerate() {
             match receiver {
-                Receiver::Server(port) => watch(port.descriptor(), at as u64)?,
+                Receiver::Server { port, .. } => watch(port.descriptor(), at as u64)?,
                 Receiver::Subscriber { port, .. } => watch(port.descriptor(), at as u64)?,
             }
         }
@@ -259,8 +259,9 @@ impl<'a> EventLoop<'a> {
         let limit = if gated {
             limit
         } else {
+            let (epoll, in_order) = (&self.epoll, self.role.is_lockstep());
             self.calls
-                .watch(&mut *self.component, &self.epoll, CALLS, limit)?
+                .watch(&mut *self.component, (epoll, CALLS), in_order, limit)?
         };
         let limit = Timespec {
             tv_sec: 0,
@@ -387,16 +388,19 @@ impl<'a> EventLoop<'a> {
             }
         };
         let taken = match &mut port.receiver {
-            Receiver::Server(server) => server.serve(&mut |header, body, reply| {
-                came();
-                if idle.is_none() {
-                    hops.request(slot, of, &header, body);
-                }
-                result = taps.serve(slot, header, body, reply, |reply| {
-                    answer(*component, of, idle, header, body, reply)
-                });
-                hops.handled();
-            }),
+            Receiver::Server { port, counter } => {
+                port.serve_message(&mut |header, message, reply| {
+                    came();
+                    counter.next();
+                    if idle.is_none() {
+                        hops.request(slot, of, &header, message.begin());
+                    }
+                    result = taps.serve(slot, header, &message, reply, |reply| {
+                        answer(*component, of, idle, header, &message, reply)
+                    });
+                    hops.handled();
+                })
+            }
             Receiver::Subscriber {
                 port, operation, ..
             } => {
@@ -404,7 +408,9 @@ impl<'a> EventLoop<'a> {
                     came();
                     lost = gaps.note(&header);
                     let kind = (TappedKind::Sample, Some(*operation));
-                    taps.copy(slot, kind, header, Profile::Rpc, body.memory());
+                    if taps.is_on(slot) {
+                        taps.copy(slot, kind, header, Profile::Rpc, body.memory());
+                    }
                     if idle.is_some() {
                         return;
                     }
@@ -416,7 +422,7 @@ impl<'a> EventLoop<'a> {
                 if keeps && port.can_keep() {
                     port.receive_kept(&mut |header, sample| take(header, Body::Kept(sample)))
                 } else {
-                    port.receive(&mut |header, body| take(header, Body::Borrowed(body)))
+                    port.receive_message(&mut |header, message| take(header, message.into()))
                 }
             }
         };

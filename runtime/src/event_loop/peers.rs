@@ -31,7 +31,7 @@ impl EventLoop<'_> {
         for port in &mut self.ports {
             counts[port.slot] = match &port.receiver {
                 // A server listens on each middleware.
-                Receiver::Server(server) => counts[port.slot] + server.peers(),
+                Receiver::Server { port: server, .. } => counts[port.slot] + server.peers(),
                 Receiver::Subscriber {
                     port: subscriber, ..
                 } => {

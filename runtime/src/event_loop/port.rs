@@ -7,7 +7,7 @@ use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Gaps, Header, Reply, Spin};
+use rc_middleware::{Gaps, Header, Message, Reply, Spin};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -59,7 +59,7 @@ impl Port {
             of,
             deadline: match receiver {
                 Receiver::Subscriber { deadline, .. } => deadline,
-                Receiver::Server(_) => None,
+                Receiver::Server { .. } => None,
             },
             receiver,
             ready: true,
@@ -100,7 +100,7 @@ impl Port {
             Receiver::Subscriber { operation, .. } => {
                 component.keeps(self.of.described, *operation)
             }
-            Receiver::Server(_) => false,
+            Receiver::Server { .. } => false,
         }
     }
 
@@ -171,10 +171,10 @@ pub(crate) fn answer(
     slot: &OpenSlot,
     idle: Option<LifecycleState>,
     header: Header,
-    body: &[u8],
+    message: &Message<'_>,
     reply: &mut dyn Reply,
 ) -> Result<(), NotHandled> {
-    let mut request = Request::open(header, body, reply).map_err(HandlerError::from)?;
+    let mut request = Request::open_message(header, message, reply).map_err(HandlerError::from)?;
     let idle = idle.map(|state| state.word().to_owned());
     let state = idle.or_else(|| component.unavailable(slot.described));
     let refusal = state.and_then(|state| {

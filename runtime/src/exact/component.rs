@@ -146,6 +146,10 @@ impl<C: Component> Component for Recorded<C> {
         has_ended
     }
 
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        self.component.end_in_order(slot, member, keeps);
+    }
+
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
         self.component.awaiting(slot, member)
     }

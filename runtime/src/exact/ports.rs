@@ -196,6 +196,10 @@ impl Client for Calling {
         Some((sequence, result))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         self.port.forget(sequence);
     }

@@ -23,7 +23,7 @@ use crate::status::{NetworkTime, Shared};
 use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_management::component::ClockKind;
-use rc_middleware::WakeEvent;
+use rc_middleware::{Message, WakeEvent};
 use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -146,7 +146,8 @@ fn run_turn(
             let of = replay.slots().get(slot);
             let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
             let header = turn.header(turn.value);
-            let _ = answer(component, &of, None, header, &turn.data, &mut reply);
+            let request = Message::Bytes(&turn.data);
+            let _ = answer(component, &of, None, header, &request, &mut reply);
             replay.compare(&reply.into_entry(slot));
         }
         _ => return Err(format!("a turn cannot begin with `{}`", turn.kind.word())),

@@ -20,6 +20,19 @@ impl Connections {
         self.converted.borrow().clone()
     }
 
+    /// What went over each middleware of providers, each with the index of its slot.
+    pub(crate) fn transports(&self) -> Vec<(usize, &'static str, Counter)> {
+        self.transports.borrow().clone()
+    }
+
+    /// A new counter for a middleware of a provider.
+    pub(super) fn transport(&self, slot: usize, name: &'static str) -> Counter {
+        let counter = Counter::default();
+        let of = (slot, name, counter.clone());
+        self.transports.borrow_mut().push(of);
+        counter
+    }
+
     /// New counts for a slot that converts.
     pub(super) fn conversion(&self, slot: usize) -> ConversionCounts {
         let counts = ConversionCounts::default();

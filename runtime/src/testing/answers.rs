@@ -23,7 +23,7 @@ impl<T: Clone + 'static> Answering<'_, T> {
     }
 
     /// Answers a query that throws nothing.
-    pub fn answer<A: 'static, R: 'static>(
+    pub fn answer<A: 'static, R: Send + Sync + 'static>(
         self,
         read: Read<A>,
         write: Write<R>,
@@ -36,7 +36,7 @@ impl<T: Clone + 'static> Answering<'_, T> {
     }
 
     /// Answers a query that throws.
-    pub fn try_answer<A: 'static, R: 'static, E: Throws + 'static>(
+    pub fn try_answer<A: 'static, R: Send + Sync + 'static, E: Throws + 'static>(
         self,
         read: Read<A>,
         write: Write<R>,
@@ -64,7 +64,7 @@ impl Defaults<'_, '_> {
     }
 
     /// The default value of the result of a query that throws nothing.
-    pub fn answer<A, R: Default>(
+    pub fn answer<A, R: Default + Send + Sync + 'static>(
         self,
         read: Read<A>,
         write: Write<R>,
@@ -74,7 +74,7 @@ impl Defaults<'_, '_> {
     }
 
     /// The default value of the result of a query that throws.
-    pub fn try_answer<A, R: Default, E>(
+    pub fn try_answer<A, R: Default + Send + Sync + 'static, E>(
         self,
         read: Read<A>,
         write: Write<R>,

@@ -115,6 +115,10 @@ impl Client for DefaultingClient {
         Some((header.sequence, Ok(())))
     }
 
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
     fn forget(&mut self, sequence: u64) {
         self.ended.retain(|(header, _)| header.sequence != sequence);
         self.port.forget(sequence);

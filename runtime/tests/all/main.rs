@@ -1,6 +1,7 @@
 //! All integration tests of the runtime in one program, except those that Miri runs (`in_place`).
 
 mod busy;
+mod ends;
 mod life;
 mod lifecycle;
 mod log;

@@ -24,6 +24,7 @@ mod networks;
 mod observe;
 mod pair;
 mod parameters;
+mod place;
 mod programs;
 mod pypi;
 mod python;
@@ -59,6 +60,8 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
+        ["bench", "place"] => place::run(false).map_err(|e| e.to_string()),
+        ["bench", "place", "--smoke"] => place::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),

@@ -351,7 +351,7 @@ fn ready(program: Program, limit: Duration) -> Result<Program, Failure> {
     }
 }
 
-fn times(line: &str) -> Result<Vec<i64>, Failure> {
+pub(crate) fn times(line: &str) -> Result<Vec<i64>, Failure> {
     let words = line.strip_prefix("times").ok_or("no times")?;
     Ok(words
         .split_whitespace()

@@ -70,6 +70,14 @@ fn pair(
         .map_err(|_| format!("{} has more or less than two components", path.display()).into())
 }
 
+/// Builds the program of the process in `xtask/bench/NAME.ddsl`.
+pub(crate) fn program(name: &str, profile: Profile) -> Result<PathBuf, Failure> {
+    let path = root().join("xtask/bench").join(name).with_extension("ddsl");
+    let programs = network(&path, None, profile, true, |_| true)?;
+    let first = programs.into_iter().next();
+    first.ok_or_else(|| format!("{} has no component", path.display()).into())
+}
+
 /// Builds what the tests start, before they run.
 pub(crate) fn build_for_tests() -> Result<(), Failure> {
     build_interop(Profile::Dev)?;

@@ -9,6 +9,7 @@ use crate::error::CallError;
 use crate::header::{Encoding, Header};
 use crate::in_place::BEHIND_ENVELOPE;
 use crate::rpc::{self, ReplyKind, RequestId};
+use crate::shared_value::Message;
 
 /// The reply to a started call, or why there is none.
 pub struct Ended<'r> {
@@ -87,12 +88,13 @@ impl PendingCall {
 }
 
 /// Opens the envelope of a reply.
-pub(super) fn open(
-    body: &[u8],
+pub(super) fn open<'m>(
+    message: &'m Message<'_>,
     header: Header,
     pending: PendingCall,
-) -> Result<(i32, Reader<'_>), CallError> {
-    let mut reader = Reader::new(body);
+) -> Result<(i32, Reader<'m>), CallError> {
+    // The envelope is always CDR.
+    let mut reader = message.reader(Encoding::Cdr);
     match rpc::open_reply(&mut reader, pending.operation)? {
         (id, _) if id != pending.id => Err(DecodeError::Unknown("request in the reply").into()),
         (_, ReplyKind::Refused(reason)) => Err(CallError::Refused(reason)),

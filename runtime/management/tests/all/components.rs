@@ -145,6 +145,12 @@ pub(crate) fn of_components(golden: &mut Golden) {
         role,
         interface: text("RoboCompLaser::Laser"),
         middleware: text("iceoryx2"),
+        transports: Vec::from_iter(
+            (role == Role::Publishes).then(|| component::TransportStatus {
+                middleware: text("local"),
+                messages: 7,
+            }),
+        ),
         address,
         peers: 2,
         handlers: timing(),

@@ -41,6 +41,13 @@ impl Worker<Context> for SpecificWorker {
                     picture.resize_data(data.len())?.copy_from_slice(data);
                     picture.send()?;
                 }
+                Kind::Lent => {
+                    pause(command.size);
+                    let mut picture = ctx.pictures.loan_picture()?;
+                    picture.resize_data(data.len())?.copy_from_slice(data);
+                    picture.sent = now();
+                    picture.send()?;
+                }
                 Kind::Flood => ctx.sample.sample(now(), data)?,
                 Kind::Steady => {
                     keep_pace(begin, number);

@@ -4,7 +4,7 @@
 //! | sender | line | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | all connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, also `place`, `query`, `rested`, `awake`, `flood`, `steady` | a block starts |
+//! | xtask to ping | `publish SIZE COUNT`, also `place`, `lent`, `query`, `rested`, `awake`, `flood`, `steady` | a block starts |
 //! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block has ended |
 //! | pong | `times …`, one for each received value | a block of values, or of changes of its parameter `sent`, has ended |
 //!
@@ -50,6 +50,8 @@ pub enum Kind {
     /// In place: from before the data are written into the loan until the receiver's handler reads
     /// them there.
     InPlace,
+    /// [`Kind::InPlace`] from after the data are written.
+    Lent,
     /// From the call to the reply.
     Query,
     /// [`Kind::Query`] after a pause in which both ends go to sleep.
@@ -78,6 +80,7 @@ impl FromStr for Command {
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
             Some("place") => Kind::InPlace,
+            Some("lent") => Kind::Lent,
             Some("query") => Kind::Query,
             Some("rested") => Kind::Rested,
             Some("awake") => Kind::Awake,
@@ -101,6 +104,7 @@ impl std::fmt::Display for Command {
         let kind = match self.kind {
             Kind::Publish => "publish",
             Kind::InPlace => "place",
+            Kind::Lent => "lent",
             Kind::Query => "query",
             Kind::Rested => "rested",
             Kind::Awake => "awake",
