@@ -89,17 +89,6 @@ fn params(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Params {
     }
 }
 
-/// Reports that the file ends before its blocks, once for all of them.
-fn unclosed(r: &mut ParseContext<'_>) {
-    let end = r.text.len();
-    let span = Span::new(r.source, end, end);
-    if r.found.iter().all(|known| known.span != span) {
-        let message = "expected `}`, found the end of the file";
-        r.found
-            .push(Diagnostic::error("syntax-error", span, message));
-    }
-}
-
 /// Parses `ComponentParams`, `group` or `list`.
 fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
     let doc = r.doc(&pair);
@@ -109,7 +98,6 @@ fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
         match part.as_rule() {
             Rule::name => name = r.name(&part),
             Rule::number => bounds.push(r.literal(&part)),
-            Rule::closing if part.as_str().is_empty() => unclosed(r),
             Rule::param => {
                 items.extend(param(r, part).map(|param| Item::Param(Box::new(param))));
             }
@@ -292,6 +280,5 @@ rc_syntax::language!("`ComponentParams NAME { … };`", words: [], {
     condition => "a condition",
     operator => "an operator",
     close_bracket => "`)`",
-    closing | at_end => "`}`",
     path | param => "a parameter",
 });

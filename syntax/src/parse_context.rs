@@ -34,6 +34,8 @@ pub enum Terminal {
     String,
     /// A `;`. An empty match means that the `;` is missing.
     Semicolon,
+    /// The `}` of a block. An empty match means that the file ends before it.
+    Close,
 }
 
 /// Implements [`Language`] for the `Rule` enum that pest generates beside `Grammar`.
@@ -54,6 +56,7 @@ macro_rules! language {
                     Self::name $(| Self::$word_rule)* => Some($crate::Terminal::Word),
                     Self::string => Some($crate::Terminal::String),
                     Self::semicolon => Some($crate::Terminal::Semicolon),
+                    Self::close => Some($crate::Terminal::Close),
                     _ => None,
                 }
             }
@@ -69,7 +72,7 @@ macro_rules! language {
                     Self::literal => "a value",
                     Self::semicolon | Self::begins_next => "`;`",
                     Self::open => "`{`",
-                    Self::close => "`}`",
+                    Self::close | Self::at_end => "`}`",
                     Self::open_round => "`(`",
                     Self::close_round => "`)`",
                     Self::comma => "`,`",
@@ -94,6 +97,8 @@ pub struct ParseContext<'a> {
     pub found: Diagnostics,
     /// Findings about characters and numbers.
     lexical: Vec<Diagnostic>,
+    /// Whether the file ends before its blocks.
+    unclosed: bool,
 }
 
 impl<'a> ParseContext<'a> {
@@ -106,6 +111,7 @@ impl<'a> ParseContext<'a> {
             trivia: Trivia::new(text),
             found: Diagnostics::new(),
             lexical: Vec::new(),
+            unclosed: false,
         }
     }
 
@@ -117,7 +123,17 @@ impl<'a> ParseContext<'a> {
         }
         self.lexical = lexical::check(self.text, self.source, R::HAS_DURATIONS);
         if let Ok(mut pairs) = R::Grammar::parse(R::FILE, self.text) {
-            return pairs.next().map(Pair::into_inner);
+            let content = pairs.next().map(Pair::into_inner)?;
+            // Only the end of the file matches nothing in the place of a `}`.
+            self.unclosed = content
+                .clone()
+                .flatten()
+                .rev()
+                .take_while(|pair| pair.as_span().end() == self.text.len())
+                .any(|pair| {
+                    pair.as_rule().terminal() == Some(Terminal::Close) && pair.as_str().is_empty()
+                });
+            return Some(content);
         }
         if self.lexical.iter().all(|d| d.severity != Severity::Error) {
             let found = syntax_error(R::FILE, self.text, 0, self.text, self.source);
@@ -128,7 +144,8 @@ impl<'a> ParseContext<'a> {
 
     /// All diagnostics. If a character or a number of a statement is an error, no other error of
     /// this statement is among them: the parser could only say that it expected something else.
-    pub fn finish(self) -> Diagnostics {
+    pub fn finish(mut self) -> Diagnostics {
+        self.report_unclosed();
         let errors = self
             .lexical
             .iter()
@@ -147,6 +164,18 @@ impl<'a> ParseContext<'a> {
         }));
         all.extend(self.lexical);
         all
+    }
+
+    /// Reports that the file ends before its blocks, once for all of them, and not where another
+    /// error says so.
+    fn report_unclosed(&mut self) {
+        let end = self.text.len();
+        let span = Span::new(self.source, end, end);
+        if self.unclosed && self.found.iter().all(|known| known.span != span) {
+            let message = "expected `}`, found the end of the file";
+            self.found
+                .push(Diagnostic::error("syntax-error", span, message));
+        }
     }
 
     /// Checks that make parsing pointless if they fail.
@@ -239,7 +268,7 @@ impl<'a> ParseContext<'a> {
                 Some(Terminal::Word) => texts.push(self.name(&part)),
                 Some(Terminal::String) => texts.push(self.string(&part)),
                 Some(Terminal::Semicolon) => self.semicolon(&part),
-                None => {}
+                Some(Terminal::Close) | None => {}
             }
         }
         texts

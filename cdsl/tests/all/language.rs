@@ -100,7 +100,7 @@ fn errors_outside_clauses() {
     check_file(
         "Component C { language rust; Communications { };",
         &expect![[r#"
-            c.cdsl:1:49: error[syntax-error]: expected `}` or a clause, found the end of the file
+            c.cdsl:1:49: error[syntax-error]: expected `}`, found the end of the file
         "#]],
     );
     check_file(
@@ -257,7 +257,10 @@ fn syntax_errors_in_communications() {
         "implements Laser as ;\nrequires Laser { timeout 3s ;\npublishes LaserPub;",
         "language rust;",
         &expect![[r#"
-            c.cdsl:9:1: error[syntax-error]: expected `}` or a clause, found the end of the file
+            c.cdsl:3:21: error[syntax-error]: expected a name, found `;`
+            c.cdsl:5:1: error[unknown-qos]: `requires` has no setting `publishes` (expected one of `timeout`, `wake`, `asynchronous`)
+            c.cdsl:7:1: error[unknown-communication]: expected a communication clause, found `language` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:9:1: error[syntax-error]: expected `}`, found the end of the file
         "#]],
     );
 }

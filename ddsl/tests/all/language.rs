@@ -55,7 +55,7 @@ fn errors_outside_declarations() {
     check_file(
         "Deployment n { Component a { cdsl \"a\"; };\n",
         &expect![[r#"
-            n.ddsl:2:1: error[syntax-error]: expected `}` or a declaration, found the end of the file
+            n.ddsl:2:1: error[syntax-error]: expected `}`, found the end of the file
         "#]],
     );
     check_file(

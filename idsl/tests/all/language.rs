@@ -111,8 +111,8 @@ fn errors_outside_declarations() {
     check_file(
         "module M {\n struct S { int a; };\n",
         &expect![[r#"
-        m.idsl:3:1: error[syntax-error]: expected `}` or a declaration, found the end of the file
-    "#]],
+            m.idsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        "#]],
     );
     check_file(
         "module M\n struct S { int a; };\n};",
@@ -236,8 +236,9 @@ fn missing_braces_are_reported() {
     check(
         "struct A { int a;\nstruct B { int a; };",
         &expect![[r#"
-        m.idsl:5:1: error[syntax-error]: expected `}` or a declaration, found the end of the file
-    "#]],
+            m.idsl:3:10: error[syntax-error]: expected `;`, `=` or `[`, found `{`
+            m.idsl:5:1: error[syntax-error]: expected `}`, found the end of the file
+        "#]],
     );
     check(
         "interface I { void a();\nstruct B { int a; };\n};",

@@ -90,7 +90,7 @@ impl Grammar {
             "string" => (*random.one_of(&STRINGS)).to_owned(),
             "number" => (*random.one_of(&NUMBERS)).to_owned(),
             "semicolon" => ";".to_owned(),
-            "closing" => "}".to_owned(),
+            "close" => "}".to_owned(),
             _ => {
                 let rule = &self.0[name];
                 if rule.ty == RuleType::Atomic {

@@ -3,6 +3,7 @@
 mod grammar;
 mod random;
 
+use expect_test::expect;
 use grammar::{Grammar, lay_out};
 use random::Random;
 use rc_diagnostics::{Diagnostics, Format, SourceId, SourceMap, render};
@@ -186,6 +187,94 @@ fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u
         bytes[at] ^= 1 << random.below(8);
     }
     bytes
+}
+
+#[test]
+fn a_file_without_its_last_brace_hides_no_other_error() {
+    let mut all = String::new();
+    for language in LANGUAGES {
+        let texts = match language.extension {
+            "idsl" => [
+                "module M {\n struct S { int a; int a; };\n",
+                "module M {\n enum E { x, x\n",
+            ],
+            "cdsl" => [
+                "Component c {\n Communications {}; language klingon;\n",
+                "Component c {\n language rust; Communications { requires Nobody;\n // the end",
+            ],
+            "pdsl" => [
+                "ComponentParams c {\n a itn 3;\n",
+                "ComponentParams c {\n a int 3; group g {\n a int 3:1;",
+            ],
+            "smdsl" => [
+                "m {\n states a, a; initial_state b;\n",
+                "m {\n initial_state a; transitions { a => a, a\n",
+            ],
+            "ddsl" => [
+                "Deployment n {\n Component a { cdsl \"a.cdsl\"; restart sometimes; };\n",
+                "Deployment n {\n Component a { cdsl \"a.cdsl\"; restart sometimes; after b;\n",
+            ],
+            "gdsl" => [
+                "Domain d {\n entity a { x itn; };\n",
+                "Domain d {\n entity a { x itn; y {one, two\n",
+            ],
+            "dproto" => [
+                "axes A :: x, x\ndproto a :: b {\n c = d\n",
+                "axes A :: x, x\nddr a :: idl {\n T\n",
+            ],
+            "kdsl" => [
+                "import \"a.urdf\";\nKinematics k {\n solver s { pose tip in base; }; solver s {};\n",
+                "import \"a.urdf\";\nKinematics k {\n solver s { iterations 1; iterations 2;\n",
+            ],
+            other => panic!("no text of .{other}"),
+        };
+        for text in texts {
+            let mut sources = SourceMap::new();
+            let robot = "<robot name=\"r\"><link name=\"base\"/></robot>";
+            let loader = MemoryLoader::new([("a.urdf", robot)]);
+            let source = sources.add(format!("b.{}", language.extension), text);
+            let found = check(language, &mut sources, &loader, source);
+            all += &render(&sources, &found, Format::Short);
+        }
+    }
+    expect![[r#"
+        b.idsl:2:24: error[duplicate-name]: member `a` is declared twice; first declared here at b.idsl:2:17
+        b.idsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.idsl:2:14: error[duplicate-name]: enumerator `x` is declared twice; first declared here at b.idsl:2:11
+        b.idsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.cdsl:2:30: error[unknown-language]: unknown language `klingon` (expected one of `rust`, `cpp`, `python`, `cpp11`, `cpp17`, `c++`)
+        b.cdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.cdsl:2:43: error[unknown-interface]: unknown interface `Nobody` (import the file that declares it; `import "Nobody.idsl";` finds no file)
+        b.cdsl:3:12: error[syntax-error]: expected `}`, found the end of the file
+        b.pdsl:2:4: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+        b.pdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.pdsl:3:8: error[bad-range]: this range is empty: its end is below its start
+        b.pdsl:3:12: error[syntax-error]: expected `}`, found the end of the file
+        b.smdsl:2:12: error[duplicate-state]: state `a` is declared twice; first declared here at b.smdsl:2:9
+        b.smdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.smdsl:3:1: error[syntax-error]: expected `,` or `;`, found the end of the file
+        b.ddsl:2:39: error[unknown-restart]: unknown restart policy `sometimes` (expected one of `never`, `on_failure`, `always`)
+        b.ddsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.ddsl:2:39: error[unknown-restart]: unknown restart policy `sometimes` (expected one of `never`, `on_failure`, `always`)
+        b.ddsl:2:56: error[unknown-instance]: unknown component or group `b` (expected `a`)
+        b.ddsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.gdsl:2:15: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+        b.gdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
+        b.gdsl:2:15: error[unknown-type]: unknown type `itn` (did you mean `int`?)
+        b.gdsl:3:1: error[syntax-error]: expected `,`, `;` or `unit`, `key`, `optional`, `history` or a range, found the end of the file
+        b.dproto:1:1: error[bad-axes]: expected the directions of x, y and z along three lines, as in `ahead, left, up`; there are ahead, back, left, right, up and down
+        b.dproto:2:13: error[unknown-domain]: unknown domain `b` (expected `geometry`)
+        b.dproto:4:1: error[syntax-error]: expected `}`, found the end of the file
+        b.dproto:1:1: error[bad-axes]: expected the directions of x, y and z along three lines, as in `ahead, left, up`; there are ahead, back, left, right, up and down
+        b.dproto:4:1: error[syntax-error]: expected `}`, found the end of the file
+        b.kdsl:3:18: error[unknown-link]: the robot `r` has no link `tip` (expected `base`)
+        b.kdsl:3:41: error[duplicate-name]: `s` is declared twice, or has the type of another one; first declared here at b.kdsl:3:9
+        b.kdsl:4:1: error[syntax-error]: expected `}`, found the end of the file
+        b.kdsl:3:9: error[empty-solver]: the solver `s` gives nothing (write what it computes, such as `pose TIP in BASE;`)
+        b.kdsl:3:13: error[without-effect]: `iterations` changes nothing: this solver is no inverse
+        b.kdsl:3:27: error[duplicate-name]: `iterations` is said twice; first declared here at b.kdsl:3:13
+        b.kdsl:4:1: error[syntax-error]: expected `}`, found the end of the file
+    "#]].assert_eq(&all);
 }
 
 /// A short run of `cargo xtask fuzz`.
