@@ -1,5 +1,6 @@
 //! The cargo workspace of a folder, found by reading manifests: rcgen starts no cargo.
 
+use crate::copied::Members;
 use crate::files::GENERATED;
 use crate::generator;
 use crate::paths::{absolute, normal, relative};
@@ -123,6 +124,27 @@ impl Workspace {
         Ok(None)
     }
 
+    /// The folders that its members name, by the names of their packages.
+    pub(crate) fn members(&self) -> io::Result<Members> {
+        let mut members = Members::new();
+        let is_manifest = |path: &Path| path.file_name().is_some_and(|file| file == "Cargo.toml");
+        for path in source_files::files(std::slice::from_ref(&self.root), &is_manifest)? {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            if !self.names(folder) {
+                continue;
+            }
+            // A manifest with a fault is not judged here.
+            let Ok(Some(found)) = manifest(folder) else {
+                continue;
+            };
+            if let Some(name) = get(&found, &["package", "name"]).and_then(Item::as_str) {
+                let folders = members.entry(name.to_owned()).or_default();
+                folders.push(folder.to_path_buf());
+            }
+        }
+        Ok(members)
+    }
+
     /// The text of its manifest, and the same with `folder`, from the root, among its members; none
     /// where its members name it.
     pub(crate) fn with_member(&self, folder: &Path) -> io::Result<Option<(String, String)>> {
@@ -175,11 +197,15 @@ impl Workspace {
                 continue;
             }
             let mut inside = own.ancestors().take_while(|above| **above != self.root);
-            let is_listed = own.join("Cargo.toml").exists() || self.names(&own);
-            if is_listed {
+            let has_manifest = |one: Language| own.join(one.manifest()).exists();
+            if self.lists(&own) {
                 components.push(file);
             } else if inside.any(|above| above.join("Cargo.toml").exists()) {
-                // A file inside another package belongs to its tests.
+                // A file inside another package belongs to its tests, unless it is a package itself.
+                let other = generator::of_file(&file)?.filter(|one| !one.is_built_by_cargo());
+                if other.is_some_and(has_manifest) {
+                    components.push(file);
+                }
             } else if generator::of_file(&file)?.is_some_and(|one| !one.is_built_by_cargo()) {
                 components.push(file);
             } else {
@@ -288,6 +314,11 @@ impl Workspace {
             paths.any(|path| folder.starts_with(normal(&self.root.join(path))))
         };
         under(self.list("exclude")) && !under(self.list("members"))
+    }
+
+    /// Whether `folder` is a package, or one of its `members` that is none yet.
+    pub(crate) fn lists(&self, folder: &Path) -> bool {
+        folder.join("Cargo.toml").exists() || self.names(folder)
     }
 
     /// Whether one of its `members` is `folder`.

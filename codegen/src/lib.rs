@@ -10,6 +10,7 @@ pub mod cargo_workspace;
 mod collisions;
 mod component_names;
 pub mod configuration;
+pub mod copied;
 mod cpp;
 pub mod dependencies;
 mod description;

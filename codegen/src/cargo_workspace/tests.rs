@@ -51,6 +51,14 @@ fn components_are_found_in_packages_and_in_members() {
         &root.join("Cargo.toml"),
         "[workspace]\nmembers = [\"components/*\", \"bench/p?ng\"]\n",
     );
+    // A component in another language is a package of its own, also inside one.
+    let python = "Component guide { Communications {}; language python; };\n";
+    for (folder, has_manifest) in [("old/guide", true), ("old/tests", false)] {
+        write(&root.join(folder).join("guide.cdsl"), python);
+        if has_manifest {
+            write(&root.join(folder).join("pyproject.toml"), "");
+        }
+    }
     for file in [
         "components/new/new.cdsl",
         "bench/ping/ping.cdsl",
@@ -73,6 +81,7 @@ fn components_are_found_in_packages_and_in_members() {
         [
             "bench/ping/ping.cdsl",
             "components/new/new.cdsl",
+            "old/guide/guide.cdsl",
             "old/old.cdsl"
         ]
     );

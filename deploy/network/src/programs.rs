@@ -17,11 +17,11 @@ use crate::variant;
 use crate::workspaces::Workspaces;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
-use rc_codegen::{Project, names};
+use rc_codegen::{Project, copied, names};
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_vocabulary::{Language, Middlewares};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -289,30 +289,43 @@ impl Network {
         }
     }
 
-    /// Reports components of a workspace that have one program, which is that of either: most
-    /// likely, a folder was copied.
+    /// Reports components whose workspace has another one of their name, also one that this network
+    /// does not use: both have one program, and cargo refuses the workspace. Most likely, a folder
+    /// was copied.
     fn check_copies(&self, found: &mut Diagnostics) {
-        let mut first: HashMap<(PathBuf, String), (&Path, Span)> = HashMap::new();
+        let mut named: BTreeMap<(PathBuf, String), Vec<(&Project, Span)>> = BTreeMap::new();
         for (at, project, _) in self.built() {
             let instance = &self.deployment.instances[at];
             // A manifest that cannot be read is reported where it is needed.
             let Ok(Some(root)) = Workspaces::root(project.code()) else {
                 continue;
             };
-            let named = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
-            let program = (root, package(project));
-            let (path, other) = *first.entry(program).or_insert((&project.path, named));
-            if path == project.path {
-                continue;
+            let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
+            let same = named.entry((root, package(project))).or_default();
+            if same.iter().all(|(known, _)| known.path != project.path) {
+                same.push((project, place));
             }
+        }
+        let mut packages = copied::Packages::default();
+        for same in named.values() {
+            let Some(((project, first), copies)) = same.split_first() else {
+                continue;
+            };
             let name = &project.component.name.text;
-            let message =
-                format!("two components of the workspace have the name `{name}`, and one program");
-            let error = Diagnostic::error("copied-component", named, message);
-            found.push(error.label(other, "first named here").help(
-                "give the copy a name of its own: in its .cdsl, in `name` of its Cargo.toml, and in \
-                 the paths `NAME_generated` of its src/; or start with `rcgen new NAME --from FILE.cdsl`",
-            ));
+            for (_, place) in copies {
+                let message = format!(
+                    "two components of the workspace have the name `{name}`, and one program"
+                );
+                let error = Diagnostic::error("copied-component", *place, message);
+                found.push(error.label(*first, "first named here").help(copied::HELP));
+            }
+            if copies.is_empty()
+                && let Ok(Some(twin)) = packages.twin(project)
+            {
+                let message = copied::message(project, &twin);
+                let error = Diagnostic::error("copied-component", *first, message);
+                found.push(error.help(copied::HELP));
+            }
         }
     }
 
@@ -457,6 +470,13 @@ mod tests {
         assert!(line.contains("first named here at"), "{line}");
         // Two instances of one component have one program.
         let twice = found(&["clock/clock.cdsl", "clock/../clock/clock.cdsl"]);
-        assert!(!twice.contains("copied-component"), "{twice}");
+        let lines: Vec<&str> = twice
+            .lines()
+            .filter(|line| line.contains("copied-component"))
+            .collect();
+        // The copy that the network does not use has it, too.
+        let [line] = lines[..] else { panic!("{twice}") };
+        assert!(line.contains("n.ddsl:3:25: "), "{line}");
+        assert!(line.contains("also in `copy`"), "{line}");
     }
 }

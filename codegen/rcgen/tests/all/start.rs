@@ -349,4 +349,36 @@ fn a_copied_component_needs_a_name_of_its_own() {
     assert_eq!(code, 1, "{err}");
     let wanted = "./components/other/mover.cdsl:3:11: error[copied-component]: component `mover` stands in two folders of the workspace; first declared here at ./components/mover/mover.cdsl:3:11 (give the copy a name of its own";
     assert!(err.contains(wanted), "{err}");
+    // So it is where only one of them is read.
+    for (args, place, other) in [
+        (["check", "."], "./components/other", None),
+        (
+            ["check", "components/other"],
+            "components/other",
+            Some("mover"),
+        ),
+        (
+            ["check", "components/mover/mover.cdsl"],
+            "components/mover",
+            Some("other"),
+        ),
+        (
+            ["view", "components/other/mover.cdsl"],
+            "components/other",
+            Some("mover"),
+        ),
+    ] {
+        let (code, _, err) = rcgen(&robot, &[&args[..], &["--format", "short"]].concat());
+        assert_eq!(code, 1, "{args:?}: {err}");
+        let also = other.map_or("; first declared here at".to_owned(), |other| {
+            format!(", also in `components/{other}` (give the copy a name of its own")
+        });
+        let wanted = format!(
+            "{place}/mover.cdsl:3:11: error[copied-component]: component `mover` stands in two folders of the workspace{also}"
+        );
+        assert!(err.contains(&wanted), "{args:?}: {err}");
+        assert_eq!(err.matches("copied-component").count(), 1, "{err}");
+    }
+    std::fs::remove_dir_all(robot.join("components/other")).expect("a folder");
+    succeeds(&robot, &["check", "."]);
 }

@@ -1,10 +1,12 @@
 //! `rcgen check`, `rcgen fmt` and `rcgen explain`.
 
 use crate::command_line::Common;
+use crate::generation::manifest;
 use crate::reports::{Failure, print_line, report, system, tell, unreadable};
-use rc_codegen::{FileLoader, source_files};
+use rc_codegen::{FileLoader, Project, copied, source_files};
 use rc_diagnostics::foreign::clean_lines;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
+use rcgen::check::Model;
 use rcgen::mend::{Change, Which};
 use std::path::PathBuf;
 
@@ -62,13 +64,17 @@ fn look(
     found: &mut Diagnostics,
 ) -> Result<Option<String>, Failure> {
     let loader = FileLoader::new(&common.include);
-    let mut refused = None;
+    let (mut components, mut refused) = (Vec::new(), None);
     for file in rcgen::check::files(files, sources, found).map_err(system)? {
         let include = &common.include;
-        if let Err(error) = rcgen::check::file(&file, robocomp, sources, &loader, include, found) {
-            unreadable(&file, &error, sources, found, &mut refused);
+        match rcgen::check::file(&file, robocomp, sources, &loader, include, found) {
+            Ok(Some(Model::Component(project))) => components.push(project),
+            Ok(_) => {}
+            Err(error) => unreadable(&file, &error, sources, found, &mut refused),
         }
     }
+    let components: Vec<&Project> = components.iter().map(Box::as_ref).collect();
+    copied::check(&components, found).map_err(manifest)?;
     Ok(refused)
 }
 

@@ -1,9 +1,10 @@
 //! `rcgen stubs` and `rcgen view`, about one component.
 
 use crate::command_line::Common;
+use crate::generation::manifest;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Middleware;
-use rc_codegen::{Project, generate, python, stubs};
+use rc_codegen::{Project, copied, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rc_vocabulary::Language;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ pub(crate) fn print_view(
 ) -> Result<(), Failure> {
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
+    copied::check(&[&project], &mut found).map_err(manifest)?;
     // The view is the same for every language.
     "rust".clone_into(&mut project.component.language.text);
     let (json, more) =

@@ -9,8 +9,8 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::{FileLoader, Project, dependencies, names, parallel, paths, source_files, stubs};
-use rc_diagnostics::{Diagnostic, Diagnostics, Format, Name, SourceMap};
+use rc_codegen::{FileLoader, Project, copied, dependencies, parallel, paths, source_files, stubs};
+use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rc_vocabulary::Language;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -268,7 +268,8 @@ impl Group {
                 }
             }
         }
-        copies(&loaded, &mut found);
+        let read: Vec<&Project> = loaded.iter().map(|(_, project)| project).collect();
+        copied::check(&read, &mut found).map_err(manifest)?;
         let print =
             |(file, project): &mut (&PathBuf, Project)| self.component(file, project, args, alone);
         let printed = parallel::map(&mut loaded, print);
@@ -469,33 +470,6 @@ impl Group {
             }
         }
         Ok(fresh)
-    }
-}
-
-/// Reports components with the same package: cargo refuses their workspace. Most likely, a folder
-/// was copied.
-fn copies(loaded: &[(&PathBuf, Project)], found: &mut Diagnostics) {
-    let mut first: BTreeMap<String, &Name> = BTreeMap::new();
-    for (_, project) in loaded {
-        let name = &project.component.name;
-        if !project.language().is_some_and(Language::is_built_by_cargo) {
-            continue;
-        }
-        let Some(other) = first.insert(names::package(&name.text), name) else {
-            continue;
-        };
-        let message = format!(
-            "component `{}` stands in two folders of the workspace",
-            name.text
-        );
-        let help = "give the copy a name of its own: here, in the name of this file, in `name` of \
-                    its Cargo.toml, and in the paths `NAME_generated` of its src/; or start with \
-                    `rcgen new NAME --from FILE.cdsl`";
-        found.push(
-            Diagnostic::error("copied-component", name.span, message)
-                .label(other.span, "first declared here")
-                .help(help),
-        );
     }
 }
 
