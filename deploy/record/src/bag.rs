@@ -307,12 +307,12 @@ pub fn document(message: &Message) -> Option<Json> {
     serde_json::from_str(&text).ok()
 }
 
-/// Hands all messages of a selection to `take`, until it says that it is enough. Returns why less
-/// was read than was recorded.
+/// Hands all messages of a selection to `take`, each with its time since the beginning of the
+/// recording, until it says that it is enough. Returns why less was read than was recorded.
 pub fn each(
     path: &Path,
     selection: Selection,
-    take: &mut dyn FnMut(Message) -> Result<bool, RecordError>,
+    take: &mut dyn FnMut(Message, Duration) -> Result<bool, RecordError>,
 ) -> Result<Faults, RecordError> {
     let mut reader = reader::Reader::open(path)?;
     let mut selecting = selection.begin(&reader);
@@ -321,7 +321,8 @@ pub fn each(
         let Record::Message(message) = record else {
             continue;
         };
-        if selecting.takes(&message) && !take(message)? {
+        let after = selecting.after(&message);
+        if selecting.takes(&message) && !take(message, after)? {
             break;
         }
     }

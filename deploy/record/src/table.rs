@@ -60,7 +60,7 @@ pub fn csv(
     let mut first = None;
     let mut decoder = Decoder::default();
     let mut tables: BTreeMap<String, Table> = BTreeMap::new();
-    each(path, selection.clone(), &mut |message| {
+    each(path, selection.clone(), &mut |message, _| {
         if !is_row(&message) {
             return Ok(true);
         }
@@ -99,7 +99,7 @@ pub fn csv(
     }
     let mut incomplete = Vec::new();
     let mut refused = 0;
-    let faults = each(path, selection, &mut |message| {
+    let faults = each(path, selection, &mut |message, _| {
         let topic = &message.channel.topic;
         // The file of a recording that runs may have grown.
         let Some(table) = tables.get_mut(topic).filter(|_| is_row(&message)) else {

@@ -10,6 +10,7 @@ use rc_diagnostics::foreign::{clean, escape_to};
 use rc_diagnostics::print;
 use rc_management::event::time_text;
 use rc_record::bag::{self, Decoder, Info, Selection, length_text};
+use rc_record::reader::Message;
 use rc_record::table::csv;
 use rc_record::{Faults, RecordError, keys};
 use rc_values::Style;
@@ -215,7 +216,7 @@ fn list(
     let mut decoder = Decoder::default();
     let mut left = count.unwrap_or(u64::MAX);
     let out = &mut print::output();
-    let faults = bag::each(file, selection, &mut |message| {
+    let faults = bag::each(file, selection, &mut |message, after| {
         if left == 0 {
             return Ok(false);
         }
@@ -230,13 +231,13 @@ fn list(
             },
             Ok,
         );
-        let (time, sent) = (
-            bag::seconds(message.log_time),
-            bag::seconds(message.publish_time),
-        );
         let text = match (format, value) {
             (Format::Json, value) => {
-                let mut line = json!({ "topic": topic, "log_time": time, "publish_time": sent });
+                let mut line = json!({
+                    "topic": topic,
+                    "log_time": bag::seconds(message.log_time),
+                    "publish_time": bag::seconds(message.publish_time),
+                });
                 match value {
                     Ok(value) => line["value"] = value,
                     Err(error) => line["error"] = Json::from(error.to_string()),
@@ -244,22 +245,28 @@ fn list(
                 visible(line.to_string()) + "\n"
             }
             (Format::Human, Ok(value)) if is_document => {
-                format!(
-                    "{time} {topic}\n{}\n",
-                    escape_to(&value.to_string(), usize::MAX)
-                )
+                let value = escape_to(&value.to_string(), usize::MAX);
+                format!("{}\n{value}\n", headline(&message, after))
             }
             (Format::Human, Ok(_)) => {
                 let text = decoder.value(&message)?.text(&Style::default());
-                format!("{time} {topic}\n{text}")
+                format!("{}\n{text}", headline(&message, after))
             }
             (Format::Human, Err(error)) => {
-                format!("{time} {topic}\n{} bytes: {error}\n", message.data.len())
+                let (headline, bytes) = (headline(&message, after), message.data.len());
+                format!("{headline}\n{bytes} bytes: {error}\n")
             }
         };
         Ok(out.write_all(text.as_bytes()).is_ok())
     })?;
     Ok(note_faults(&faults))
+}
+
+/// The first line of a message: its date, its time since the beginning as `--from` takes it, and
+/// its topic.
+fn headline(message: &Message, after: Duration) -> String {
+    let (date, topic) = (date(message.log_time), &message.channel.topic);
+    format!("{date} +{:.6}s {topic}", after.as_secs_f64())
 }
 
 /// The document of `bag info --format json`.

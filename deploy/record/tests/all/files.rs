@@ -385,7 +385,7 @@ fn a_time_is_found_in_a_file_that_is_not_in_the_order_of_time() {
             ..Selection::default()
         };
         let mut found = Vec::new();
-        let cut = each(path, selection, &mut |message| {
+        let cut = each(path, selection, &mut |message, _| {
             found.push(message.log_time / 1_000_000_000);
             Ok(true)
         });

@@ -74,7 +74,7 @@ fn libraries_of_others_read_and_write_recordings() {
 
     let mut decoder = Decoder::default();
     let mut at = 0;
-    let cut = each(&theirs, Selection::default(), &mut |message| {
+    let cut = each(&theirs, Selection::default(), &mut |message, _| {
         let value = decoder.value(&message)?;
         let value = serde_json::to_value(&value).expect("JSON");
         let steps: Vec<i32> = (0..at % 5).collect();
