@@ -75,7 +75,6 @@ impl Session {
         let readers = discover(EndpointKind::Reader)?;
         let discoveries = Arc::new([readers, discover(EndpointKind::Writer)?]);
         let watcher = Watcher {
-            host: opener.host().to_owned(),
             discovered: Arc::clone(&discovered),
             discoveries: Arc::clone(&discoveries),
         };

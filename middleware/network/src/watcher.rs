@@ -58,6 +58,8 @@ fn size(end: &End) -> usize {
 
 /// Endpoints that discovery has found in the domain.
 pub(crate) struct Discovered {
+    /// This machine.
+    host: String,
     readers: Mutex<Ends>,
     writers: Mutex<Ends>,
     /// The endpoints of this component, each with the name of its type.
@@ -72,6 +74,7 @@ pub(crate) struct Discovered {
 impl Discovered {
     pub(crate) fn new(host: &str, service: fn(&str) -> &str) -> Self {
         Self {
+            host: host.to_owned(),
             readers: Mutex::default(),
             writers: Mutex::default(),
             own: Mutex::default(),
@@ -114,11 +117,40 @@ impl Discovered {
         all.retain(|(endpoint, _)| endpoint.strong_count() > 0);
         all.push((Arc::downgrade(endpoint), type_name.to_owned()));
         drop(all);
-        let kind = endpoint.state().identity.kind.opposite();
-        for end in lock(self.endpoints(kind)).values() {
-            if end.participant != own {
-                self.compare_type_names(&**endpoint, type_name, end, kind);
+        let kind = endpoint.state().identity.kind;
+        for kind in [kind, kind.opposite()] {
+            for end in lock(self.endpoints(kind)).values() {
+                if end.participant != own {
+                    self.compare(&**endpoint, type_name, end, kind);
+                }
             }
+        }
+    }
+
+    /// Reports an endpoint of this kind whose type has another name, and a process on another
+    /// machine that serves the address of this one, too.
+    fn compare(
+        &self,
+        endpoint: &dyn WatchedEndpoint,
+        type_name: &str,
+        end: &End,
+        kind: EndpointKind,
+    ) {
+        self.compare_type_names(endpoint, type_name, end, kind);
+        let Identity {
+            info, kind, topic, ..
+        } = &endpoint.state().identity;
+        let serves = (info.role, *kind) == (Role::Server, EndpointKind::Reader);
+        if !serves || *topic != end.topic {
+            return;
+        }
+        let rival = EndpointInfo::parse(&end.user_data);
+        if let Some(rival) = rival.filter(|one| one.role == Role::Server && one.host != self.host)
+            && endpoint.state().should_report(&end.guid)
+        {
+            let service = (self.service)(topic);
+            self.mismatches
+                .second_server(topic, &end.guid, service, &rival);
         }
     }
 
@@ -283,7 +315,6 @@ impl Listener for Forward {
 
 /// The thread.
 pub(crate) struct Watcher {
-    pub(crate) host: String,
     pub(crate) discovered: Arc<Discovered>,
     /// Of readers and of writers.
     pub(crate) discoveries: Arc<[Discovery; 2]>,
@@ -329,11 +360,8 @@ impl Watcher {
         });
     }
 
-    /// Reports an endpoint whose type has another name, and a process on another machine that
-    /// serves an address of this component.
+    /// Compares an endpoint with those of this component at its topic.
     fn compare(&self, end: &End, kind: EndpointKind) {
-        let info = EndpointInfo::parse(&end.user_data);
-        let rival = info.filter(|info| info.role == Role::Server && info.host != self.host);
         let own: Vec<_> = {
             let own = lock(&self.discovered.own);
             let there = own.iter();
@@ -344,18 +372,7 @@ impl Watcher {
                 .collect()
         };
         for (own, type_name) in own {
-            self.discovered
-                .compare_type_names(&*own, &type_name, end, kind);
-            let Identity { info, kind, .. } = &own.state().identity;
-            let serves = (info.role, *kind) == (Role::Server, EndpointKind::Reader);
-            if let Some(rival) = &rival
-                && serves
-                && own.state().should_report(&end.guid)
-            {
-                let service = (self.discovered.service)(own.state().topic());
-                let mismatches = &self.discovered.mismatches;
-                mismatches.second_server(&end.topic, &end.guid, service, rival);
-            }
+            self.discovered.compare(&*own, &type_name, end, kind);
         }
     }
 
@@ -431,7 +448,9 @@ impl Watcher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::EndpointState;
     use rc_middleware::qos::{Contract, Qos};
+    use rc_middleware::{TypeIdentity, WakeEvent};
     use std::sync::mpsc::channel;
 
     #[test]
@@ -458,6 +477,63 @@ mod tests {
             waiting.as_slice(),
             [Message::Discovered(EndpointKind::Reader)]
         ));
+    }
+
+    /// The reader of requests of a server.
+    struct ServerReader(EndpointState);
+
+    impl WatchedEndpoint for ServerReader {
+        fn state(&self) -> &EndpointState {
+            &self.0
+        }
+
+        fn look_up(&self, _handle: u64) -> Option<End> {
+            None
+        }
+    }
+
+    /// Between the check of a new server and its first comparison, discovery may find another one.
+    #[test]
+    fn a_server_that_was_found_before_is_reported_too() {
+        let info = |host: &str| EndpointInfo {
+            role: Role::Server,
+            types: TypeIdentity {
+                name: "T".to_owned(),
+                hash: 7,
+            },
+            instance: "lidar".to_owned(),
+            pid: 5,
+            host: host.to_owned(),
+        };
+        let discovered = Discovered::new("here@1", |topic| topic);
+        for (number, host) in [(1, "here@1"), (2, "there@2")] {
+            let end = End {
+                guid: [number; 16],
+                participant: [number; 16],
+                topic: "Laser".to_owned(),
+                type_name: "T".to_owned(),
+                contract: Contract::from(&Qos::CALL),
+                lifespan: None,
+                user_data: info(host).user_data("").into_bytes(),
+            };
+            lock(&discovered.readers).insert(end.guid, end);
+        }
+        let identity = Identity {
+            topic: "Laser".to_owned(),
+            kind: EndpointKind::Reader,
+            info: info("here@1"),
+            contract: Contract::from(&Qos::CALL),
+        };
+        let signal = WakeEvent::new().expect("a wake event");
+        let state = EndpointState::new(identity, signal, Arc::new(()));
+        let server: Arc<dyn WatchedEndpoint> = Arc::new(ServerReader(state));
+        discovered.watch(&server, "T", [0; 16]);
+        let told = discovered.mismatches();
+        let wanted = "`Laser` has two servers, this one and pid 5 (lidar) on there; ";
+        assert!(
+            matches!(&told[..], [one] if one.starts_with(wanted)),
+            "{told:?}"
+        );
     }
 
     #[test]
