@@ -4,6 +4,7 @@ use super::SupervisorMessage;
 use super::agent::Agent;
 use super::copied_list;
 use super::copies;
+use super::known_hashes::KnownHashes;
 use super::timed_stream::{Beat, TimedStream, read_line};
 use crate::guard::lock::Lock;
 use crate::guard::process_registry::{Recovered, recover_locked};
@@ -148,13 +149,15 @@ fn receive(
     output: &mut TimedStream,
 ) -> Result<(), Error> {
     let mut step = |output: &mut TimedStream| beat.send_due(&AgentMessage::Heartbeat, output);
+    let mut known = KnownHashes::read(copies::beside(root, "hashes"));
     let mut wanted = Vec::new();
     for (at, file) in files.iter().enumerate() {
-        let is_below = copies::is_below(file, root, &mut || step(output));
+        let is_below = copies::is_below(file, root, &mut known, &mut || step(output));
         if !is_below.context("answer its supervisor")? {
             wanted.push(at);
         }
     }
+    known.write();
     output
         .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
         .context("answer its supervisor")?;

@@ -2,6 +2,7 @@
 
 use super::SupervisorMessage;
 use super::copies;
+use super::known_hashes::KnownHashes;
 use super::ssh::TOKEN;
 use super::timed_stream::{Beat, LONGEST, TimedStream, read_line};
 use crate::process::own_program::OWN;
@@ -25,6 +26,8 @@ pub(crate) struct Setup {
     pub(crate) network: String,
     /// The files that the other machine needs, without duplicates.
     pub(crate) files: Vec<PathBuf>,
+    /// Where the hashes of the files are kept.
+    pub(crate) hashes: PathBuf,
     /// The virtual environments of components in Python, whose packages are among the files.
     pub(crate) environments: Vec<Environment>,
     /// The services that the guard there holds, as JSON.
@@ -56,7 +59,7 @@ pub(crate) struct SetupThread {
 
 /// The program that becomes the agent.
 pub(crate) fn own_program() -> io::Result<File> {
-    copies::describe(Path::new(OWN), &mut || Ok(()))
+    copies::describe(Path::new(OWN), None, &mut || Ok(()))
 }
 
 impl SetupThread {
@@ -108,10 +111,11 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
     said(&mut input)?;
     let mut beat = Beat::new();
     let mut files: Vec<File> = Vec::new();
+    let mut known = KnownHashes::read(setup.hashes.clone());
     for path in &setup.files {
         // The packages of an environment may take long, and so may one file.
         let mut sent = Ok(());
-        let file = copies::describe(path, &mut || {
+        let file = copies::describe(path, Some(&mut known), &mut || {
             sent = beat.send_due(&SupervisorMessage::Heartbeat, &mut out);
             match &sent {
                 Ok(()) => Ok(()),
@@ -121,6 +125,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         sent.map_err(lost)?;
         files.push(file.map_err(|error| format!("cannot read {}: {error}", path.display()))?);
     }
+    known.write();
     let message = SupervisorMessage::Network {
         name: setup.network.clone(),
         files: files.clone(),

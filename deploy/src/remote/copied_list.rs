@@ -1,7 +1,7 @@
 //! List of the copies of a network, beside their folder: a copy that is not needed any more is
 //! removed, a file that a component wrote beside the copies stays.
 
-use super::copies::mirrored;
+use super::copies::{beside, mirrored};
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_management::agent::File;
 use std::collections::HashSet;
@@ -9,10 +9,9 @@ use std::fs;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The list of the copies below `root`. No network has a name that starts with a point.
+/// The list of the copies below `root`.
 fn list(root: &Path) -> PathBuf {
-    let name = root.file_name().unwrap_or_default().to_string_lossy();
-    root.with_file_name(format!(".{name}.copied.json"))
+    beside(root, "copied")
 }
 
 /// The paths of the last list. A list that is missing or damaged is empty: nothing is removed then.

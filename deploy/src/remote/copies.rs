@@ -1,5 +1,6 @@
 //! Files of a network that are copied to another machine if their hashes differ.
 
+use super::known_hashes::{KnownHashes, Stamp};
 use super::timed_stream::{TimedStream, bytes};
 use rc_management::agent::File;
 use rustix::fs::{Mode, OFlags};
@@ -43,23 +44,43 @@ fn hash(mut from: impl Read, mut also: impl Write, step: Step<'_>) -> io::Result
     ))
 }
 
-/// Describes a file of this machine for an agent.
-pub(crate) fn describe(path: &Path, step: Step<'_>) -> io::Result<File> {
+/// Describes a file of this machine for an agent. Reads it only if its hash is not known.
+pub(crate) fn describe(
+    path: &Path,
+    known: Option<&mut KnownHashes>,
+    step: Step<'_>,
+) -> io::Result<File> {
     let file = open(path)?;
-    let executable = file.metadata()?.permissions().mode() & 0o111 != 0;
-    let (hash, size) = hash(file, io::sink(), step)?;
-    Ok(File {
+    let metadata = file.metadata()?;
+    let stamp = Stamp::of(&metadata);
+    let described = |(hash, size)| File {
         path: mirrored(Path::new("/"), path),
         hash,
         size,
-        executable,
-    })
+        executable: metadata.permissions().mode() & 0o111 != 0,
+    };
+    let Some(known) = known else {
+        return hash(file, io::sink(), step).map(described);
+    };
+    if let Some(hash) = known.get(path, &stamp) {
+        return Ok(described((hash, metadata.len())));
+    }
+    let (hash, size) = hash(&file, io::sink(), step)?;
+    if Stamp::of(&file.metadata()?) == stamp {
+        known.keep(path, stamp, &hash);
+    }
+    Ok(described((hash, size)))
 }
 
 /// Whether the same file is already below `root`. An error is one of `step`.
-pub(crate) fn is_below(file: &File, root: &Path, step: Step<'_>) -> io::Result<bool> {
+pub(crate) fn is_below(
+    file: &File,
+    root: &Path,
+    known: &mut KnownHashes,
+    step: Step<'_>,
+) -> io::Result<bool> {
     let mut stepped = Ok(());
-    let there = describe(&mirrored(root, &file.path), &mut || {
+    let there = describe(&mirrored(root, &file.path), Some(known), &mut || {
         stepped = step();
         match &stepped {
             Ok(()) => Ok(()),
@@ -213,6 +234,12 @@ pub(crate) fn root(program: &Path, network: &str) -> io::Result<PathBuf> {
     Ok(root)
 }
 
+/// A list about the copies below `root`, beside them. No network has a name that starts with a point.
+pub(super) fn beside(root: &Path, what: &str) -> PathBuf {
+    let name = root.file_name().unwrap_or_default().to_string_lossy();
+    root.with_file_name(format!(".{name}.{what}.json"))
+}
+
 /// Removes copies of rcdeploy that were not used for long.
 pub(crate) fn remove_unused(program: &Path) {
     let cache = program.parent().unwrap_or(Path::new("/"));
@@ -246,12 +273,14 @@ mod tests {
         let path = folder.path().join("x/../a");
         fs::create_dir(folder.path().join("x")).expect("a folder");
         fs::write(&path, "abc").expect("written");
-        let file = describe(&path, &mut quiet).expect("a file");
+        let mut known = KnownHashes::read(folder.path().join("known"));
+        let file = describe(&path, None, &mut quiet).expect("a file");
         assert_eq!(file.path, folder.path().join("a"));
-        let known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!((file.hash.as_str(), file.size), (known, 3));
+        let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!((file.hash.as_str(), file.size), (sha256, 3));
         let root = folder.path().join("root");
-        let below = |root: &Path| is_below(&file, root, &mut quiet).expect("nobody waits");
+        let mut below =
+            |root: &Path| is_below(&file, root, &mut known, &mut quiet).expect("nobody waits");
         assert!(!below(&root));
         let there = mirrored(&root, &file.path);
         fs::create_dir_all(there.parent().expect("a parent")).expect("a folder");
@@ -260,14 +289,14 @@ mod tests {
         fs::write(&there, "abc").expect("written");
         assert!(below(&root));
         let gone = || Err(io::ErrorKind::BrokenPipe.into());
-        let lost = is_below(&file, &root, &mut { gone }).expect_err("nobody hears it");
+        let lost = is_below(&file, &root, &mut known, &mut { gone }).expect_err("nobody hears it");
         assert_eq!(lost.kind(), io::ErrorKind::BrokenPipe);
         let mut sent = Vec::new();
         send(&file, &path, &mut sent).expect("sent");
         assert_eq!(sent, b"abc");
         fs::write(&path, "a").expect("written");
         assert!(send(&file, &path, &mut sent).is_err());
-        assert!(describe(folder.path(), &mut quiet).is_err());
+        assert!(describe(folder.path(), None, &mut quiet).is_err());
     }
 
     #[test]
@@ -275,7 +304,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a");
         fs::write(&path, "abc").expect("written");
-        let file = describe(&path, &mut quiet).expect("a file");
+        let file = describe(&path, None, &mut quiet).expect("a file");
         let root = folder.path().join("root");
         let received = |bytes: &[u8]| {
             let (here, there) = std::os::unix::net::UnixStream::pair().expect("a pair");
@@ -318,12 +347,50 @@ mod tests {
         let file = fs::File::create(&path).expect("a file");
         file.set_len(10 << 20).expect("room");
         let mut steps = 0;
-        let described = describe(&path, &mut || {
+        let described = describe(&path, None, &mut || {
             steps += 1;
             Ok(())
         });
         assert_eq!(described.expect("a file").size, 10 << 20);
         assert!(steps >= 40, "{steps}");
+    }
+
+    #[test]
+    fn a_file_that_has_not_changed_is_not_read_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, list) = (folder.path().join("a"), folder.path().join("known"));
+        fs::write(&path, "abc").expect("written");
+        let modified = fs::metadata(&path).and_then(|file| file.modified());
+        let modified = modified.expect("a time");
+        // The hash, and whether the file was read, so long after the test has begun.
+        let at = |seconds| {
+            let now = SystemTime::now() + Duration::from_secs(seconds);
+            let mut known = KnownHashes::read_at(list.clone(), now);
+            let mut read = false;
+            let described = describe(&path, Some(&mut known), &mut || {
+                read = true;
+                Ok(())
+            });
+            known.write();
+            (described.expect("a file").hash, read)
+        };
+        // What has just changed may change again at the same time.
+        let (first, read) = at(0);
+        assert!(read);
+        assert_eq!(at(10), (first.clone(), true));
+        assert_eq!(at(10), (first.clone(), false));
+        assert_eq!(at(0), (first.clone(), false));
+        // Another content of this length, with the old time of modification.
+        fs::write(&path, "abd").expect("written");
+        let file = fs::File::options().write(true).open(&path);
+        file.and_then(|file| file.set_modified(modified))
+            .expect("set");
+        let (second, read) = at(10);
+        assert!(read && second != first);
+        assert_eq!(at(10), (second.clone(), false));
+        // A damaged list is none.
+        fs::write(&list, "{\"a").expect("written");
+        assert_eq!(at(10), (second, true));
     }
 
     #[test]

@@ -53,6 +53,7 @@ impl Hosts {
             let setup = Setup {
                 network: plan.network.clone(),
                 files: files.into_iter().collect(),
+                hashes: log_directory.join(format!(".{}.hashes.json", host.name)),
                 environments: environments.into_iter().collect(),
                 services: services.get(&host.name).cloned(),
                 memory_pause,

@@ -17,6 +17,7 @@ mod copied_list;
 mod copies;
 mod host;
 mod hosts;
+mod known_hashes;
 mod log_tail;
 mod socket_proxy;
 pub(crate) mod ssh;
