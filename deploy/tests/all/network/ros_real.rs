@@ -1,8 +1,7 @@
-//! What users of ROS 2 do with a component. The first part of each test has rclpy of `PyPI`. The
+//! What users of ROS 2 do with a component. The first part of each test has packages of `PyPI`. The
 //! second one has the programs of an installed ROS 2: `RC_ROS2_SETUP` names the file to source, such
-//! as `/opt/ros/jazzy/setup.bash`. It needs the programs `ros2`, and the packages `demo_nodes_cpp`
-//! and `example_interfaces`, none of which `PyPI` has. What it has to build packages of interfaces
-//! names folders of the machine that made it, so that cmake refuses to use it as it is.
+//! as `/opt/ros/jazzy/setup.bash`. It needs the programs `ros2` and `colcon`, and the packages
+//! `demo_nodes_cpp` and `example_interfaces`, none of which are wheels of `PyPI`.
 
 use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
@@ -213,17 +212,42 @@ fn set_speed(domain: &Domain, value: &str) {
     assert_eq!(ran.code, 0, "{ran:?}");
 }
 
-/// colcon builds the package that `rcgen export` writes.
+/// An IDSL with each kind of file that becomes one of ROS 2.
+const SMALL: &str = "module Small {\n    exception Nonsense { string what; };\n    \
+    struct Way { double length; sequence<int> turns; };\n    \
+    interface Guide { Way shift(Way at, double by) throws Nonsense; };\n};\n";
+
+/// Prints a message as bytes, and both halves of a service.
+const USE_SMALL: &str = "from rclpy.serialization import deserialize_message, serialize_message\n\
+    from robocomp_small_msgs.msg import Way\n\
+    from robocomp_small_msgs.srv import GuideShift\n\
+    way = Way(length=1.0, turns=[2])\n\
+    data = serialize_message(way)\n\
+    print(data.hex(), deserialize_message(data, Way) == way)\n\
+    print(GuideShift.Request(at=way, by=3.0).by, GuideShift.Response().nonsense.what == '')\n";
+
+/// cmake builds the package that `rcgen export` writes, and rclpy has its types.
 #[test]
 fn an_exported_package_is_one_of_ros() {
+    let test = "an_exported_package_is_one_of_ros";
     let domain = Domain::over(Over::Ros2, "ros_real", 16);
-    // `rosidl.rs` of codegen lets the packages of rosidl read what is exported.
+    if let Some(tools) = BuildTools::new(test) {
+        let idsl = domain.site.write("Small.idsl", SMALL);
+        let (source, built) = (domain.site.path("small"), domain.site.path("built"));
+        export(&idsl, &source);
+        tools.build(&source.join("robocomp_small_msgs"), &built);
+        let data = "00010000000000000000f03f0100000002000000";
+        assert_eq!(
+            tools.python(&built, USE_SMALL),
+            format!("{data} True\n3.0 True\n")
+        );
+    }
     let part = "`colcon build` and `ros2 interface show`";
-    let Some(ros) = Ros::new("an_exported_package_is_one_of_ros", domain, part) else {
+    let Some(ros) = Ros::new(test, domain, part) else {
         return;
     };
     let place = ros.domain.site.path("workspace");
-    export(&place.join("src"));
+    export(Path::new(IDSL), &place.join("src"));
     let script = |what: &str| format!("cd '{}' && {what}", place.display());
     let built = ros.shell(580, &script("colcon build"));
     let built = ros.domain.site.run(built);
@@ -239,10 +263,127 @@ fn an_exported_package_is_one_of_ros() {
     assert!(shift.stdout.contains("int32 NONSENSE=1"), "{shift:?}");
 }
 
-/// Runs `rcgen export Interop.idsl --to ros2 --out FOLDER`.
-fn export(folder: &Path) {
+/// Runs `rcgen export IDSL --to ros2 --out FOLDER`.
+fn export(idsl: &Path, folder: &Path) {
     let mut command = Command::new(Site::executable("rcgen"));
-    command.args(["export", IDSL, "--to", "ros2", "--out"]);
+    command
+        .arg("export")
+        .arg(idsl)
+        .args(["--to", "ros2", "--out"]);
     let ran = command.arg(folder).output().expect("to run");
     assert!(ran.status.success(), "{ran:?}");
+}
+
+/// The wheels of ROS 2 with those that build packages for it, and cmake.
+struct BuildTools {
+    /// The interpreters of both environments.
+    ros: &'static Path,
+    tools: &'static Path,
+    /// The folder of cmake; empty where it is in the path.
+    cmake: PathBuf,
+}
+
+impl BuildTools {
+    /// `None` without one of them: `test` is listed as skipped.
+    fn new(test: &str) -> Option<Self> {
+        let cmake = rc_test_support::cmake::folder(test)?;
+        let (ros, tools) = (python::ros(test)?, python::ros_build(test)?);
+        Some(Self { ros, tools, cmake })
+    }
+
+    /// Builds and installs a package, as colcon does.
+    fn build(&self, package: &Path, place: &Path) {
+        self.adapt();
+        let (python, installed) = (self.tools.display(), place.display());
+        let mut command = self.command("cmake", None);
+        command.arg("-S").arg(package).arg("-B").arg(place);
+        command.arg("-DBUILD_TESTING=OFF");
+        command.arg(format!("-DPython3_EXECUTABLE={python}"));
+        command.arg(format!("-DCMAKE_INSTALL_PREFIX={installed}/ros"));
+        output(&mut command);
+        let mut command = self.command("cmake", None);
+        command.arg("--build").arg(place).arg("-j2");
+        output(command.args(["--target", "install"]));
+    }
+
+    /// Lets the wheels name the folders of Python here, in the place of those of the machine that made
+    /// them.
+    fn adapt(&self) {
+        const THERE: &str = "/opt/python/cp312-cp312";
+        let include = "import sysconfig; print(sysconfig.get_path('include'), end='')";
+        let include = output(Command::new(self.ros).args(["-c", include]));
+        let here = environment(self.ros).display().to_string();
+        for package in entries(&environment(self.ros).join("share")) {
+            for file in entries(&package.join("cmake")) {
+                let Ok(text) = std::fs::read_to_string(&file) else {
+                    continue;
+                };
+                let adapted = text
+                    .replace(&format!("{THERE}/include/python3.12"), &include)
+                    .replace(THERE, &here);
+                if adapted != text {
+                    rc_files::write(&file, adapted.as_bytes()).expect("to write");
+                }
+            }
+        }
+    }
+
+    /// What a program in Python prints that has the package.
+    fn python(&self, place: &Path, program: &str) -> String {
+        let installed = place.join("ros");
+        let ros = self.ros.display().to_string();
+        output(
+            self.command(&ros, Some(&installed))
+                .args(["-B", "-c", program]),
+        )
+    }
+
+    /// A program with the environments of both, and with an installed package.
+    fn command(&self, program: &str, package: Option<&Path>) -> Command {
+        let prefixes = [self.ros, self.tools].map(environment);
+        let prefixes: Vec<&Path> = package.into_iter().chain(prefixes).collect();
+        let modules = |prefix: &&Path| prefix.join("lib/python3.12/site-packages");
+        let joined = |paths: Vec<PathBuf>| std::env::join_paths(paths).expect("paths");
+        let folders = [self.cmake.clone()]
+            .into_iter()
+            .filter(|folder| folder.is_absolute());
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let mut command = Command::new(program);
+        command
+            .env(
+                "PATH",
+                joined(folders.chain(std::env::split_paths(&path)).collect()),
+            )
+            .env("PYTHONPATH", joined(prefixes.iter().map(modules).collect()))
+            .env(
+                "AMENT_PREFIX_PATH",
+                joined(prefixes.iter().map(PathBuf::from).collect()),
+            )
+            .env(
+                "CMAKE_PREFIX_PATH",
+                joined(prefixes.iter().map(PathBuf::from).collect()),
+            )
+            .env(
+                "LD_LIBRARY_PATH",
+                joined(prefixes.iter().map(|one| one.join("lib")).collect()),
+            );
+        command
+    }
+}
+
+/// The folder of an environment of Python.
+fn environment(python: &Path) -> &Path {
+    python.ancestors().nth(2).expect("its folder")
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).collect()
+}
+
+/// What a program prints that succeeds.
+fn output(command: &mut Command) -> String {
+    let output = command.stdin(Stdio::null()).output().expect("to run");
+    assert!(output.status.success(), "{command:?}: {output:?}");
+    String::from_utf8(output.stdout).expect("text")
 }
