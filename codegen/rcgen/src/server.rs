@@ -34,7 +34,7 @@ use place::{Encoding, Text};
 use queue::Queue;
 use rc_codegen::FileLoader;
 use rc_ddsl::Deployment;
-use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
+use rc_diagnostics::{Diagnostics, Severity, SourceId, SourceMap};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::io::{self, BufReader};
@@ -277,7 +277,11 @@ impl Server {
         let mut known = Keys::default();
         let ids = sources.ids();
         let keys = ids.map(|id| (id, known.of(sources.path(id)))).collect();
-        let names = Names::of(path, &sources, &keys, known, model.as_ref(), &loader);
+        let mut names = Names::of(path, &sources, &keys, known, model.as_ref(), &loader);
+        names.has_mistake = found.iter().any(|one| {
+            one.severity == Severity::Error
+                && keys.get(&one.span.source).is_some_and(|key| key == path)
+        });
         let network = match model {
             Some(Model::Network(network)) => Some(network),
             _ => None,

@@ -127,6 +127,8 @@ pub(super) struct Names {
     pub(super) text: Text,
     /// The places, in the order of the text.
     pub(super) places: Vec<Place>,
+    /// Whether the text has an error, which may hide what a word names.
+    pub(super) has_mistake: bool,
     /// Each declared symbol with the index of its place.
     declared: HashMap<(Kind, String), usize>,
     /// The files of a component's parameters.

@@ -8,6 +8,7 @@ use super::{INVALID_PARAMETERS, REQUEST_FAILED, Server, send};
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_files::unsaved;
+use rc_syntax::Trivia;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -134,11 +135,23 @@ impl Server {
         }
     }
 
-    /// A file that has a word and, because of a mistake, no names.
+    /// A file that has a word of which, because of a mistake, nobody knows what it names.
     fn unreadable_with(&self, word: &str) -> Option<PathBuf> {
         let mut files = self.names.iter();
         let found = files.find(|(_, names)| {
-            names.places.is_empty() && names.text.as_str().lines().any(|line| has_word(line, word))
+            let text = names.text.as_str();
+            let mut words = words(text, word);
+            if names.places.is_empty() {
+                return words.next().is_some();
+            }
+            let trivia = Trivia::new(text);
+            let is_known = |at: usize| {
+                let mut places = names.places.iter();
+                let mut comments = trivia.comments().iter();
+                places.any(|place| (place.start..place.end).contains(&at))
+                    || comments.any(|(start, stop)| (*start..*stop).contains(&at))
+            };
+            names.has_mistake && words.any(|at| !is_known(at))
         });
         found.map(|(file, _)| file.clone())
     }
@@ -421,11 +434,17 @@ fn is_name(text: &str) -> bool {
 }
 
 fn has_word(line: &str, word: &str) -> bool {
+    words(line, word).next().is_some()
+}
+
+/// Where a word stands in a text.
+fn words(text: &str, word: &str) -> impl Iterator<Item = usize> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
-    line.match_indices(word).any(|(at, _)| {
-        let (before, behind) = (&line[..at], &line[at + word.len()..]);
+    let found = text.match_indices(word).filter(move |(at, word)| {
+        let (before, behind) = (&text[..*at], &text[at + word.len()..]);
         !before.ends_with(is_part) && !behind.starts_with(is_part)
-    })
+    });
+    found.map(|(at, _)| at)
 }
 
 #[cfg(test)]
