@@ -1,10 +1,13 @@
-//! The conformance suite for a publisher with subscribers in its process and in others: each sample
-//! goes over two backends, and every second subscriber hears it over the other one.
+//! The conformance suite for components with peers in their process and in others: each sample goes
+//! over two backends, a server has a port of each, and every second subscriber and client is at the
+//! other one.
 
 use rc_middleware::{
-    Backend, Client, Counter, Endpoint, Environment, OpenError, Publisher, RunDirectory, Server,
-    Subscriber, fan_out,
+    Backend, Client, Counter, Endpoint, Environment, Header, Message, OpenError, Publisher,
+    ReceiveError, Reply, RunDirectory, Server, Subscriber, fan_out,
 };
+use rustix::event::epoll;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -19,6 +22,8 @@ struct Component {
 
 /// The subscribers that there were.
 static SUBSCRIBERS: AtomicUsize = AtomicUsize::new(0);
+/// The clients that there were.
+static CLIENTS: AtomicUsize = AtomicUsize::new(0);
 
 impl rc_conformance::Subject for Places {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
@@ -58,11 +63,26 @@ impl Backend for Component {
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        self.both[0].client(endpoint)
+        let number = CLIENTS.fetch_add(1, Ordering::Relaxed);
+        self.both[number % 2].client(endpoint)
     }
 
     fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
-        self.both[0].server(endpoint)
+        let ports = [
+            self.both[0].server(endpoint)?,
+            self.both[1].server(endpoint)?,
+        ];
+        let descriptor = epoll::create(epoll::CreateFlags::CLOEXEC).expect("a descriptor");
+        for port in &ports {
+            let data = epoll::EventData::new_u64(0);
+            epoll::add(&descriptor, port.descriptor(), data, epoll::EventFlags::IN)
+                .expect("to watch a port");
+        }
+        Ok(Box::new(Both {
+            ports,
+            descriptor,
+            first: 0,
+        }))
     }
 
     fn linger(&self, limit: Duration) {
@@ -70,4 +90,57 @@ impl Backend for Component {
     }
 }
 
-rc_conformance::topics!(Places);
+/// A server with two ports, which it serves in turns, as the event loop of a component does.
+struct Both {
+    ports: [Box<dyn Server>; 2],
+    /// Readable when one of the ports is.
+    descriptor: OwnedFd,
+    first: usize,
+}
+
+impl Both {
+    fn in_turn(
+        &mut self,
+        mut serve: impl FnMut(&mut dyn Server) -> Result<bool, ReceiveError>,
+    ) -> Result<bool, ReceiveError> {
+        for at in [self.first, 1 - self.first] {
+            if serve(&mut *self.ports[at])? {
+                self.first = 1 - at;
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+impl Server for Both {
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        self.descriptor.as_fd()
+    }
+
+    fn acknowledge(&mut self, woken: bool) {
+        for port in &mut self.ports {
+            port.acknowledge(woken);
+        }
+    }
+
+    fn serve(
+        &mut self,
+        handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
+        self.in_turn(|port| port.serve(handler))
+    }
+
+    fn serve_message(
+        &mut self,
+        handler: &mut dyn FnMut(Header, Message<'_>, &mut dyn Reply),
+    ) -> Result<bool, ReceiveError> {
+        self.in_turn(|port| port.serve_message(handler))
+    }
+
+    fn peers(&self) -> usize {
+        self.ports.iter().map(|port| port.peers()).sum()
+    }
+}
+
+rc_conformance::suite!(Places);

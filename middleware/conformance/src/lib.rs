@@ -59,9 +59,10 @@ pub trait Subject: Sync {
     fn wipe(&self, _directory: &RunDirectory) {}
 }
 
-/// Those of [`suite`] for topics alone: for publishers over several backends.
+/// Defines one `#[test]` for each requirement. The argument is an expression that gives a
+/// [`Subject`].
 #[macro_export]
-macro_rules! topics {
+macro_rules! suite {
     ($subject:expr) => {
         $crate::suite!(@of topics, $subject,
             a_sample_reaches_every_subscriber
@@ -80,15 +81,6 @@ macro_rules! topics {
         );
         $crate::suite!(@of in_place, $subject, samples_are_written_in_place);
         $crate::suite!(@of values, $subject, values_reach_every_subscriber);
-    };
-}
-
-/// Defines one `#[test]` for each requirement. The argument is an expression that gives a
-/// [`Subject`].
-#[macro_export]
-macro_rules! suite {
-    ($subject:expr) => {
-        $crate::topics!($subject);
         $crate::suite!(@of calls, $subject,
             commands_and_queries_keep_their_order
             each_client_gets_its_own_replies
