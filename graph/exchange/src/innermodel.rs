@@ -1,4 +1,4 @@
-//! InnerModel files, and so URDF files, as graphs of the domain `geometry`.
+//! InnerModel files as graphs of the domain `geometry`.
 
 use crate::document::{Document, Edge, Node};
 use innermodel_language::model;

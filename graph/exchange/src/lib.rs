@@ -1,4 +1,5 @@
-//! Files of graphs: `.graph` of ours and DSR's JSON, both ways; `GraphML` out; InnerModel in.
+//! Files of graphs: `.graph` of ours and DSR's JSON, both ways; `GraphML` out; InnerModel and
+//! URDF in.
 //!
 //! A file becomes a [`Document`], which [`check`] compares with a schema, with the place of each
 //! finding, and [`Document::graph`] makes a graph of. Reading does not keep places: if there is a
@@ -15,6 +16,7 @@ mod migration;
 mod part;
 mod places;
 mod reflection;
+pub mod robot;
 
 pub use check::check;
 pub use document::{Attribute, Document, Edge, Node, lenient};

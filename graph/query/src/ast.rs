@@ -21,6 +21,8 @@ pub(crate) struct Match {
     pub(crate) optional: bool,
     pub(crate) chains: Vec<Chain>,
     pub(crate) condition: Option<Expr>,
+    /// The variables of its chains that earlier clauses have.
+    pub(crate) earlier: Vec<usize>,
 }
 
 impl Match {

@@ -86,7 +86,7 @@ impl Cell {
     }
 
     /// Whether two values are equal. `None` is not known.
-    pub(crate) fn equals(&self, other: &Self) -> Option<bool> {
+    pub fn equals(&self, other: &Self) -> Option<bool> {
         match (self, other) {
             (Self::Null, _) | (_, Self::Null) => None,
             (Self::List(a), Self::List(b)) => {
@@ -117,6 +117,12 @@ impl Cell {
             (Self::Int(a), Self::Int(b)) => Some(a.cmp(b)),
             (Self::Text(a), Self::Text(b)) => Some(a.cmp(b)),
             (Self::Bool(a), Self::Bool(b)) => Some(a.cmp(b)),
+            (Self::List(a), Self::List(b)) => {
+                // The first elements that differ decide; then the longer list is greater.
+                let mut pairs = a.iter().zip(b.iter());
+                let differ = pairs.find(|(a, b)| a.equals(b) != Some(true));
+                differ.map_or(Some(a.len().cmp(&b.len())), |(a, b)| a.compared(b))
+            }
             (a, b) => a.number()?.partial_cmp(&b.number()?),
         }
     }

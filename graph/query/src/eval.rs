@@ -136,7 +136,15 @@ impl Scope<'_> {
             }));
         }
         let right = self.eval(b, row)?;
-        let ordered = |wanted: fn(Ordering) -> bool| cell(left.compared(&right).map(wanted));
+        let is_nan = |side: &Cell| side.number().is_some_and(f64::is_nan);
+        let both = left.number().is_some() && right.number().is_some();
+        let ordered = |wanted: fn(Ordering) -> bool| {
+            // What is no number is neither less nor greater than a number.
+            if both && (is_nan(&left) || is_nan(&right)) {
+                return Cell::Bool(false);
+            }
+            cell(left.compared(&right).map(wanted))
+        };
         match operator {
             Operator::Equal => Ok(cell(left.equals(&right))),
             Operator::NotEqual => Ok(cell(left.equals(&right).map(|yes| !yes))),
@@ -306,6 +314,10 @@ fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Err
         }
         (Operator::Add, Cell::List(a), Cell::List(b)) => {
             list(a.iter().chain(b.iter()).cloned().collect())
+        }
+        (Operator::Add, Cell::List(all), one) => list(all.iter().chain([one]).cloned().collect()),
+        (Operator::Add, one, Cell::List(all)) => {
+            list([one].into_iter().chain(all.iter()).cloned().collect())
         }
         (_, Cell::Int(a), Cell::Int(b)) => {
             let number = match operator {

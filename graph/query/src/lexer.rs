@@ -66,6 +66,16 @@ pub(crate) fn tokens(
                         Some((_, 'n')) => value.push('\n'),
                         Some((_, 't')) => value.push('\t'),
                         Some((_, 'r')) => value.push('\r'),
+                        Some((offset, sign @ ('u' | 'U'))) => {
+                            let count = if sign == 'u' { 4 } else { 8 };
+                            let Some(sign) = unicode(&mut chars, count) else {
+                                let end = at + 1 + offset + sign.len_utf8();
+                                let message =
+                                    format!("expected {count} hexadecimal digits of a character");
+                                return Err(error(end, &message));
+                            };
+                            value.push(sign);
+                        }
                         Some((_, c)) => value.push(c),
                         None => break None,
                     },
@@ -122,4 +132,15 @@ pub(crate) fn tokens(
     }
     all.push((Token::End, text.len(), text.len()));
     Ok(all)
+}
+
+/// The character that this many hexadecimal digits name.
+fn unicode(chars: &mut std::str::CharIndices<'_>, count: usize) -> Option<char> {
+    let digits = chars.by_ref().take(count);
+    let number = digits.map(|(_, sign)| sign.to_digit(16));
+    let number = number.collect::<Option<Vec<u32>>>()?;
+    if number.len() < count {
+        return None;
+    }
+    char::from_u32(number.iter().fold(0, |all, digit| (all << 4) | digit))
 }

@@ -42,6 +42,14 @@ pub(crate) fn rows<'a>(
     row: &[Cell],
     budget: &'a mut Budget,
 ) -> Result<Vec<Vec<Cell>>, Error> {
+    // Nothing is found at what an optional pattern has not found.
+    if pattern
+        .earlier
+        .iter()
+        .any(|variable| row[*variable] == Cell::Null)
+    {
+        return Ok(Vec::new());
+    }
     let plan = Plan::new(scope.graph, pattern, row);
     let mut matcher = Matcher {
         scope,

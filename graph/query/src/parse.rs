@@ -155,6 +155,7 @@ impl Parser<'_> {
     }
 
     fn pattern(&mut self, optional: bool) -> Result<Match> {
+        let mut earlier = self.scope.clone();
         let mut chains = vec![self.chain()?];
         while self.sign(",") {
             chains.push(self.chain()?);
@@ -164,10 +165,16 @@ impl Parser<'_> {
         } else {
             None
         };
+        let named = |chain: &Chain, variable: &usize| {
+            let is_node = chain.nodes.iter().any(|node| node.variable == *variable);
+            is_node || chain.edges.iter().any(|edge| edge.variable == *variable)
+        };
+        earlier.retain(|variable| chains.iter().any(|chain| named(chain, variable)));
         let mut pattern = Match {
             optional,
             chains,
             condition,
+            earlier,
         };
         pattern.free_properties();
         Ok(pattern)

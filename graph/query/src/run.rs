@@ -177,7 +177,7 @@ pub(crate) fn run(
                 }
                 rows = next;
             }
-            Clause::Project(project) => rows = self::project(project, scope, rows, budget)?,
+            Clause::Project(project) => rows = self::project(project, scope, rows, width, budget)?,
         }
     }
     let Some(Clause::Project(last)) = parsed.clauses.last() else {
@@ -195,11 +195,11 @@ fn project(
     project: &Project,
     scope: &Scope<'_>,
     rows: Vec<Vec<Cell>>,
+    width: usize,
     budget: &mut Budget,
 ) -> Result<Vec<Vec<Cell>>, Error> {
-    let width = rows.first().map_or(0, Vec::len);
     let mut made = if project.items.iter().any(|item| item.value.has_aggregate()) {
-        grouped(&project.items, scope, &rows, budget)?
+        grouped(&project.items, scope, &rows, width, budget)?
     } else {
         let mut made = Vec::with_capacity(rows.len());
         for mut row in rows {
@@ -284,6 +284,7 @@ fn grouped(
     items: &[Item],
     scope: &Scope<'_>,
     rows: &[Vec<Cell>],
+    width: usize,
     budget: &mut Budget,
 ) -> Result<Vec<Vec<Cell>>, Error> {
     let is_key = |item: &&Item| !item.value.has_aggregate();
@@ -306,19 +307,10 @@ fn grouped(
     }
     let mut sorted: Vec<(Key, Vec<usize>)> = groups.into_iter().collect();
     sorted.sort_by_key(|(_, members)| members.first().copied());
-    let width = items
-        .iter()
-        .map(|item| item.variable + 1)
-        .max()
-        .unwrap_or_default();
     let mut made = Vec::new();
     for (key, members) in sorted {
         budget.row()?;
-        let first = members.first().map(|at| &rows[*at]);
-        let mut row = match first {
-            Some(row) => vec![Cell::Null; row.len()],
-            None => vec![Cell::Null; width.max(rows.first().map_or(0, Vec::len))],
-        };
+        let mut row = vec![Cell::Null; width];
         let mut keys = key.0.into_iter();
         for item in items {
             row[item.variable] = if item.value.has_aggregate() {

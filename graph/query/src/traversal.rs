@@ -11,10 +11,13 @@ pub struct Mark(pub usize);
 pub struct Walker {
     /// The present node.
     pub node: NodeId,
-    marks: [Option<NodeId>; 4],
+    marks: [Option<NodeId>; Self::MARKS],
 }
 
 impl Walker {
+    /// How many marks there are.
+    pub const MARKS: usize = 4;
+
     /// Moves to another node and keeps the marks.
     fn at(self, node: NodeId) -> Self {
         Self {
@@ -43,7 +46,7 @@ pub fn traverse(
 ) -> Traversal<'_, impl Iterator<Item = Walker>> {
     let walkers = nodes.into_iter().map(|node| Walker {
         node,
-        marks: [None; 4],
+        marks: [None; Walker::MARKS],
     });
     Traversal { graph, walkers }
 }
@@ -57,6 +60,15 @@ impl<'s, I: Iterator<Item = Walker>> Traversal<'s, I> {
             walkers: next(self.walkers, self.graph),
             graph: self.graph,
         }
+    }
+
+    /// The same in a type of its own, so that steps can follow that are known at run time only. It
+    /// allocates once.
+    pub fn boxed(self) -> Traversal<'s, Box<dyn Iterator<Item = Walker> + 's>>
+    where
+        I: 's,
+    {
+        self.then(|walkers, _| Box::new(walkers) as _)
     }
 
     /// Along edges of a relation.

@@ -1,8 +1,14 @@
 //! Readers see whole changes only, and wait for nobody.
 
 use property_graph::{Error, Graph, Schema, Time, Value};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
+
+/// How many changes each writer makes that add edges.
+const CHANGES: i64 = 500;
+
+/// How many reads there are at least.
+const READS: u64 = 1_000_000;
 
 #[test]
 fn readers_see_no_half_change() {
@@ -14,55 +20,44 @@ fn readers_see_no_half_change() {
         Ok::<_, Error>(pair)
     });
     let pair = pair.expect("two nodes");
-    let done = AtomicBool::new(false);
+    let reads = AtomicU64::new(0);
+    let made = AtomicU64::new(0);
     std::thread::scope(|scope| {
-        let readers: Vec<_> = (0..8)
-            .map(|_| {
-                scope.spawn(|| {
-                    let mut reads = 0_u32;
-                    loop {
-                        let last = done.load(Ordering::Acquire);
-                        let now = graph.snapshot();
-                        let [a, b] = pair.map(|node| now.get(node, "x").cloned());
-                        assert_eq!(a, b);
-                        assert_eq!(now.edge_count() % 2, 0);
-                        reads += 1;
-                        if last {
-                            return reads;
-                        }
-                    }
-                })
-            })
-            .collect();
-        let writers: Vec<_> = (0..2)
-            .map(|_| {
-                let graph = &graph;
-                scope.spawn(move || {
-                    for _ in 0..500 {
-                        let changed = graph.change(Time::ZERO, |edit| {
-                            let value = edit.snapshot().get(pair[0], "x");
-                            let next = value.and_then(Value::as_i64).unwrap_or_default() + 1;
-                            edit.set(pair[0], "x", next)?;
+        for _ in 0..8 {
+            scope.spawn(|| {
+                while reads.fetch_add(1, Ordering::Relaxed) < READS {
+                    let now = graph.snapshot();
+                    let [a, b] = pair.map(|node| now.get(node, "x").cloned());
+                    assert_eq!(a, b);
+                    assert_eq!(now.edge_count() % 2, 0);
+                }
+            });
+        }
+        for _ in 0..2 {
+            scope.spawn(|| {
+                let mut round = 0;
+                while round < CHANGES || reads.load(Ordering::Relaxed) < READS {
+                    let changed = graph.change(Time::ZERO, |edit| {
+                        let value = edit.snapshot().get(pair[0], "x");
+                        let next = value.and_then(Value::as_i64).unwrap_or_default() + 1;
+                        edit.set(pair[0], "x", next)?;
+                        if round < CHANGES {
                             edit.add_edge("to", pair[0], pair[1])?;
                             edit.add_edge("to", pair[1], pair[0])?;
-                            edit.set(pair[1], "x", next)
-                        });
-                        changed.expect("a change");
-                    }
-                })
-            })
-            .collect();
-        writers
-            .into_iter()
-            .for_each(|w| w.join().expect("a writer"));
-        done.store(true, Ordering::Release);
-        for reader in readers {
-            assert!(reader.join().expect("a reader") > 0);
+                        }
+                        edit.set(pair[1], "x", next)
+                    });
+                    changed.expect("a change");
+                    made.fetch_add(1, Ordering::Relaxed);
+                    round += 1;
+                }
+            });
         }
     });
     let now = graph.snapshot();
-    assert_eq!(now.get(pair[0], "x"), Some(&Value::Int(1000)));
-    assert_eq!(now.edge_count(), 2000);
+    let made = made.into_inner() as i64;
+    assert_eq!(now.get(pair[0], "x"), Some(&Value::Int(made)));
+    assert_eq!(now.edge_count() as i64, 4 * CHANGES);
 }
 
 #[test]

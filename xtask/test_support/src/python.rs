@@ -48,6 +48,62 @@ pub fn packages(name: &str, requirements: &'static str, test: &str) -> Option<&'
     environment(name, requirements, &[], || Ok("python3".into()), test)
 }
 
+/// Takes the files with these endings out of the only archive of a folder. Arguments: the folder, the
+/// endings.
+const UNPACK: &str = "\
+import pathlib, sys, tarfile
+folder, *endings = sys.argv[1:]
+[archive] = pathlib.Path(folder).glob('*.tar.gz')
+with tarfile.open(archive) as archive:
+    wanted = [m for m in archive.getmembers() if m.isfile() and m.name.endswith(tuple(endings))]
+    archive.extractall(folder, wanted, filter='data')
+";
+
+/// Returns a folder with the files of the sources of `package` that have these endings; the package is
+/// written as `NAME==VERSION`, and is not built. Without Python 3.12, or without a way to the package,
+/// `test` is listed as skipped.
+pub fn sources(package: &str, endings: &[&str], test: &str) -> Option<PathBuf> {
+    match unpacked(package, endings) {
+        Ok(place) => Some(place),
+        Err(reason) => {
+            skipped(test, &reason);
+            None
+        }
+    }
+}
+
+fn unpacked(package: &str, endings: &[&str]) -> Result<PathBuf, String> {
+    let folder = crate::folder()?;
+    let name = package.replace("==", "-");
+    let place = folder.join(format!("{name}-sources"));
+    std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    let _lock = lock(&folder.join(format!("{name}-sources.lock")))?;
+    if place.exists() {
+        return Ok(place);
+    }
+    // Unpacked under another name and renamed, so that an existing folder is complete.
+    let new = folder.join(format!("{name}-{}", std::process::id()));
+    let text = new.display().to_string();
+    let python = python_3_12()?;
+    let pip = "-m pip download --quiet --disable-pip-version-check --no-deps --retries 1 --timeout 15 --dest";
+    // What the package needs to be built may come as wheels.
+    let own = package.split("==").next().unwrap_or(package);
+    let pip = pip.split(' ');
+    let pip: Vec<&str> = pip
+        .chain([text.as_str(), "--no-binary", own, package])
+        .collect();
+    let unpack: Vec<&str> = ["-c", UNPACK, text.as_str()]
+        .into_iter()
+        .chain(endings.iter().copied())
+        .collect();
+    let made = run(&python, &pip).and_then(|()| run(&python, &unpack));
+    let made = made.and_then(|()| {
+        std::fs::rename(&new, &place).map_err(|error| format!("{}: {error}", place.display()))
+    });
+    let _ = std::fs::remove_dir_all(&new);
+    made.map(|()| place)
+}
+
 /// The environment `name` with `requirements`, in the syntax of a file of pip, and more options of
 /// its installation.
 fn environment(

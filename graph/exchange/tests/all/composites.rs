@@ -5,6 +5,7 @@ use property_graph::schema::Entity;
 use property_graph::{Edit, Error, Graph, NodeId, Time};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::collections::HashMap;
+use std::process::Command;
 
 /// The edges in words. Each type is there once beside the two frames, so that equal words are
 /// isomorphic graphs.
@@ -39,7 +40,7 @@ fn a_pose_is_the_same_whatever_was_there() {
         &["Position", "Orientation"],
         &["Pose"],
     ];
-    let mut all = Vec::new();
+    let (mut all, mut documents) = (Vec::new(), Vec::new());
     for start in starts {
         let schema = graph_language::builtin("geometry.gdsl").expect("a schema");
         let graph = Graph::new(schema.clone().into(), 1);
@@ -71,9 +72,40 @@ fn a_pose_is_the_same_whatever_was_there() {
         let found = check(&document, &schema, &sources, source);
         assert_eq!(render(&sources, &found, Format::Short), "");
         all.push(words(&document));
+        documents.push(document);
     }
     assert_eq!(all[0].len(), 5 + 8);
     assert!(all.iter().all(|words| *words == all[0]), "{all:#?}");
+    isomorphic(&documents);
+}
+
+/// Whether networkx finds one graph in all of these.
+fn isomorphic(documents: &[Document]) {
+    let test = "a_pose_is_the_same_whatever_was_there (by networkx)";
+    let Some(python) = rc_test_support::python::interpreter("networkx==3.6.1", test) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("graphs.json");
+    let graphs = documents.iter().map(|document| {
+        let nodes = document.nodes.iter();
+        let edges = document.edges.iter();
+        // Nothing but types: names and ids say nothing about the form.
+        serde_json::json!({
+            "nodes": nodes.map(|n| (n.id.count(), &n.kind)).collect::<Vec<_>>(),
+            "edges": edges.map(|e| (e.from.count(), e.to.count(), &e.kind)).collect::<Vec<_>>(),
+        })
+    });
+    let graphs = serde_json::Value::from(graphs.collect::<Vec<_>>());
+    std::fs::write(&file, graphs.to_string()).expect("a file");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/isomorphic.py");
+    let output = Command::new(python).arg(script).arg(&file).output();
+    let output = output.expect("python");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    // Each of them is the first one, and without one of its edges it would not be.
+    let expected = format!("{}\n", vec!["True False"; documents.len()].join("\n"));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
 }
 
 /// A relation in the other direction is another one.

@@ -6,3 +6,4 @@ mod files;
 mod parts;
 mod real;
 mod reflection;
+mod robots;

@@ -1,8 +1,10 @@
 //! Real files of DSR: read, printed and read again they are equal.
 
 use graph_exchange::{Document, dsr};
+use property_graph::{Snapshot, Value};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::path::PathBuf;
+use std::process::Command;
 
 /// The files in the folder `dsr` that `RC_REAL_FILES` names. None if it names none.
 fn real() -> Vec<PathBuf> {
@@ -49,4 +51,75 @@ fn real_files_are_printed_and_read_equal() {
         equal += 1;
     }
     println!("{equal} real files are equal");
+}
+
+/// The names of the attributes with a pose.
+const POSE: [&str; 2] = ["rt_translation", "rt_rotation_euler_xyz"];
+
+/// The edges of a tree with their numbers, and the transforms of all pairs of nodes that we have:
+/// rotation by rows, then translation.
+fn transforms(graph: &Snapshot) -> Option<serde_json::Value> {
+    let numbers =
+        |value: &Value| -> Vec<f64> { (0..3).filter_map(|at| value.number(at)).collect() };
+    let count = |node| graph.node(node).expect("a node").id().count();
+    let edges = graph
+        .edges()
+        .filter(|edge| edge.type_name() == "RT")
+        .map(|edge| {
+            let [place, turn] = POSE.map(|name| edge.get(name).map(numbers));
+            Some((count(edge.from()), count(edge.to()), place?, turn?))
+        });
+    let edges = edges.collect::<Option<Vec<_>>>()?;
+    let nodes: Vec<_> = graph.nodes().map(|node| node.node_id()).collect();
+    let mut pairs = Vec::new();
+    for to in &nodes {
+        for from in &nodes {
+            let (Ok(a), Ok(b)) = (graph.frame(*to), graph.frame(*from)) else {
+                continue;
+            };
+            let Ok(between) = graph.between(a, b) else {
+                continue;
+            };
+            let mut cells: Vec<f64> = (0..9)
+                .map(|at| between.rotation[(at / 3, at % 3)])
+                .collect();
+            let t = between.translation;
+            cells.extend([t.x, t.y, t.z]);
+            pairs.push((count(*to), count(*from), cells));
+        }
+    }
+    Some(serde_json::json!({ "edges": edges, "pairs": pairs }))
+}
+
+#[test]
+fn transforms_of_real_files_are_those_of_scipy() {
+    let paths = real();
+    if paths.is_empty() {
+        return;
+    }
+    let test = "transforms_of_real_files_are_those_of_scipy";
+    let Some(python) = rc_test_support::python::interpreter("scipy==1.17.1", test) else {
+        return;
+    };
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let mut all = Vec::new();
+    for path in paths {
+        let mut sources = SourceMap::new();
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let source = sources.add(&path, text);
+        let Some(document) = dsr::read(&sources, source).0 else {
+            continue;
+        };
+        let graph = document.kept(&schema, 1).expect("a graph").snapshot();
+        all.extend(transforms(&graph));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("transforms.json");
+    std::fs::write(&file, serde_json::Value::from(all).to_string()).expect("a file");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/real.py");
+    let output = Command::new(python).arg(script).arg(&file).output();
+    let output = output.expect("python");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    println!("{}", String::from_utf8_lossy(&output.stdout));
 }

@@ -3,5 +3,6 @@
 mod named;
 mod promotion;
 mod random;
+mod tck;
 mod texts;
 mod traversals;

@@ -2,7 +2,6 @@
 
 use graph_query::{Mark, traverse};
 use property_graph::{Error, Graph, NodeId, Schema, Snapshot, Time, Value};
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// D's Figure 3.11: a joint has a frame of its own, and a predecessor. The wanted pose has a target
@@ -99,59 +98,153 @@ fn a_path_is_repeated_and_folded() {
     assert_eq!(traverse(&graph, joints).has_type("Frame").count(), 0);
 }
 
+/// A step of a random traversal.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Out(&'static str),
+    In(&'static str),
+    Has(i64),
+    HasType(&'static str),
+    As(Mark),
+    WhereEq(Mark),
+    Select(Mark),
+    /// Until a node has the value.
+    RepeatUntil(&'static str, i64),
+}
+
+const KINDS: [&str; 2] = ["a", "b"];
+
+fn random_step(random: &mut fastrand::Rng) -> Step {
+    let kind = KINDS[random.usize(0..2)];
+    let mark = Mark(random.usize(0..2));
+    match random.u32(0..12) {
+        0..3 => Step::Out(kind),
+        3..6 => Step::In(kind),
+        6 => Step::Has(random.i64(0..3)),
+        7 => Step::HasType(kind),
+        8..10 => Step::As(mark),
+        10 if random.bool() => Step::WhereEq(mark),
+        10 => Step::Select(mark),
+        _ => Step::RepeatUntil(kind, random.i64(0..3)),
+    }
+}
+
+fn walked(graph: &Snapshot, nodes: &[NodeId], steps: &[Step]) -> Vec<NodeId> {
+    let mut way = traverse(graph, nodes.to_vec()).boxed();
+    for step in steps {
+        way = match *step {
+            Step::Out(kind) => way.out(kind).boxed(),
+            Step::In(kind) => way.in_(kind).boxed(),
+            Step::Has(x) => way.has("x", x).boxed(),
+            Step::HasType(kind) => way.has_type(kind).boxed(),
+            Step::As(mark) => way.as_(mark).boxed(),
+            Step::WhereEq(mark) => way.where_eq(mark).boxed(),
+            Step::Select(mark) => way.select(mark).boxed(),
+            Step::RepeatUntil(kind, x) => way
+                .repeat_until(kind, move |graph, node| {
+                    graph.get(node, "x") == Some(&Value::Int(x))
+                })
+                .boxed(),
+        };
+    }
+    way.fold(Vec::new(), |mut all, _, walker| {
+        all.push(walker.node);
+        all
+    })
+}
+
+/// The nodes as numbers: type and value of each, and the edges.
+struct Plain {
+    nodes: Vec<(&'static str, i64)>,
+    edges: Vec<(&'static str, usize, usize)>,
+}
+
+impl Plain {
+    /// The same by loops over all edges. A way is where it is, and what it has marked.
+    fn walked(&self, steps: &[Step]) -> Vec<usize> {
+        let mut ways: Vec<(usize, [Option<usize>; 2])> =
+            (0..self.nodes.len()).map(|at| (at, [None; 2])).collect();
+        for step in steps {
+            let mut next = Vec::new();
+            for (at, marks) in ways {
+                let here = self.nodes[at];
+                let ends: Vec<usize> = match *step {
+                    Step::Out(kind) => self.ends(kind, |from, to| (from == at).then_some(to)),
+                    Step::In(kind) => self.ends(kind, |from, to| (to == at).then_some(from)),
+                    Step::Has(x) => (here.1 == x).then_some(at).into_iter().collect(),
+                    Step::HasType(kind) => (here.0 == kind).then_some(at).into_iter().collect(),
+                    Step::As(_) => vec![at],
+                    Step::WhereEq(mark) => marks[mark.0].filter(|m| *m == at).into_iter().collect(),
+                    Step::Select(mark) => marks[mark.0].into_iter().collect(),
+                    Step::RepeatUntil(kind, x) => self.until(kind, x, at).into_iter().collect(),
+                };
+                let mut marks = marks;
+                if let Step::As(mark) = *step {
+                    marks[mark.0] = Some(at);
+                }
+                next.extend(ends.into_iter().map(|end| (end, marks)));
+            }
+            ways = next;
+        }
+        ways.into_iter().map(|(at, _)| at).collect()
+    }
+
+    fn ends(&self, kind: &str, end: impl Fn(usize, usize) -> Option<usize>) -> Vec<usize> {
+        let edges = self.edges.iter().filter(|edge| edge.0 == kind);
+        edges.filter_map(|(_, from, to)| end(*from, *to)).collect()
+    }
+
+    /// Along the first edge of each node. Beyond as many steps as there are nodes, it goes in a circle.
+    fn until(&self, kind: &str, x: i64, mut at: usize) -> Option<usize> {
+        for _ in 0..=self.nodes.len() {
+            if self.nodes[at].1 == x {
+                return Some(at);
+            }
+            let next = self.ends(kind, |from, to| (from == at).then_some(to));
+            at = *next.first()?;
+        }
+        None
+    }
+}
+
 #[test]
 fn random_traversals_are_those_of_plain_loops() {
+    let mut ends = 0;
     for seed in 0..300 {
         let mut random = fastrand::Rng::with_seed(seed);
+        let nodes: Vec<_> = (0..random.usize(2..12))
+            .map(|_| (KINDS[random.usize(0..2)], random.i64(0..3)))
+            .collect();
+        let edges = (0..random.usize(1..30)).map(|_| {
+            let [from, to] = [0, 1].map(|_| random.usize(0..nodes.len()));
+            (KINDS[random.usize(0..2)], from, to)
+        });
+        let plain = Plain {
+            edges: edges.collect(),
+            nodes,
+        };
         let graph = Graph::new(Schema::anything().into(), 1);
-        let kinds = ["a", "b"];
         let made = graph.change(Time::ZERO, |edit| {
             let mut nodes = Vec::new();
-            for _ in 0..random.usize(2..12) {
-                let node = edit.add_node(kinds[random.usize(0..2)])?;
-                edit.set(node, "x", random.i64(0..3))?;
+            for (kind, x) in &plain.nodes {
+                let node = edit.add_node(*kind)?;
+                edit.set(node, "x", *x)?;
                 nodes.push(node);
             }
-            for _ in 0..random.usize(1..30) {
-                let ends = [0, 1].map(|_| nodes[random.usize(0..nodes.len())]);
-                edit.add_edge(kinds[random.usize(0..2)], ends[0], ends[1])?;
+            for (kind, from, to) in &plain.edges {
+                edit.add_edge(*kind, nodes[*from], nodes[*to])?;
             }
             Ok::<_, Error>(nodes)
         });
         let nodes = made.expect("a graph");
-        let now = graph.snapshot();
-        let edges: Vec<(String, NodeId, NodeId)> = now
-            .edges()
-            .map(|edge| (edge.type_name().to_owned(), edge.from(), edge.to()))
+        let steps: Vec<Step> = (0..random.usize(1..7))
+            .map(|_| random_step(&mut random))
             .collect();
-        let [first, second] = [0, 1].map(|_| kinds[random.usize(0..2)]);
-        let wanted = random.i64(0..3);
-        // Nodes from which one comes back to the start by an edge out and an edge in, over a node
-        // with a value.
-        let found = traverse(&now, nodes.iter().copied())
-            .as_(Mark(0))
-            .out(first)
-            .has("x", wanted)
-            .in_(second)
-            .where_eq(Mark(0));
-        let mut found: Vec<NodeId> = found.nodes().collect();
-        found.sort();
-        let mut expected = Vec::new();
-        for start in &nodes {
-            for (kind, from, to) in &edges {
-                let value = now.get(*to, "x").and_then(Value::as_i64);
-                if kind != first || from != start || value != Some(wanted) {
-                    continue;
-                }
-                let back = edges
-                    .iter()
-                    .filter(|e| e.0 == second && e.2 == *to && e.1 == *start);
-                expected.extend(back.map(|_| *start));
-            }
-        }
-        expected.sort();
-        assert_eq!(found, expected, "seed {seed}");
-        let unique: BTreeSet<NodeId> = found.into_iter().collect();
-        assert!(unique.len() <= nodes.len());
+        let found = walked(&graph.snapshot(), &nodes, &steps);
+        let expected: Vec<NodeId> = plain.walked(&steps).iter().map(|at| nodes[*at]).collect();
+        // Edges are found in the order in which they were added.
+        assert_eq!(found, expected, "seed {seed}: {steps:?}");
+        ends += found.len();
     }
+    assert!(ends > 1500, "only {ends} ends");
 }

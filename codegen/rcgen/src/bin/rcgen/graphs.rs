@@ -6,7 +6,6 @@ use crate::reports::{Failure, create, print_line, refused, report, tell};
 use graph_exchange::{Document, dsr, graph_json, graphml};
 use graph_language::Schema;
 use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
-use innermodel_exchange::urdf;
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rcgen::graphs::{Loaded, load};
@@ -211,13 +210,14 @@ pub(crate) fn import(file: &Path, out: &Path, common: &Common) -> Result<(), Fai
         Some("xml" | "urdf") => {
             let text = rc_files::read(file).map_err(|error| refused(file, &error))?;
             let source = sources.add(file, text);
-            let (tree, found) = if ending == Some("urdf") {
-                urdf::read(&sources, source)
+            if ending == Some("urdf") {
+                let (robot, found) = rc_robot::read(&sources, source);
+                (graph_exchange::robot::document(&robot), found)
             } else {
                 let folders = Folders { search: &[] };
-                innermodel_language::load(&mut sources, &folders, source)
-            };
-            (graph_exchange::innermodel::document(&tree), found)
+                let (tree, found) = innermodel_language::load(&mut sources, &folders, source);
+                (graph_exchange::innermodel::document(&tree), found)
+            }
         }
         _ => {
             let message = format!("{} is no .json, .xml or .urdf file", file.display());

@@ -1,6 +1,13 @@
-//! Random changes beside a `MultiDiGraph` of networkx: equal graphs, neighbours and errors.
+//! Random changes of the property graph and of a plain graph of petgraph, beside a `MultiDiGraph` of
+//! networkx: equal graphs, neighbours and errors.
 
-use property_graph::{EdgeId, Edit, Error, Graph, Id, NodeId, Schema, Snapshot, Time, Value};
+mod backend;
+mod ours;
+mod plain;
+
+use backend::{Backend, Element, Neighbours, Operations, Refusal};
+use ours::Ours;
+use plain::Plain;
 use rc_test_support::python;
 use std::fmt::Write as _;
 use std::process::Command;
@@ -12,29 +19,40 @@ const REMEMBERED: usize = 40;
 const NODES: usize = 24;
 
 #[derive(Clone, Copy)]
-struct Node {
-    handle: NodeId,
+struct Node<N> {
+    handle: N,
     id: u64,
 }
 
 #[derive(Clone, Copy)]
-struct Edge {
-    handle: EdgeId,
+struct Edge<E> {
+    handle: E,
     id: u64,
     from: u64,
     to: u64,
 }
 
 /// Elements that are in the graph, and some that were.
-#[derive(Clone, Default)]
-struct Known {
-    nodes: Vec<Node>,
-    edges: Vec<Edge>,
-    gone_nodes: Vec<Node>,
-    gone_edges: Vec<Edge>,
+#[derive(Clone)]
+struct Known<N, E> {
+    nodes: Vec<Node<N>>,
+    edges: Vec<Edge<E>>,
+    gone_nodes: Vec<Node<N>>,
+    gone_edges: Vec<Edge<E>>,
 }
 
-impl Known {
+impl<N, E> Default for Known<N, E> {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            gone_nodes: Vec::new(),
+            gone_edges: Vec::new(),
+        }
+    }
+}
+
+impl<N, E> Known<N, E> {
     fn forget_some(&mut self) {
         let few = self.gone_nodes.len().saturating_sub(REMEMBERED);
         self.gone_nodes.drain(..few);
@@ -57,12 +75,11 @@ impl Log {
     }
 
     /// Says in the words of the script how an operation ended.
-    fn end<T>(&mut self, operation: std::fmt::Arguments, result: &Result<T, Error>) {
+    fn end<T>(&mut self, operation: std::fmt::Arguments, result: &Result<T, Refusal>) {
         let said = match result {
             Ok(_) => "ok",
-            Err(Error::Removed) => "absent",
-            Err(Error::DuplicateId(_)) => "there",
-            Err(other) => panic!("{other}: {operation}"),
+            Err(Refusal::Absent) => "absent",
+            Err(Refusal::There) => "there",
         };
         self.add(operation, said);
     }
@@ -75,7 +92,7 @@ fn one<T: Copy>(here: &[T], gone: &[T], random: &mut fastrand::Rng) -> Option<T>
 }
 
 /// A new id; seldom one that is or was there.
-fn id(known: &Known, next: &mut u64, random: &mut fastrand::Rng) -> u64 {
+fn id<N: Copy, E: Copy>(known: &Known<N, E>, next: &mut u64, random: &mut fastrand::Rng) -> u64 {
     if random.u32(0..12) == 0 {
         let node = one(&known.nodes, &known.gone_nodes, random).map(|node| node.id);
         let edge = one(&known.edges, &known.gone_edges, random).map(|edge| edge.id);
@@ -92,9 +109,9 @@ fn id(known: &Known, next: &mut u64, random: &mut fastrand::Rng) -> u64 {
     *next
 }
 
-fn step(
-    edit: &mut Edit,
-    known: &mut Known,
+fn step<N: Copy, E: Copy>(
+    edit: &mut dyn Operations<N, E>,
+    known: &mut Known<N, E>,
     next: &mut u64,
     log: &mut Log,
     random: &mut fastrand::Rng,
@@ -109,7 +126,7 @@ fn step(
     match (random.u32(0..16), node, other, edge) {
         (0..2, ..) if grows => {
             let id = id(known, next, random);
-            let made = edit.add_node_as(Id::new(0, id), name);
+            let made = edit.add_node(id, name);
             log.end(format_args!("node {id} {name}"), &made);
             if let Ok(handle) = made {
                 known.gone_nodes.retain(|gone| gone.id != id);
@@ -122,7 +139,7 @@ fn step(
             if removed.is_ok() {
                 known.nodes.retain(|other| other.id != node.id);
                 known.gone_nodes.push(node);
-                let touches = |edge: &Edge| edge.from == node.id || edge.to == node.id;
+                let touches = |edge: &Edge<E>| edge.from == node.id || edge.to == node.id;
                 known
                     .gone_edges
                     .extend(known.edges.iter().filter(|edge| touches(edge)));
@@ -131,7 +148,7 @@ fn step(
         }
         (2..6, Some(from), Some(to), _) => {
             let id = id(known, next, random);
-            let made = edit.add_edge_as(Id::new(0, id), name, from.handle, to.handle);
+            let made = edit.add_edge(id, name, from.handle, to.handle);
             let (from, to) = (from.id, to.id);
             log.end(format_args!("edge {id} {name} {from} {to}"), &made);
             if let Ok(handle) = made {
@@ -153,15 +170,15 @@ fn step(
             }
         }
         (8, Some(node), ..) => {
-            let set = edit.set(node.handle, name, value);
+            let set = edit.set_node(node.handle, name, Some(value));
             log.end(format_args!("set-node {} {name} {value}", node.id), &set);
         }
         (9, Some(node), ..) => {
-            let unset = edit.unset(node.handle, name);
+            let unset = edit.set_node(node.handle, name, None);
             log.end(format_args!("unset-node {} {name}", node.id), &unset);
         }
         (10, .., Some(edge)) => {
-            let set = edit.set(edge.handle, name, value);
+            let set = edit.set_edge(edge.handle, name, Some(value));
             let Edge { id, from, to, .. } = edge;
             log.end(
                 format_args!("set-edge {id} {from} {to} {name} {value}"),
@@ -169,12 +186,12 @@ fn step(
             );
         }
         (11, .., Some(edge)) => {
-            let unset = edit.unset(edge.handle, name);
+            let unset = edit.set_edge(edge.handle, name, None);
             let Edge { id, from, to, .. } = edge;
             log.end(format_args!("unset-edge {id} {from} {to} {name}"), &unset);
         }
         (12.., Some(node), ..) => {
-            let said = neighbours(edit.snapshot(), node.handle);
+            let said = neighbours(edit.neighbours(node.handle));
             log.add(format_args!("neighbours {}", node.id), said);
         }
         _ => {}
@@ -183,68 +200,49 @@ fn step(
 }
 
 /// The edges of a node with their other ends, and its neighbours.
-fn neighbours(graph: &Snapshot, node: NodeId) -> String {
-    if graph.node(node).is_err() {
-        assert_eq!(
-            graph.successors(node).count() + graph.predecessors(node).count(),
-            0
-        );
+fn neighbours(found: Result<Neighbours, Refusal>) -> String {
+    let Ok(found) = found else {
         return "absent".to_owned();
-    }
-    let count = |node: NodeId| graph.node(node).expect("a node").id().count();
-    let pairs = |pairs: &mut dyn Iterator<Item = (u64, NodeId)>| {
-        let mut pairs: Vec<_> = pairs.map(|(edge, end)| (edge, count(end))).collect();
+    };
+    let pairs = |mut pairs: Vec<(u64, u64)>| {
         pairs.sort_unstable();
         let pairs = pairs.iter().map(|(edge, end)| format!("{edge}:{end}"));
         pairs.collect::<Vec<_>>().join(",")
     };
-    let nodes = |nodes: &mut dyn Iterator<Item = NodeId>| {
-        let mut nodes: Vec<u64> = nodes.map(count).collect();
+    let nodes = |mut nodes: Vec<u64>| {
         nodes.sort_unstable();
         nodes.dedup();
         let nodes = nodes.iter().map(u64::to_string);
         nodes.collect::<Vec<_>>().join(",")
     };
     [
-        pairs(
-            &mut graph
-                .out_edges(node, None)
-                .map(|e| (e.id().count(), e.to())),
-        ),
-        pairs(
-            &mut graph
-                .in_edges(node, None)
-                .map(|e| (e.id().count(), e.from())),
-        ),
-        nodes(&mut graph.successors(node)),
-        nodes(&mut graph.predecessors(node)),
+        pairs(found.out),
+        pairs(found.in_),
+        nodes(found.successors),
+        nodes(found.predecessors),
     ]
     .join(" | ")
 }
 
 /// The whole graph in one line.
-fn printed(graph: &Snapshot) -> String {
-    let listed = |attributes: &mut dyn Iterator<Item = (&str, &Value)>, kind: &str| {
-        let number = |value: &Value| value.as_i64().expect("an integer");
-        let texts = attributes.map(|(name, value)| format!("{name}={}", number(value)));
-        let mut texts: Vec<_> = texts.chain([format!("type={kind}")]).collect();
+fn printed(graph: &impl Backend) -> String {
+    let listed = |element: &Element| {
+        let texts = element.attributes.iter();
+        let texts = texts.map(|(name, value)| format!("{name}={value}"));
+        let mut texts: Vec<_> = texts.chain([format!("type={}", element.kind)]).collect();
         texts.sort_unstable();
         texts.join(" ")
     };
-    let mut nodes: Vec<_> = graph.nodes().collect();
-    nodes.sort_by_key(property_graph::NodeRef::id);
-    let nodes = nodes.iter().map(|node| {
-        let attributes = listed(&mut node.attributes(), node.type_name());
-        format!("{} {attributes}", node.id().count())
-    });
-    let mut edges: Vec<_> = graph.edges().collect();
-    edges.sort_by_key(property_graph::EdgeRef::id);
-    let count = |node: NodeId| graph.node(node).expect("a node").id().count();
-    let edges = edges.iter().map(|edge| {
-        let attributes = listed(&mut edge.attributes(), edge.type_name());
-        let (from, to) = (count(edge.from()), count(edge.to()));
-        format!("{} {from} {to} {attributes}", edge.id().count())
-    });
+    let mut nodes = graph.nodes();
+    nodes.sort();
+    let nodes = nodes
+        .iter()
+        .map(|node| format!("{} {}", node.id, listed(node)));
+    let mut edges = graph.edges();
+    edges.sort();
+    let edges = edges
+        .iter()
+        .map(|(edge, from, to)| format!("{} {from} {to} {}", edge.id, listed(edge)));
     let nodes: Vec<String> = nodes.collect();
     let edges: Vec<String> = edges.collect();
     format!("{} | {}", nodes.join("; "), edges.join("; "))
@@ -258,15 +256,10 @@ fn count() -> usize {
     })
 }
 
-#[test]
-fn random_changes_equal_networkx() {
-    let test = "random_changes_equal_networkx";
-    let Some(python) = python::interpreter("networkx==3.6.1", test) else {
-        return;
-    };
+/// Random operations, and what a backend says to them.
+fn operations(mut graph: impl Backend) -> Log {
     let count = count();
     let mut random = fastrand::Rng::with_seed(24);
-    let graph = Graph::new(Schema::anything().into(), 1);
     let (mut known, mut next, mut log) = (Known::default(), 0, Log::default());
     let mut round = 0;
     while log.said.len() < count {
@@ -275,40 +268,56 @@ fn random_changes_equal_networkx() {
         if fails {
             log.add(format_args!("save"), "ok");
         }
-        let changed = graph.change(Time::ZERO, |edit| {
+        // A change that fails leaves nothing.
+        graph.change(|edit| {
             for _ in 0..random.usize(1..12) {
                 step(edit, &mut known, &mut next, &mut log, &mut random);
             }
-            // A change that fails leaves nothing.
-            if fails { Err(Error::NoFrame) } else { Ok(()) }
+            !fails
         });
-        assert_eq!(changed.is_err(), fails);
         if fails {
             log.add(format_args!("back"), "ok");
             known = before;
         }
         round += 1;
         if round % 50 == 0 {
-            log.add(format_args!("print"), printed(&graph.snapshot()));
+            log.add(format_args!("print"), printed(&graph));
         }
     }
-    log.add(format_args!("print"), printed(&graph.snapshot()));
+    log.add(format_args!("print"), printed(&graph));
     for said in ["ok", "absent", "there"] {
         let count = log.said.iter().filter(|known| *known == said).count();
         assert!(count > log.said.len() / 1000, "{said}: {count}");
     }
+    log
+}
+
+fn compare(operations: &str, ours: &[String], theirs: &[String]) {
+    assert_eq!(ours.len(), theirs.len());
+    for (at, operation) in operations.lines().enumerate() {
+        assert_eq!(ours[at], theirs[at], "operation {at}: {operation}");
+    }
+}
+
+#[test]
+fn random_changes_equal_petgraph_and_networkx() {
+    let ours = operations(Ours::new());
+    let plain = operations(Plain::default());
+    assert_eq!(ours.operations, plain.operations);
+    compare(&ours.operations, &ours.said, &plain.said);
+    let test = "random_changes_equal_petgraph_and_networkx";
+    let Some(python) = python::interpreter("networkx==3.6.1", test) else {
+        return;
+    };
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("operations.txt");
-    std::fs::write(&file, &log.operations).expect("a file");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/oracle.py");
+    std::fs::write(&file, &ours.operations).expect("a file");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/oracle/script.py");
     let output = Command::new(python).arg(script).arg(&file).output();
     let output = output.expect("python");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
     let theirs = String::from_utf8(output.stdout).expect("a text");
-    assert_eq!(theirs.lines().count(), log.said.len());
-    let operations = log.operations.lines().enumerate();
-    for (((at, operation), ours), theirs) in operations.zip(&log.said).zip(theirs.lines()) {
-        assert_eq!(ours, theirs, "operation {at}: {operation}");
-    }
+    let theirs: Vec<String> = theirs.lines().map(str::to_owned).collect();
+    compare(&ours.operations, &ours.said, &theirs);
 }

@@ -1,0 +1,132 @@
+//! Robots of URDF files as graphs of the domain `kinematics`.
+
+use crate::document::{Attribute, Document, Edge, Node};
+use property_graph::{Id, Value};
+use rc_quantity::Transform;
+use rc_quantity::rotation::{EulerOrder, IDENTITY};
+use rc_robot::{Body, Motion, Robot};
+
+/// Where a joint at 0 leaves the link behind it.
+const STILL: Transform = Transform {
+    rotation: IDENTITY,
+    translation: [0.0; 3],
+};
+
+/// Numbers the elements, and keeps them.
+struct Maker {
+    made: Document,
+    count: u64,
+}
+
+impl Maker {
+    fn id(&mut self) -> Id {
+        self.count += 1;
+        Id::new(1, self.count)
+    }
+
+    fn node(&mut self, kind: &str, name: &str, others: Vec<Attribute>) -> Id {
+        let id = self.id();
+        let name = ("name".to_owned(), name.into(), None);
+        self.made.nodes.push(Node {
+            id,
+            kind: kind.to_owned(),
+            attributes: [name].into_iter().chain(others).collect(),
+            path: String::new(),
+        });
+        id
+    }
+
+    fn edge(&mut self, kind: &str, [from, to]: [Id; 2], attributes: Vec<Attribute>) {
+        let id = Some(self.id());
+        self.made.edges.push(Edge {
+            id,
+            kind: kind.to_owned(),
+            from,
+            to,
+            attributes,
+            path: String::new(),
+        });
+    }
+
+    fn pose(&mut self, ends: [Id; 2], place: &Transform) {
+        let angles = EulerOrder::XYZ_MOVING.angles(&place.rotation).angles;
+        let numbers = [place.translation, angles].concat();
+        let pose = ("pose".to_owned(), numbers.as_slice().into(), None);
+        self.edge("RT", ends, vec![pose]);
+    }
+}
+
+fn attribute(name: &str, value: impl Into<Value>) -> Attribute {
+    (name.to_owned(), value.into(), None)
+}
+
+/// Mass, centre of mass and inertia, where the file says them.
+fn masses(body: &Body) -> Vec<Attribute> {
+    let Some(inertia) = &body.inertia else {
+        return Vec::new();
+    };
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = inertia.tensor;
+    vec![
+        attribute("mass", inertia.mass),
+        attribute("centre", inertia.centre),
+        attribute("inertia", [xx, xy, xz, yy, yz, zz]),
+    ]
+}
+
+/// The graph of a robot whose joints are at 0: for each link a body that is fixed in a frame, for each
+/// joint a frame in that of the link before it, which has the frame of the link behind it. What follows
+/// another joint is a joint as others.
+pub fn document(robot: &Robot) -> Document {
+    let mut maker = Maker {
+        made: Document {
+            schema: Some("kinematics.gdsl".to_owned()),
+            ..Document::default()
+        },
+        count: 0,
+    };
+    let links = robot.bodies.iter().map(|body| {
+        let made = maker.node("Body", &body.name, masses(body));
+        let frame = maker.node("Frame", &body.name, Vec::new());
+        (made, frame)
+    });
+    let links: Vec<(Id, Id)> = links.collect();
+    for (body, frame) in &links {
+        maker.edge("fixed_in", [*body, *frame], Vec::new());
+    }
+    for (body, (second, after)) in robot.bodies.iter().zip(&links) {
+        let Some(joint) = &body.joint else { continue };
+        let Some((first, before)) = links.get(joint.parent) else {
+            continue;
+        };
+        let kind = match joint.motion {
+            Motion::Fixed => "Fixed",
+            Motion::Turns { .. } => "Revolute",
+            Motion::Slides { .. } => "Prismatic",
+            Motion::Free => "Joint",
+        };
+        let mut attributes = Vec::new();
+        if kind != "Fixed" {
+            attributes.push(attribute("axis", joint.axis));
+        }
+        if let Some(limits) = joint.limits
+            && limits.lower.is_finite()
+        {
+            attributes.push(attribute("lower", limits.lower));
+            attributes.push(attribute("upper", limits.upper));
+        }
+        let node = maker.node(kind, &joint.name, attributes);
+        let own = maker.node("Frame", &joint.name, Vec::new());
+        for (relation, end) in [
+            ("body1", first),
+            ("body2", second),
+            ("predecessor", before),
+            ("successor", after),
+            ("my_frame", &own),
+        ] {
+            maker.edge(relation, [node, *end], Vec::new());
+        }
+        maker.pose([*before, own], &joint.place);
+        maker.pose([own, *after], &STILL);
+    }
+    maker.made
+}

@@ -1,0 +1,28 @@
+"""Prints whether graphs are isomorphic to the first one, and whether they are without an edge."""
+
+import json
+import sys
+
+import networkx
+from networkx.algorithms.isomorphism import categorical_multiedge_match, categorical_node_match
+
+
+def made(graph):
+    result = networkx.MultiDiGraph()
+    for node, kind in graph["nodes"]:
+        result.add_node(node, kind=kind)
+    for start, end, kind in graph["edges"]:
+        result.add_edge(start, end, kind=kind)
+    return result
+
+
+def same(graph):
+    node, edge = (match("kind", None) for match in (categorical_node_match, categorical_multiedge_match))
+    return networkx.is_isomorphic(first, made(graph), node_match=node, edge_match=edge)
+
+
+with open(sys.argv[1]) as file:
+    graphs = json.load(file)
+first = made(graphs[0])
+for graph in graphs:
+    print(same(graph), same(graph | {"edges": graph["edges"][1:]}))

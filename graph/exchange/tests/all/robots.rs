@@ -1,0 +1,288 @@
+//! Robots of URDF files as graphs: the query of D's figure 3.11, and masses and poses by traversal
+//! beside Pinocchio.
+
+use graph_exchange::robot;
+use graph_query::{Budget, Cell, Mark, Queries, traverse};
+use property_graph::{EdgeId, Error, Graph, NodeId, Snapshot, Time, Value};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_quantity::rotation::{EulerOrder, from_rotation_vector};
+use rc_robot::Robot;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+/// An arm with the lengths of a UR5.
+const SIX: &str = include_str!("../../../../kinematics/examples/six.urdf");
+/// An arm with the lengths of a Franka.
+const SEVEN: &str = include_str!("../../../../kinematics/tests/robots/seven.urdf");
+
+/// A humanoid of thirty joints: two legs of six, two arms of seven, a waist of two, and a head of two.
+fn humanoid() -> String {
+    let mut out = String::from("<robot name=\"humanoid\">\n");
+    let link = |name: &str, mass: f64, centre: [f64; 3]| {
+        let [x, y, z] = centre;
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"{x} {y} {z}\" rpy=\"0.1 0.2 0.3\"/><mass value=\"{mass}\"/>\
+            <inertia ixx=\"0.05\" iyy=\"0.04\" izz=\"0.03\" ixy=\"0.002\" ixz=\"0.001\" iyz=\"-0.003\"/></inertial></link>\n"
+        )
+    };
+    out += &link("pelvis", 11.5, [0.0, 0.0, 0.07]);
+    let mut limb = |base: &str, name: &str, start: [f64; 3], axes: &[&str], length: f64| {
+        let mut parent = base.to_owned();
+        for (at, axis) in axes.iter().enumerate() {
+            let [x, y, z] = if at == 0 {
+                start
+            } else {
+                [0.0, 0.01, length / axes.len() as f64]
+            };
+            let child = format!("{name}_{at}");
+            out += &link(&child, 4.0 - 0.5 * at as f64, [0.01, 0.0, length / 20.0]);
+            let _ = writeln!(
+                out,
+                "<joint name=\"{name}_joint_{at}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+                <origin xyz=\"{x} {y} {z}\" rpy=\"0.1 -0.2 {at}\"/><axis xyz=\"{axis}\"/>\
+                <limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"4\"/></joint>"
+            );
+            parent = child;
+        }
+        parent
+    };
+    let (x, y, z) = ("1 0 0", "0 1 0", "0 0 1");
+    let chest = limb("pelvis", "waist", [0.0, 0.0, 0.15], &[z, y], 0.3);
+    limb(&chest, "head", [0.0, 0.0, 0.3], &[z, y], 0.1);
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let hip = [0.0, 0.1 * sign, -0.05];
+        limb(
+            "pelvis",
+            &format!("{side}_leg"),
+            hip,
+            &[z, x, y, y, y, x],
+            -0.8,
+        );
+        let shoulder = [0.0, 0.2 * sign, 0.25];
+        limb(
+            &chest,
+            &format!("{side}_arm"),
+            shoulder,
+            &[y, x, z, y, z, y, x],
+            0.6,
+        );
+    }
+    out + "</robot>\n"
+}
+
+fn read(text: &str) -> Robot {
+    let mut sources = SourceMap::new();
+    let source = sources.add("robot.urdf", text);
+    let (robot, found) = rc_robot::read(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    robot
+}
+
+fn graph(robot: &Robot) -> Graph {
+    let schema = graph_language::builtin("kinematics.gdsl").expect("a schema");
+    let graph = robot::document(robot).graph(schema.into(), 1);
+    graph.expect("a graph")
+}
+
+fn all() -> [(String, usize); 3] {
+    [(SIX.to_owned(), 6), (SEVEN.to_owned(), 7), (humanoid(), 30)]
+}
+
+/// `joint.pose_wrt_predecessor()` of the schema.
+#[test]
+fn the_pose_of_each_joint_in_its_predecessor_is_found() {
+    for (text, joints) in all() {
+        let robot = read(&text);
+        let now = graph(&robot).snapshot();
+        let queries = Queries::of(now.schema());
+        assert_eq!(queries.faults().count(), 0);
+        let moving: Vec<NodeId> = now.of_type("Revolute").collect();
+        assert_eq!(moving.len(), joints);
+        for joint in moving {
+            let parameters = [("joint", Cell::Node(joint))];
+            let rows = queries.run(&now, "pose_wrt_predecessor", parameters, Budget::default());
+            let rows = rows.expect("rows").cells;
+            // Exactly that pose: the edge from the frame before to that of the joint.
+            let frame = |relation: &str| {
+                let relation = now.symbol(relation).expect("a relation");
+                let ends: Vec<NodeId> = now.out(joint, relation).collect();
+                ends[0]
+            };
+            let into: Vec<EdgeId> = now
+                .in_edges(frame("my_frame"), now.symbol("RT"))
+                .map(|edge| edge.edge_id())
+                .collect();
+            let [edge] = into.as_slice() else {
+                panic!("{into:?}");
+            };
+            assert_eq!(
+                now.edge(*edge).expect("an edge").from(),
+                frame("predecessor")
+            );
+            let name = now.node(joint).expect("a joint").name();
+            let mut bodies = robot.bodies.iter().filter_map(|body| body.joint.as_ref());
+            let place = bodies
+                .find(|known| known.name == name)
+                .expect("a joint")
+                .place;
+            let angles = EulerOrder::XYZ_MOVING.angles(&place.rotation).angles;
+            let numbers = [place.translation, angles].concat();
+            let numbers = Cell::from(&Value::from(numbers.as_slice()));
+            assert_eq!(rows, [[Cell::Edge(*edge), numbers]], "{name}");
+        }
+    }
+}
+
+/// Turns the joints of a graph.
+fn turn(graph: &Graph, robot: &Robot, positions: &[f64]) {
+    let turned = graph.change(Time::ZERO, |edit| {
+        for joint in robot.bodies.iter().filter_map(|body| body.joint.as_ref()) {
+            let Some((coordinate, _)) = joint.motion.driven() else {
+                continue;
+            };
+            let now = edit.snapshot();
+            let named = now.named(&joint.name);
+            let is_joint =
+                |node: &NodeId| now.node(*node).is_ok_and(|n| n.type_name() == "Revolute");
+            let node = named.into_iter().find(is_joint).expect("a joint");
+            // The edge from the frame of the joint to that of the link behind it.
+            let way = traverse(now, [node]).out("my_frame").nodes().next();
+            let edge = now
+                .out_edges(way.expect("a frame"), now.symbol("RT"))
+                .next();
+            let edge = edge.map(|edge| edge.edge_id()).expect("an edge");
+            let vector = joint.axis.map(|part| part * positions[coordinate]);
+            let angles = EulerOrder::XYZ_MOVING
+                .angles(&from_rotation_vector(vector))
+                .angles;
+            let pose = [[0.0; 3], angles].concat();
+            edit.set(edge, "pose", pose.as_slice())?;
+        }
+        Ok::<(), Error>(())
+    });
+    turned.expect("a change");
+}
+
+fn numbers<const N: usize>(graph: &Snapshot, node: NodeId, name: &str) -> [f64; N] {
+    let value = graph.get(node, name).expect("a value");
+    std::array::from_fn(|at| value.number(at).expect("a number"))
+}
+
+/// Mass, centre of mass and inertia about it of the whole robot, by a walk from its bodies to their
+/// frames. All in the frame of a node.
+fn masses(graph: &Snapshot, root: NodeId) -> [Vec<f64>; 3] {
+    let root = graph.frame(root).expect("a frame");
+    let body = Mark(0);
+    let bodies = || {
+        traverse(graph, graph.of_type("Body"))
+            .as_(body)
+            .out("fixed_in")
+    };
+    let parts = bodies().fold(Vec::new(), |mut all, graph, walker| {
+        let own = walker.marked(body).expect("a body");
+        let Some(mass) = graph.get(own, "mass").and_then(Value::as_f64) else {
+            return all;
+        };
+        let place = graph.frame(walker.node).expect("a frame");
+        let place = graph.between(root, place).expect("a transform");
+        let [x, y, z] = numbers(graph, own, "centre");
+        let centre = place.point(&property_graph::Point::new(x, y, z));
+        let [xx, xy, xz, yy, yz, zz] = numbers(graph, own, "inertia");
+        let own = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let r = |row: usize, column: usize| place.rotation[(row, column)];
+        let mut turned = [[0.0; 3]; 3];
+        for (i, row) in turned.iter_mut().enumerate() {
+            for (j, cell) in row.iter_mut().enumerate() {
+                let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
+                *cell = pairs.map(|(k, l)| r(i, k) * own[k][l] * r(j, l)).sum();
+            }
+        }
+        all.push((mass, [centre.x, centre.y, centre.z], turned));
+        all
+    });
+    let mass: f64 = parts.iter().map(|part| part.0).sum();
+    let centre: Vec<f64> = (0..3)
+        .map(|at| parts.iter().map(|(m, c, _)| m * c[at]).sum::<f64>() / mass)
+        .collect();
+    let mut inertia = vec![0.0; 9];
+    for (m, c, own) in &parts {
+        let d: Vec<f64> = (0..3).map(|at| c[at] - centre[at]).collect();
+        let square: f64 = d.iter().map(|part| part * part).sum();
+        for i in 0..3 {
+            for j in 0..3 {
+                let about = if i == j { square } else { 0.0 };
+                inertia[3 * i + j] += own[i][j] + m * (about - d[i] * d[j]);
+            }
+        }
+    }
+    [vec![mass], centre, inertia]
+}
+
+fn link(graph: &Snapshot, name: &str) -> NodeId {
+    let bodies = traverse(graph, graph.named(name)).has_type("Body");
+    bodies.out("fixed_in").nodes().next().expect("a link")
+}
+
+#[test]
+fn masses_and_poses_are_those_of_pinocchio() {
+    let test = "masses_and_poses_are_those_of_pinocchio";
+    let packages = rc_test_support::python::packages;
+    let Some(python) = packages("pinocchio", "pin==4.1.0\n", test) else {
+        return;
+    };
+    let mut random = fastrand::Rng::with_seed(7);
+    let (mut cases, mut ours) = (Vec::new(), Vec::new());
+    for (text, _) in all() {
+        let robot = read(&text);
+        let graph = graph(&robot);
+        for _ in 0..5 {
+            let count = robot.coordinates.len();
+            let positions: Vec<f64> = (0..count).map(|_| random.f64() * 3.0 - 1.5).collect();
+            turn(&graph, &robot, &positions);
+            let now = graph.snapshot();
+            let mut own: Vec<f64> = masses(&now, link(&now, &robot.bodies[0].name)).concat();
+            let mut pairs = Vec::new();
+            for _ in 0..5 {
+                let pair = [0, 1].map(|_| {
+                    let at = random.usize(0..robot.bodies.len());
+                    robot.bodies[at].name.as_str()
+                });
+                let [to, from] = pair.map(|name| now.frame(link(&now, name)).expect("a frame"));
+                let between = now.between(to, from).expect("a transform");
+                let t = between.translation;
+                own.extend([t.x, t.y, t.z]);
+                let cells = (0..9).map(|at| between.rotation[(at / 3, at % 3)]);
+                own.extend(cells);
+                pairs.push(pair);
+            }
+            ours.push(own);
+            cases.push(serde_json::json!({
+                "urdf": text,
+                "positions": robot.coordinates.iter().zip(positions).collect::<Vec<_>>(),
+                "pairs": pairs,
+            }));
+        }
+    }
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/robots.py");
+    let mut child = Command::new(python)
+        .arg(script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python");
+    let mut input = child.stdin.take().expect("its input");
+    let cases = serde_json::Value::from(cases).to_string();
+    input.write_all(cases.as_bytes()).expect("written");
+    drop(input);
+    let output = child.wait_with_output().expect("python");
+    assert!(output.status.success(), "the script failed");
+    let theirs: Vec<Vec<f64>> = serde_json::from_slice(&output.stdout).expect("numbers");
+    assert_eq!(ours.len(), theirs.len());
+    for (ours, theirs) in ours.iter().zip(&theirs) {
+        assert_eq!(ours.len(), theirs.len());
+        let apart = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs());
+        let worst = apart.fold(0.0, f64::max);
+        assert!(worst < 1e-9, "{worst}");
+    }
+}
