@@ -205,6 +205,16 @@ class Client(unittest.TestCase):
                 seen.publish()
             with self.assertRaises(robocomp.InvalidSample):
                 seen.publish(5)
+            # Neither loses its imaginary part, nor has what a mask hides.
+            for pose, reason in (
+                (np.full(6, 1 + 2j), "complex"),
+                (np.ma.array([1.0] * 6, mask=[True] + [False] * 5), "filled"),
+            ):
+                lossy = types["Demo::Image"](**values | {"pose": pose})
+                with self.assertRaises(TypeError) as caught:
+                    seen.publish(lossy)
+                self.assertIn("pose", str(caught.exception))
+                self.assertIn(reason, str(caught.exception))
             seen.publish(image=image)
         with self.assertRaises(robocomp.SendError):
             seen.publish(image)

@@ -83,6 +83,20 @@ class InPlace(unittest.TestCase):
 
         self.run_there(fail)
 
+    def test_arrays_that_would_lose_a_part_are_not_lent(self):
+        def lose(images):
+            image = images.loan_image()
+            for pose, reason in (
+                (np.full(6, 1 + 2j), "complex"),
+                (np.ma.array([1.0] * 6, mask=[True] + [False] * 5), "filled"),
+            ):
+                with self.assertRaises(TypeError) as caught:
+                    image.pose = pose
+                self.assertIn(reason, str(caught.exception))
+            image.discard()
+
+        self.run_there(lose)
+
     def test_a_failed_block_gives_its_memory_back_after_its_arrays(self):
         def fail(images):
             with self.assertRaises(ZeroDivisionError), images.loan_image() as image:
