@@ -20,8 +20,9 @@ pub fn meanings(
         return Diagnostics::new();
     }
     let path = sources.path(source).to_path_buf();
-    let wanted = &component.prototype_imports;
-    let (library, mut found) = rc_prototypes::import(sources, loader, &path, wanted);
+    let wanted = component.prototype_imports.iter();
+    let wanted = wanted.map(|file| (path.as_path(), file));
+    let (library, mut found) = rc_prototypes::import(sources, loader, wanted);
     if !found.has_errors() {
         named(component, &library, &mut found);
     }

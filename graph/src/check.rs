@@ -4,8 +4,9 @@ use crate::edit::Edit;
 use crate::element::{Attributes, EdgeId, Element, NodeId};
 use crate::error::Error;
 use crate::names::Symbol;
-use crate::snapshot::{Snapshot, value};
-use crate::types::{RelationType, TreeOf, Types};
+use crate::snapshot::Snapshot;
+use crate::stored::value;
+use crate::types::{self, RelationType, TreeOf, Types};
 use crate::value::Value;
 use graph_schema::{Attribute, Kind};
 use rc_diagnostics::foreign;
@@ -69,11 +70,7 @@ fn check_node(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> 
     check_attributes(next, types, attributes, &about.name, |symbol| {
         about.attributes.get(places.place(symbol)?)
     })?;
-    for required in places.required() {
-        if value(attributes, *required).is_none() {
-            return Err(missing(next, &about.name, *required));
-        }
-    }
+    check_required(next, places, attributes, &about.name)?;
     check_ports(next, types, node, seen)?;
     // A rule compares attributes of both ends of an edge.
     let place = next.place(node)?;
@@ -89,11 +86,24 @@ fn check_node(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> 
     Ok(())
 }
 
-fn missing(next: &Snapshot, kind: &str, attribute: Symbol) -> Error {
-    Error::Missing {
-        kind: kind.to_owned(),
-        attribute: next.text(attribute).to_owned(),
+/// Whether an element has all that its type requires, in any representation.
+fn check_required(
+    next: &Snapshot,
+    places: &types::Attributes,
+    attributes: &Attributes,
+    kind: &str,
+) -> Result<(), Error> {
+    for required in places.required() {
+        let is_set = |(symbol, _): &(Symbol, usize)| value(attributes, *symbol).is_some();
+        let others = || places.group(*required).unwrap_or_default();
+        if value(attributes, *required).is_none() && !others().iter().any(is_set) {
+            return Err(Error::Missing {
+                kind: kind.to_owned(),
+                attribute: next.text(*required).to_owned(),
+            });
+        }
     }
+    Ok(())
 }
 
 fn check_ports(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> Result<(), Error> {
@@ -144,7 +154,7 @@ fn check_attributes<'s>(
     kind: &str,
     described: impl Fn(Symbol) -> Option<&'s Attribute>,
 ) -> Result<(), Error> {
-    for (symbol, value) in attributes.as_deref().unwrap_or_default() {
+    for (symbol, stored) in attributes.as_deref().unwrap_or_default() {
         let Some(attribute) = described(*symbol) else {
             if types.schema.open {
                 continue;
@@ -159,7 +169,7 @@ fn check_attributes<'s>(
                 name: foreign::clean(name),
             });
         };
-        if let Err((expected, found)) = fits(attribute, value) {
+        if let Err((expected, found)) = fits(attribute, stored.value()) {
             return Err(Error::Value {
                 kind: kind.to_owned(),
                 attribute: attribute.name.clone(),
@@ -181,6 +191,16 @@ pub fn fits(attribute: &Attribute, value: &Value) -> Result<(), (String, String)
         | (Kind::Text, Value::Text(_))
         | (Kind::Bytes, Value::Bytes(_))
         | (Kind::Texts, Value::Texts(_)) => true,
+        (Kind::Topic(kind), Value::Sample(sample)) => {
+            kind.as_ref().is_none_or(|kind| *kind == sample.kind)
+        }
+        (Kind::Block(block), Value::Floats(_) | Value::Ints(_)) => {
+            let numbers = value.numbers().unwrap_or_default();
+            return match block.refusal(&numbers) {
+                Some(refusal) => Err((block.text(), refusal)),
+                None => Ok(()),
+            };
+        }
         (Kind::Enum(words), Value::Text(text)) => words.iter().any(|word| **word == **text),
         (Kind::Ints(count) | Kind::Floats(count), Value::Ints(all)) => sized(count, all.len()),
         (Kind::Floats(count), Value::Floats(all)) => sized(count, all.len()),
@@ -191,6 +211,7 @@ pub fn fits(attribute: &Attribute, value: &Value) -> Result<(), (String, String)
             Value::Text(text) => format!("`{}`", foreign::clean(text)),
             Value::Ints(all) => format!("int[{}]", all.len()),
             Value::Floats(all) => format!("float[{}]", all.len()),
+            Value::Sample(sample) => format!("topic \"{}\"", foreign::clean(&sample.kind)),
             other => other.kind().to_owned(),
         };
         return Err((attribute.kind.text(), found));
@@ -249,11 +270,7 @@ fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId, seen: &mut Seen) -> 
     check_attributes(next, types, &here.attributes, &about.name, |symbol| {
         about.attributes.get(places.place(symbol)?)
     })?;
-    for required in places.required() {
-        if value(&here.attributes, *required).is_none() {
-            return Err(missing(next, &about.name, *required));
-        }
-    }
+    check_required(next, places, &here.attributes, &about.name)?;
     if let Some(tree) = relation.tree {
         check_tree(next, here.relation, tree, [from, to], seen)?;
     }

@@ -2,7 +2,8 @@
 
 use crate::element::{EdgeId, Element, Id, NodeId};
 use crate::names::Symbol;
-use crate::snapshot::{Snapshot, value};
+use crate::snapshot::Snapshot;
+use crate::stored::value;
 
 /// One difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,12 +78,19 @@ impl Snapshot {
         };
         let mut all = symbols(new);
         all.extend(symbols(old));
-        all.sort_unstable();
-        all.dedup();
-        for symbol in all {
-            if value(new, symbol) != value(old, symbol) {
-                changes.push(Change::Attribute(element, symbol));
+        all.retain(|symbol| value(new, *symbol) != value(old, *symbol));
+        // All that have the value have another one.
+        if self.types.has_groups
+            && let Ok(kind) = self.kind(element)
+        {
+            for at in 0..all.len() {
+                let group = self.types.group(kind, all[at]);
+                all.extend(group.into_iter().flatten().map(|(symbol, _)| *symbol));
             }
         }
+        all.sort_unstable();
+        all.dedup();
+        let all = all.into_iter();
+        changes.extend(all.map(|symbol| Change::Attribute(element, symbol)));
     }
 }

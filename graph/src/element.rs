@@ -1,7 +1,7 @@
 //! Nodes and edges as the pages hold them.
 
 use crate::names::Symbol;
-use crate::value::Value;
+use crate::stored::Stored;
 use innermodel::NodeId as Frame;
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ impl From<EdgeId> for Element {
 }
 
 /// Attributes, in the order of their symbols.
-pub(crate) type Attributes = Option<Arc<[(Symbol, Value)]>>;
+pub(crate) type Attributes = Option<Arc<[(Symbol, Stored)]>>;
 
 /// All of a node that changes often.
 #[derive(Clone, Debug)]

@@ -57,7 +57,10 @@ pub enum Error {
     #[error("a value for `{0}` is not finite")]
     NotFinite(String),
     /// A value has too many bytes.
-    #[error("a value for `{0}` has more than 65536 bytes")]
+    #[error(
+        "a value for `{0}` has more than 65536 bytes; publish it on a topic, and set a reference to \
+         the sample"
+    )]
     TooManyBytes(String),
     /// A node has no value for an attribute that is not optional.
     #[error("a `{kind}` has no `{attribute}`, which is not optional")]

@@ -110,10 +110,7 @@ impl Rings {
                 self.rings.remove(&(*element, *attribute));
                 continue;
             };
-            let described = match element {
-                Element::Node(_) => next.types.of_entity(kind, *attribute),
-                Element::Edge(_) => next.types.of_relation(kind, *attribute),
-            };
+            let described = next.types.attribute(kind, *attribute);
             let Some(duration) = described.and_then(|attribute| attribute.history) else {
                 continue;
             };

@@ -6,10 +6,11 @@ use crate::element::{
 };
 use crate::error::Error;
 use crate::names::{Named, Names, Symbol};
+use crate::stored::{Stored, stored, value};
 use crate::types::Types;
 use crate::value::Value;
 use graph_pages::{Ids, Pages};
-use graph_schema::Schema;
+use graph_schema::{Kind, Schema};
 use std::sync::Arc;
 
 /// One version of the graph.
@@ -389,11 +390,41 @@ impl Snapshot {
         }
     }
 
-    /// The value of an attribute of a node or an edge.
+    /// The value of an attribute of a node or an edge. If another attribute has the same value by
+    /// `consistency`, and this one was set, it is converted the first time.
     #[inline]
     pub fn get(&self, element: impl Into<Element>, attribute: impl Named) -> Option<&Value> {
         let attribute = self.symbol(attribute)?;
-        value(self.attributes(element.into()).ok()?, attribute)
+        let element = element.into();
+        let all = self.attributes(element).ok()?;
+        value(all, attribute).or_else(|| self.converted(self.kind(element).ok()?, all, attribute))
+    }
+
+    /// The value of an attribute that was set as another one.
+    #[cold]
+    fn converted<'s>(
+        &'s self,
+        kind: Symbol,
+        all: &'s Attributes,
+        wanted: Symbol,
+    ) -> Option<&'s Value> {
+        if !self.types.has_groups {
+            return None;
+        }
+        let (places, declared) = self.types.attributes_of(kind)?;
+        let group = places.group(wanted)?;
+        let at = group.iter().position(|(symbol, _)| *symbol == wanted)?;
+        let to = &declared.get(group[at].1)?.name;
+        let (set, place) = group
+            .iter()
+            .find_map(|(symbol, place)| Some((stored(all, *symbol)?, *place)))?;
+        let Kind::Block(block) = &declared.get(place)?.kind else {
+            return None;
+        };
+        set.other(at, |value| {
+            let numbers = value.numbers()?;
+            Some(Value::Floats(block.converted(&numbers, to)?.into()))
+        })
     }
 
     /// The type of a node or an edge.
@@ -417,21 +448,6 @@ fn neighbours(halves: &[Half], relation: Symbol) -> impl Iterator<Item = NodeId>
         .iter()
         .filter(move |half| half.relation == relation)
         .map(|half| half.node)
-}
-
-/// How many attributes are looked through in their order.
-const FEW: usize = 16;
-
-#[inline]
-pub(crate) fn value(attributes: &Attributes, attribute: Symbol) -> Option<&Value> {
-    let all = attributes.as_deref()?;
-    // Of a few, a search from the start finds one sooner.
-    if all.len() <= FEW {
-        let found = all.iter().find(|(known, _)| *known == attribute);
-        return found.map(|(_, value)| value);
-    }
-    let at = all.binary_search_by_key(&attribute, |(known, _)| *known);
-    all.get(at.ok()?).map(|(_, value)| value)
 }
 
 /// A node of a version.
@@ -475,7 +491,7 @@ impl<'s> NodeRef<'s> {
         self.snapshot.get(self.node, attribute)
     }
 
-    /// All attributes, in the order of their symbols.
+    /// All attributes that were set, in the order of their symbols.
     pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
         let attributes = self.snapshot.attributes(self.node.into());
         listed(self.snapshot, attributes.ok().and_then(|a| a.as_deref()))
@@ -495,10 +511,10 @@ impl<'s> NodeRef<'s> {
 
 fn listed<'s>(
     snapshot: &'s Snapshot,
-    attributes: Option<&'s [(Symbol, Value)]>,
+    attributes: Option<&'s [(Symbol, Stored)]>,
 ) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
     let all = attributes.unwrap_or_default().iter();
-    all.map(|(symbol, value)| (snapshot.text(*symbol), value))
+    all.map(|(symbol, stored)| (snapshot.text(*symbol), stored.value()))
 }
 
 /// An edge of a version.
@@ -550,10 +566,10 @@ impl<'s> EdgeRef<'s> {
 
     /// The value of an attribute.
     pub fn get(&self, attribute: impl Named) -> Option<&'s Value> {
-        value(&self.edge.attributes, self.snapshot.symbol(attribute)?)
+        self.snapshot.get(self.id, attribute)
     }
 
-    /// All attributes, in the order of their symbols.
+    /// All attributes that were set, in the order of their symbols.
     pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
         listed(self.snapshot, self.edge.attributes.as_deref())
     }

@@ -53,6 +53,19 @@ pub(crate) fn pose(
             value.number(from + 2)?,
         ])
     };
+    if second.is_none()
+        && let Some(block) = next.types.block(half.relation, first)
+    {
+        let six = next.get(edge, first).and_then(|value| {
+            let all = value.numbers()?;
+            block.as_pose(&all)
+        });
+        let [x, y, z, rx, ry, rz] = six.ok_or_else(|| Error::NoPose(relation(), block.text()))?;
+        return Ok(Pose {
+            translation: [x, y, z],
+            rotation: [rx, ry, rz],
+        });
+    }
     let found = match second {
         None => numbers(first, 0).zip(numbers(first, 3)),
         Some(second) => numbers(first, 0).zip(numbers(second, 0)),

@@ -1,7 +1,7 @@
 //! The schema with symbols instead of names, as changes are checked against it.
 
 use crate::names::{Names, Symbol};
-use graph_schema::{Attribute, Entity, PoseOf, Relation, Schema};
+use graph_schema::{Attribute, Block, Entity, Kind, PoseOf, Relation, Schema};
 use std::sync::Arc;
 
 /// The attribute that a graph finds nodes by.
@@ -13,6 +13,8 @@ pub(crate) struct Attributes {
     /// Symbols, with their places in the schema.
     all: Vec<(Symbol, usize)>,
     required: Vec<Symbol>,
+    /// Attributes that have one value.
+    groups: Vec<Vec<(Symbol, usize)>>,
 }
 
 impl Attributes {
@@ -25,7 +27,24 @@ impl Attributes {
                 made.required.push(symbol);
             }
         }
+        for attribute in attributes {
+            let is_same = |other: &&(Symbol, usize)| {
+                attributes[other.1].value_of() == attribute.name
+                    && attribute.value_of() == attribute.name
+            };
+            let group: Vec<_> = made.all.iter().filter(is_same).copied().collect();
+            if group.len() > 1 {
+                made.groups.push(group);
+            }
+        }
         made
+    }
+
+    /// The attributes that have the same value as this one, itself included.
+    pub(crate) fn group(&self, symbol: Symbol) -> Option<&[(Symbol, usize)]> {
+        let mut groups = self.groups.iter();
+        let found = groups.find(|group| group.iter().any(|(known, _)| *known == symbol));
+        found.map(Vec::as_slice)
     }
 
     pub(crate) fn place(&self, symbol: Symbol) -> Option<usize> {
@@ -96,6 +115,8 @@ pub(crate) struct Types {
     pub(crate) has_history: bool,
     /// Whether a relation has poses and is no tree.
     pub(crate) has_loops: bool,
+    /// Whether several attributes of a type have one value.
+    pub(crate) has_groups: bool,
 }
 
 impl Types {
@@ -119,6 +140,15 @@ impl Types {
             (symbol, relation_type(&schema, names, at, relation))
         });
         let relations = table(relations.collect());
+        let of_entities = entities
+            .iter()
+            .flatten()
+            .map(|e: &EntityType| &e.attributes);
+        let of_relations = relations.iter().flatten();
+        let of_relations = of_relations.map(|r: &RelationType| &r.attributes);
+        let has_groups = of_entities
+            .chain(of_relations)
+            .any(|a| !a.groups.is_empty());
         let entity_attributes = schema.entities.iter().flat_map(|e| &e.attributes);
         let relation_attributes = schema.relations.iter().flat_map(|r| &r.attributes);
         let mut attributes = entity_attributes.chain(relation_attributes);
@@ -127,6 +157,7 @@ impl Types {
                 .relations
                 .iter()
                 .any(|r| r.tree.is_none() && r.pose.is_some()),
+            has_groups,
             has_history: attributes.any(|a| a.history.is_some()),
             name,
             entities,
@@ -153,18 +184,37 @@ impl Types {
         &self.schema.relations[relation.at]
     }
 
-    /// What the schema says about an attribute of a node.
-    pub(crate) fn of_entity(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
-        let entity = self.entity(kind)?;
-        let at = entity.attributes.place(attribute)?;
-        self.described(entity).attributes.get(at)
+    /// What the schema says about an attribute of a type of nodes or edges.
+    pub(crate) fn attribute(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
+        let (places, declared) = self.attributes_of(kind)?;
+        declared.get(places.place(attribute)?)
     }
 
-    /// What the schema says about an attribute of an edge.
-    pub(crate) fn of_relation(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
+    /// The data prototype of an attribute of a type of nodes or edges.
+    pub(crate) fn block(&self, kind: Symbol, attribute: Symbol) -> Option<&Block> {
+        match &self.attribute(kind, attribute)?.kind {
+            Kind::Block(block) => Some(block),
+            _ => None,
+        }
+    }
+
+    /// The attributes of a type of nodes or edges, and what the schema says about them.
+    pub(crate) fn attributes_of(&self, kind: Symbol) -> Option<(&Attributes, &[Attribute])> {
+        if let Some(entity) = self.entity(kind) {
+            return Some((&entity.attributes, &self.described(entity).attributes));
+        }
         let relation = self.relation(kind)?;
-        let at = relation.attributes.place(attribute)?;
-        self.described_relation(relation).attributes.get(at)
+        let described = self.described_relation(relation);
+        Some((&relation.attributes, &described.attributes))
+    }
+
+    /// The attributes that have the same value as this one, itself included.
+    #[inline]
+    pub(crate) fn group(&self, kind: Symbol, attribute: Symbol) -> Option<&[(Symbol, usize)]> {
+        if !self.has_groups {
+            return None;
+        }
+        self.attributes_of(kind)?.0.group(attribute)
     }
 
     /// What an edge of a relation is as an end of others.

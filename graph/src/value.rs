@@ -1,5 +1,6 @@
 //! Values of attributes.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// How many bytes one value of bytes has at most.
@@ -24,6 +25,19 @@ pub enum Value {
     Floats(Arc<[f64]>),
     /// Texts.
     Texts(Arc<[Arc<str>]>),
+    /// What is too large for a graph, where it is published.
+    Sample(Arc<Sample>),
+}
+
+/// A reference to a sample of a topic.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Sample {
+    /// Name of the topic.
+    pub topic: String,
+    /// Type of its samples: `Module::Name`.
+    pub kind: String,
+    /// Number of the sample among those of its sender.
+    pub sequence: u64,
 }
 
 impl Value {
@@ -38,6 +52,7 @@ impl Value {
             Self::Ints(_) => "int[]",
             Self::Floats(_) => "float[]",
             Self::Texts(_) => "string[]",
+            Self::Sample(_) => "topic",
         }
     }
 
@@ -75,6 +90,15 @@ impl Value {
         }
     }
 
+    /// All numbers of an array.
+    pub fn numbers(&self) -> Option<Cow<'_, [f64]>> {
+        match self {
+            Self::Floats(all) => Some(Cow::Borrowed(all)),
+            Self::Ints(all) => Some(all.iter().map(|value| *value as f64).collect()),
+            _ => None,
+        }
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         match self {
@@ -93,6 +117,7 @@ impl Value {
             Self::Ints(all) => all.len() * 8,
             Self::Floats(all) => all.len() * 8,
             Self::Texts(all) => all.iter().map(|text| text.len() + 16).sum(),
+            Self::Sample(sample) => sample.topic.len() + sample.kind.len() + 8,
         }
     }
 }
@@ -136,6 +161,12 @@ impl From<&[f64]> for Value {
 impl<const N: usize> From<[f64; N]> for Value {
     fn from(value: [f64; N]) -> Self {
         Self::Floats(value.as_slice().into())
+    }
+}
+
+impl From<Sample> for Value {
+    fn from(value: Sample) -> Self {
+        Self::Sample(value.into())
     }
 }
 

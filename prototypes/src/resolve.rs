@@ -30,16 +30,17 @@ pub fn load(
     resolved(imports)
 }
 
-/// Loads the `.dproto` files that the file `from` imports. Use the library only if no diagnostic is
-/// an error.
-pub fn import(
+/// Loads the `.dproto` files that other files import: the importing file, and the import. Use the
+/// library only if no diagnostic is an error.
+pub fn import<'w>(
     sources: &mut SourceMap,
     loader: &dyn Loader,
-    from: &Path,
-    wanted: &[Name],
+    wanted: impl IntoIterator<Item = (&'w Path, &'w Name)>,
 ) -> (Library, Diagnostics) {
     let mut imports = Imports::new(Session::new(sources, loader));
-    wanted.iter().for_each(|file| imports.import(from, file));
+    for (from, file) in wanted {
+        imports.import(from, file);
+    }
     resolved(imports)
 }
 

@@ -212,7 +212,7 @@ const LANGUAGES: [(&str, &[&str]); 8] = [
     ("rc-prototypes", &["rc-idsl"]),
     ("rc-cdsl", &["rc-idsl", "rc-prototypes"]),
     ("rc-ddsl", &["rc-cdsl", "rc-idsl", "rc-prototypes"]),
-    ("graph-language", &[]),
+    ("graph-language", &["rc-prototypes"]),
     ("rc-kinematics", &[]),
 ];
 

@@ -2,8 +2,8 @@
 
 use crate::document::{self, Document, Edge, Node};
 use crate::places::{Places, SEPARATOR};
-use graph_schema::{Attribute, Relation, Schema};
-use property_graph::{Id, Value, fits, in_order};
+use graph_schema::{Attribute, Relation, Schema, compared_units, is_same_unit};
+use property_graph::{Id, MOST_BYTES, Value, fits, in_order};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -192,12 +192,26 @@ impl<'a> Checker<'a> {
             "attribute"
         };
         let mut seen: HashSet<&str> = HashSet::with_capacity(all.len());
+        // Of attributes that are one value, the one that says it.
+        let mut said: HashMap<&str, &str> = HashMap::new();
         for (name, value, unit) in all {
             let path = path_of(above, member, name);
             let shown = foreign::clean(name);
             if !seen.insert(name) {
                 let message = format!("`{shown}` is there twice");
                 self.error("duplicate-member", &path, message);
+            }
+            let is_long =
+                value.size() > MOST_BYTES && !matches!(value, Value::Text(_) | Value::Texts(_));
+            if is_long {
+                let message = format!(
+                    "`{shown}` has {} bytes, expected {MOST_BYTES} at most",
+                    value.size()
+                );
+                let help = "publish it on a topic, and refer to the sample: `topic` as the type, and \
+                            `{\"topic\": …, \"type\": …, \"sequence\": …}` as the value";
+                let help = Some(help.to_owned());
+                self.push(Severity::Error, "wrong-value", &path, message, help);
             }
             let Some(attribute) = described.iter().find(|a| a.name == *name) else {
                 let known = described.iter().map(|a| a.name.as_str());
@@ -206,26 +220,32 @@ impl<'a> Checker<'a> {
                 self.unknown("unknown-attribute", &path, message, near);
                 continue;
             };
-            if let Some(unit) = unit
-                && attribute.unit.as_ref() != Some(unit)
+            if let Some(first) = said.insert(attribute.value_of(), name)
+                && first != name
             {
-                let expected = match &attribute.unit {
-                    Some(unit) => format!("`{unit}`"),
-                    None => "no unit".to_owned(),
-                };
-                let unit = foreign::clean(unit);
-                let message = format!("`{shown}` is in `{unit}`, expected {expected}");
-                self.error("unit-mismatch", &path, message);
+                let message = format!("`{shown}` and `{first}` are one value, which is said twice");
+                let help = Some("write one of them; the other one is converted".to_owned());
+                self.push(Severity::Error, "duplicate-member", &path, message, help);
+            }
+            let own = attribute.common_unit();
+            if let Some(unit) = unit
+                && !own.is_some_and(|own| is_same_unit(own, unit))
+            {
+                let expected = own.map_or("no unit".to_owned(), |own| format!("`{own}`"));
+                let shown_unit = foreign::clean(unit);
+                let message = format!("`{shown}` is in `{shown_unit}`, expected {expected}");
+                let help = own.map(|own| compared_units(&shown_unit, own));
+                self.push(Severity::Error, "unit-mismatch", &path, message, help);
                 continue;
             }
-            if let Err((expected, found)) = fits(attribute, value) {
+            if !is_long && let Err((expected, found)) = fits(attribute, value) {
                 let message = format!("`{shown}` of `{kind}` is {expected}, found {found}");
                 let help = thousandth(attribute, value);
                 self.push(Severity::Error, "wrong-value", &path, message, help);
             }
         }
         for attribute in described.iter().filter(|a| !a.optional) {
-            if !seen.contains(attribute.name.as_str()) {
+            if !seen.contains(attribute.name.as_str()) && !said.contains_key(&*attribute.name) {
                 let message = format!(
                     "`{kind}` has no `{}`, which is not optional",
                     attribute.name

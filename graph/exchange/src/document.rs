@@ -1,6 +1,6 @@
 //! A graph as a file has it.
 
-use graph_schema::{Entity, Port, Relation, Schema};
+use graph_schema::{Entity, Kind, Placed, Port, PoseOf, Relation, Schema};
 use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value, in_order};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -62,13 +62,19 @@ impl Document {
 
     /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema, or
     /// without trees if the document breaks one or has no pose for an edge. Then the poses of edges
-    /// may close loops.
+    /// may close loops. Attributes that are one value convert, and those with data prototypes are poses,
+    /// unless one has numbers that are none.
     ///
     /// # Errors
     /// An edge has an end that is no node, or an id is there twice.
     pub fn kept(&self, schema: &Schema, writer: u64) -> Result<Graph, Error> {
-        self.graph(lenient(schema).into(), writer)
-            .or_else(|_| self.graph(with_loops(schema).into(), writer))
+        let ways = [(true, true), (false, true), (true, false)];
+        for (trees, blocks) in ways {
+            if let Ok(graph) = self.graph(loose(schema, trees, blocks).into(), writer) {
+                return Ok(graph);
+            }
+        }
+        self.graph(loose(schema, false, false).into(), writer)
     }
 
     /// Adds the document to a graph.
@@ -156,45 +162,74 @@ fn named(all: &[Attribute]) -> impl Iterator<Item = (&str, Value)> {
 /// A schema that keeps everything, with the trees and poses of another one: for files that are not
 /// checked, such as those of DSR whose lengths are millimetres.
 pub fn lenient(schema: &Schema) -> Schema {
-    kept_relations(schema, |relation, kept| {
-        kept.tree.clone_from(&relation.tree);
-        kept.pose.clone_from(&relation.pose);
-    })
+    loose(schema, true, true)
 }
 
-/// A schema that keeps everything, with the poses of another one but without its trees: for files in
-/// which these close loops.
-fn with_loops(schema: &Schema) -> Schema {
-    kept_relations(schema, |relation, kept| kept.pose = relation.placed())
-}
-
-fn kept_relations(schema: &Schema, keep: impl Fn(&Relation, &mut Relation)) -> Schema {
-    let of_interest = |relation: &&Relation| {
-        relation.tree.is_some() || relation.pose.is_some() || relation.promotes.is_some()
+/// A schema that keeps everything, with the poses of another one. It has its `trees`, unless a file
+/// closes loops in these, and its `blocks` that convert or are poses, unless a file has other numbers.
+fn loose(schema: &Schema, trees: bool, blocks: bool) -> Schema {
+    let shared = |all: &[graph_schema::Attribute]| -> Vec<graph_schema::Attribute> {
+        let is_of_use = |attribute: &&graph_schema::Attribute| match &attribute.kind {
+            Kind::Block(block) => blocks && (!block.conversions.is_empty() || block.pose.is_some()),
+            _ => false,
+        };
+        let all = all.iter().filter(is_of_use).cloned();
+        let optional = all.map(|attribute| graph_schema::Attribute {
+            optional: true,
+            ..attribute
+        });
+        optional.collect()
     };
-    let relations = schema.relations.iter().filter(of_interest).map(|relation| {
+    let relations = schema.relations.iter().map(|relation| {
         let mut kept = Relation {
             name: relation.name.clone(),
             domain: relation.domain.clone(),
             ports: vec![Port::default(), Port::default()],
             promotes: relation.promotes.clone(),
+            attributes: shared(&relation.attributes),
             ..Relation::default()
         };
-        keep(relation, &mut kept);
+        if blocks || !has_block_as_pose(relation) {
+            if trees {
+                kept.tree.clone_from(&relation.tree);
+                kept.pose.clone_from(&relation.pose);
+            } else {
+                kept.pose = relation.placed();
+            }
+        }
         kept
     });
+    let of_interest = |relation: &Relation| {
+        relation.tree.is_some()
+            || relation.pose.is_some()
+            || relation.promotes.is_some()
+            || !relation.attributes.is_empty()
+    };
     // Queries ask which types inherit from others.
     let entities = schema.entities.iter().map(|entity| Entity {
         name: entity.name.clone(),
         domain: entity.domain.clone(),
         parent: entity.parent.clone(),
+        attributes: shared(&entity.attributes),
         ..Entity::default()
     });
     Schema {
         name: schema.name.clone(),
         open: true,
         entities: entities.collect(),
-        relations: relations.collect(),
+        relations: relations.filter(of_interest).collect(),
         ..Schema::default()
     }
+}
+
+/// Whether the pose of an edge is that of a data prototype: its numbers are none by themselves.
+fn has_block_as_pose(relation: &Relation) -> bool {
+    let Some(Placed { pose, .. }) = relation.placed() else {
+        return false;
+    };
+    let PoseOf::One(name) = pose else {
+        return false;
+    };
+    let attribute = relation.attribute(&name);
+    attribute.is_some_and(|attribute| matches!(attribute.kind, Kind::Block(_)))
 }

@@ -5,7 +5,7 @@ use crate::json::{self, Members, Raw, float, quoted};
 use crate::places::{Places, SEPARATOR};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use property_graph::{Id, Value};
+use property_graph::{Id, Sample, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -170,10 +170,39 @@ fn value(raw: &Raw) -> Option<Value> {
             [(name, Raw::List(items))] if name == "strings" && items.is_empty() => {
                 Value::Texts(Arc::new([]))
             }
-            _ => return None,
+            _ => sample(raw)?.into(),
         },
         Raw::Null | Raw::Large(_) => return None,
     })
+}
+
+/// `{"topic": "camera.image", "type": "RoboCompCamera::TImage", "sequence": 42}`
+fn sample(raw: &Raw) -> Option<Sample> {
+    let Raw::Object(Members(members)) = raw else {
+        return None;
+    };
+    let member = |name: &str| {
+        let found = members.iter().find(|(known, _)| known == name);
+        found.map(|(_, raw)| raw)
+    };
+    match (
+        members.len(),
+        member("topic"),
+        member("type"),
+        member("sequence"),
+    ) {
+        (
+            3,
+            Some(Raw::Text(topic)),
+            Some(Raw::Text(kind)),
+            Some(sequence @ (Raw::Int(_) | Raw::Large(_))),
+        ) => Some(Sample {
+            topic: topic.clone(),
+            kind: kind.clone(),
+            sequence: sequence.integer()?,
+        }),
+        _ => None,
+    }
 }
 
 fn list(items: &[Raw]) -> Option<Value> {
@@ -288,5 +317,11 @@ pub fn value_text(value: &Value) -> String {
         Value::Ints(all) => listed(all.iter().map(ToString::to_string).collect()),
         Value::Floats(all) => listed(all.iter().map(|number| float(*number)).collect()),
         Value::Texts(all) => listed(all.iter().map(|text| quoted(text)).collect()),
+        Value::Sample(sample) => format!(
+            "{{\"topic\": {}, \"type\": {}, \"sequence\": {}}}",
+            quoted(&sample.topic),
+            quoted(&sample.kind),
+            sample.sequence
+        ),
     }
 }

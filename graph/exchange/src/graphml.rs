@@ -35,6 +35,10 @@ fn typed(value: &Value) -> (&'static str, String) {
         Value::Ints(all) => ("string", format!("{all:?}")),
         Value::Floats(all) => ("string", format!("{all:?}")),
         Value::Texts(all) => ("string", format!("{all:?}")),
+        Value::Sample(sample) => {
+            let text = format!("{} {} {}", sample.topic, sample.kind, sample.sequence);
+            ("string", text)
+        }
     }
 }
 

@@ -79,6 +79,16 @@ pub struct Member {
     pub flags: Vec<Flag>,
 }
 
+impl Member {
+    /// The attribute whose value this one is.
+    pub fn consistent_with(&self) -> Option<&Name> {
+        self.flags.iter().find_map(|flag| match &flag.kind {
+            FlagKind::Consistency(of) => Some(of),
+            _ => None,
+        })
+    }
+}
+
 /// The type of a member.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Type {
@@ -86,6 +96,10 @@ pub enum Type {
     Named(Name, Option<Option<Literal>>),
     /// `{a, b}`
     Choice(Vec<Name>),
+    /// `dproto NAME`
+    Block(Name),
+    /// `topic`, or `topic "TYPE"`: the keyword, and the type.
+    Topic(Name, Option<Name>),
 }
 
 /// A property of a member.
@@ -108,6 +122,8 @@ pub enum FlagKind {
     Key,
     /// `optional`
     Optional,
+    /// `consistency ATTRIBUTE`
+    Consistency(Name),
     /// `0:10`
     Range(Option<Literal>, Option<Literal>),
 }

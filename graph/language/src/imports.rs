@@ -4,6 +4,7 @@ use crate::DOMAINS;
 use crate::ast::Domain;
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use rc_prototypes::model::Library;
 use rc_syntax::{ImportedFile, Loader, Name};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,8 @@ pub(crate) struct Imports<'a> {
     pub(crate) found: Diagnostics,
     /// Domains of imported files come before that of the importing one; each file is there once.
     pub(crate) domains: Vec<Domain>,
+    /// The imports of data prototypes, with the files that have them.
+    pub(crate) prototypes: Vec<(PathBuf, Name)>,
     read: HashSet<PathBuf>,
     open: Vec<PathBuf>,
 }
@@ -29,9 +32,20 @@ impl<'a> Imports<'a> {
             loader,
             found: Diagnostics::new(),
             domains: Vec::new(),
+            prototypes: Vec::new(),
             read: HashSet::new(),
             open: Vec::new(),
         }
+    }
+
+    /// The prototypes that all files import. `None` if their files have errors.
+    pub(crate) fn library(&mut self) -> Option<Library> {
+        let wanted = self.prototypes.iter();
+        let wanted = wanted.map(|(from, file)| (from.as_path(), file));
+        let (library, found) = rc_prototypes::import(self.sources, self.loader, wanted);
+        let is_right = !found.has_errors();
+        self.found.extend(found);
+        is_right.then_some(library)
     }
 
     pub(crate) fn file(&mut self, source: SourceId) {
@@ -41,8 +55,13 @@ impl<'a> Imports<'a> {
         let identity = self.loader.identity(&path);
         self.read.insert(identity.clone());
         self.open.push(identity);
-        for import in &file.imports {
-            self.import(&path, import);
+        for import in file.imports {
+            let ending = Path::new(&import.text).extension();
+            if ending.is_some_and(|ending| ending == "dproto") {
+                self.prototypes.push((path.clone(), import));
+            } else {
+                self.import(&path, &import);
+            }
         }
         self.open.pop();
         self.domains.extend(file.domain);

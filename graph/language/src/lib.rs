@@ -1,13 +1,16 @@
 //! GDSL: the types of a property graph.
 //!
 //! [`parse`] turns one `.gdsl` text into a syntax tree ([`ast`]). [`load`] loads a text with its
-//! imports, resolves all names and makes a [`Schema`] of it. [`DOMAINS`] come with this crate.
+//! imports, also of data prototypes, resolves all names and makes a [`Schema`] of it. [`DOMAINS`] come
+//! with this crate.
 
 pub mod ast;
+mod blocks;
 mod imports;
 mod members;
 mod parse;
 mod resolve;
+mod units;
 
 pub use graph_schema as model;
 pub use graph_schema::Schema;

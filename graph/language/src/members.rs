@@ -1,9 +1,11 @@
 //! Resolves attributes and ports.
 
 use crate::ast::{Flag, FlagKind, Member, Type};
+use crate::blocks::Blocks;
 use graph_schema::{Attribute, Kind, Port};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_syntax::{Literal, unknown_unit};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The words for types.
@@ -11,9 +13,16 @@ pub(crate) const TYPES: [&str; 8] = [
     "bool", "int", "long", "float", "double", "string", "bytes", "pose",
 ];
 
+/// Whether a name stands for a type of attributes.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    TYPES.contains(&name) || ["dproto", "topic"].contains(&name)
+}
+
 /// The type of an attribute. `None` if the member is no attribute.
-pub(crate) fn kind(member: &Member, found: &mut Diagnostics) -> Option<Kind> {
+pub(crate) fn kind(member: &Member, blocks: &Blocks<'_>, found: &mut Diagnostics) -> Option<Kind> {
     let (name, array) = match &member.kind {
+        Type::Block(name) => return Some(blocks.block(name, found)),
+        Type::Topic(_, kind) => return Some(Kind::Topic(kind.as_ref().map(|k| k.text.clone()))),
         Type::Choice(words) => {
             let words = words.iter().map(|word| word.text.clone());
             return Some(Kind::Enum(words.collect()));
@@ -105,12 +114,18 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
         Kind::Int | Kind::Float | Kind::Ints(_) | Kind::Floats(_)
     );
     let may_be_key = matches!(kind, Kind::Int | Kind::Text | Kind::Bool | Kind::Enum(_));
+    let consistent = member.consistent_with();
+    let mut kind = kind;
+    if let (Kind::Block(block), Some(of)) = (&mut kind, consistent) {
+        Arc::make_mut(block).consistent_with = Some(of.text.clone());
+    }
     let mut attribute = Attribute {
         name: member.name.text.clone(),
         kind,
         unit: None,
         range: None,
-        optional: false,
+        // It is there as soon as the other one is.
+        optional: consistent.is_some(),
         key: false,
         history: None,
         doc: member.doc.clone(),
@@ -126,9 +141,28 @@ pub(crate) fn attribute(member: &Member, kind: Kind, found: &mut Diagnostics) ->
             found.push(Diagnostic::error("wrong-type", flag.span, message));
         };
         match &flag.kind {
+            FlagKind::Unit(_) | FlagKind::Range(..) if matches!(kind, Kind::Block(_)) => {
+                let message = format!("`{}` has what its prototype says", member.name.text);
+                let diagnostic = Diagnostic::error("wrong-type", flag.span, message);
+                found.push(diagnostic.help("change the `.dproto`"));
+            }
             FlagKind::Unit(_) if !is_number => wrong("a unit"),
             FlagKind::Range(..) if !is_number => wrong("a range"),
             FlagKind::Key if !may_be_key => wrong("the property `key`"),
+            FlagKind::Consistency(_) if !matches!(kind, Kind::Block(_)) => {
+                wrong("the property `consistency`");
+            }
+            FlagKind::Optional | FlagKind::History(_) if consistent.is_some() => {
+                let message = format!(
+                    "`{}` has the properties of another attribute",
+                    member.name.text
+                );
+                let diagnostic = Diagnostic::error("wrong-type", flag.span, message);
+                let of = consistent.map_or("", |of| of.text.as_str());
+                found.push(diagnostic.help(format!("give `{of}` this property")));
+            }
+            // Resolved when all attributes of the type are known.
+            FlagKind::Consistency(_) => {}
             FlagKind::Unit(unit) => {
                 found.extend(unknown_unit(&unit.text, unit.span));
                 attribute.unit = Some(unit.text.clone());

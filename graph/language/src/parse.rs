@@ -161,6 +161,8 @@ fn member(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Member> {
         match part.as_rule() {
             Rule::name => name = Some(r.name(&part)),
             Rule::choice => kind = Some(Type::Choice(r.texts(part))),
+            Rule::block => kind = r.texts(part).into_iter().last().map(Type::Block),
+            Rule::topic => kind = topic(r, part),
             Rule::type_ref => kind = named(r, part),
             Rule::flag => flags.extend(flag(r, part)),
             Rule::semicolon => r.semicolon(&part),
@@ -191,6 +193,18 @@ fn named(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Type> {
     Some(Type::Named(name?, array))
 }
 
+fn topic(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Type> {
+    let (mut word, mut kind) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_topic => word = Some(r.name(&part)),
+            Rule::string => kind = Some(r.string(&part)),
+            _ => {}
+        }
+    }
+    Some(Type::Topic(word?, kind))
+}
+
 fn flag(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
     let span = r.span(&pair);
     let mut kind = None;
@@ -198,6 +212,7 @@ fn flag(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
         kind = match part.as_rule() {
             Rule::string => Some(FlagKind::Unit(r.string(&part))),
             Rule::duration => Some(FlagKind::History(r.literal(&part))),
+            Rule::name => Some(FlagKind::Consistency(r.name(&part))),
             Rule::kw_key => Some(FlagKind::Key),
             Rule::kw_optional => Some(FlagKind::Optional),
             Rule::range => {
@@ -272,7 +287,9 @@ rc_syntax::language!("`Domain NAME { … };`", words: [], {
     query => "`query`",
     member => "an attribute",
     type_ref => "a type",
-    flag => "`unit`, `key`, `optional`, `history` or a range",
+    block => "`dproto`",
+    topic => "`topic`",
+    flag => "`unit`, `key`, `optional`, `history`, `consistency` or a range",
     tree => "`tree`",
     promotes => "`promotes`",
     composed_by => "`composed_by`",

@@ -1,6 +1,7 @@
 //! Resolves the syntax tree into a schema.
 
 use crate::ast::{self, Item, Type};
+use crate::blocks::Blocks;
 use crate::imports::Imports;
 use crate::members::{self, TYPES};
 use graph_schema::{
@@ -19,6 +20,7 @@ pub fn load(
 ) -> (Option<Schema>, Diagnostics) {
     let mut imports = Imports::new(sources, loader);
     imports.file(source);
+    let library = imports.library();
     let (domains, found) = (imports.domains, imports.found);
     let Some(own) = domains.last() else {
         return (None, found);
@@ -31,6 +33,7 @@ pub fn load(
     let mut resolver = Resolver {
         schema,
         found,
+        blocks: Blocks::new(library.as_ref()),
         declared: HashMap::new(),
         entities: HashMap::new(),
     };
@@ -44,28 +47,34 @@ pub fn load(
         resolver.relations(domain);
     }
     for domain in &domains {
+        resolver.consistent(domain);
+    }
+    resolver.convert(&domains);
+    for domain in &domains {
         resolver.parts(domain);
         resolver.rest(domain);
     }
+    resolver.units_of_poses(&domains);
     (Some(resolver.schema), resolver.found)
 }
 
-struct Resolver {
-    schema: Schema,
-    found: Diagnostics,
+pub(crate) struct Resolver<'l> {
+    pub(crate) schema: Schema,
+    pub(crate) found: Diagnostics,
+    pub(crate) blocks: Blocks<'l>,
     /// Types, relations and queries by name.
     declared: HashMap<String, Span>,
     /// The places of entities in the schema: a file may have thousands.
     entities: HashMap<String, usize>,
 }
 
-impl Resolver {
-    fn entity(&self, name: &str) -> Option<&Entity> {
+impl Resolver<'_> {
+    pub(crate) fn entity(&self, name: &str) -> Option<&Entity> {
         let at = self.entities.get(name)?;
         self.schema.entities.get(*at)
     }
 
-    fn entity_mut(&mut self, name: &str) -> Option<&mut Entity> {
+    pub(crate) fn entity_mut(&mut self, name: &str) -> Option<&mut Entity> {
         let at = self.entities.get(name)?;
         self.schema.entities.get_mut(*at)
     }
@@ -92,7 +101,7 @@ impl Resolver {
                 .push(diagnostic.label(*first, "first declared here"));
             return false;
         }
-        if TYPES.contains(&name.text.as_str()) {
+        if members::is_reserved(&name.text) {
             let message = format!("`{}` is the name of a built-in type", name.text);
             self.error("reserved-name", name.span, message);
             return false;
@@ -124,7 +133,7 @@ impl Resolver {
             self.check_members(&entity.members);
             let mut attributes = Vec::new();
             for member in &entity.members {
-                match members::kind(member, &mut self.found) {
+                match members::kind(member, &self.blocks, &mut self.found) {
                     Some(kind) => {
                         attributes.push(members::attribute(member, kind, &mut self.found));
                     }
@@ -252,7 +261,7 @@ impl Resolver {
                 ..Relation::default()
             };
             for member in &relation.members {
-                if let Some(kind) = members::kind(member, &mut self.found) {
+                if let Some(kind) = members::kind(member, &self.blocks, &mut self.found) {
                     let attribute = members::attribute(member, kind, &mut self.found);
                     made.attributes.push(attribute);
                     members::check_key_of_relation(member, &mut self.found);
@@ -433,7 +442,12 @@ impl Resolver {
                 return None;
             };
             let length = if tree.pose.len() == 1 { 6 } else { 3 };
-            if !matches!(&attribute.kind, Kind::Floats(Some(n)) if *n == length) {
+            let fits = match &attribute.kind {
+                Kind::Floats(Some(n)) => *n == length,
+                Kind::Block(block) => length == 6 && block.pose.is_some(),
+                _ => false,
+            };
+            if !fits {
                 let found = attribute.kind.text();
                 let message = format!("`{}` is {found}, expected float[{length}]", name.text);
                 self.error("wrong-tree", name.span, message);
@@ -443,7 +457,11 @@ impl Resolver {
         if let [by, angles] = tree.pose.as_slice() {
             return Some(PoseOf::Two(by.text.clone(), angles.text.clone()));
         }
-        let is_pose = |kind: &Kind| matches!(kind, Kind::Floats(Some(6)));
+        let is_pose = |kind: &Kind| match kind {
+            Kind::Floats(count) => *count == Some(6),
+            Kind::Block(block) => block.pose.is_some(),
+            _ => false,
+        };
         let own = relation.attributes.iter().find(|a| is_pose(&a.kind));
         let named = tree.pose.first().map(|name| name.text.clone());
         let name = named.or_else(|| own.map(|a| a.name.clone()));
@@ -503,13 +521,15 @@ impl Resolver {
             "==" => Comparison::Equal,
             _ => Comparison::NotEqual,
         };
-        Some(Rule {
+        let rule = Rule {
             relation: relation.name,
             left: left?,
             comparison,
             right: right?,
             message: require.message.text.clone(),
-        })
+        };
+        self.units_of_rule(require, &rule);
+        Some(rule)
     }
 
     /// One side of a rule: a port, or the entity of a port, and a number of it.
@@ -565,9 +585,16 @@ impl Resolver {
 
 /// A relation without `tree` whose only attribute of type `pose` says where its child is.
 fn placed(relation: &Relation, members: &[ast::Member]) -> Option<Placed> {
-    let mut poses = members
-        .iter()
-        .filter(|member| matches!(&member.kind, Type::Named(name, None) if name.text == "pose"));
+    let is_pose = |member: &&ast::Member| match &member.kind {
+        Type::Named(name, None) => name.text == "pose",
+        Type::Block(_) => {
+            let attribute = relation.attribute(&member.name.text);
+            let is_own = attribute.filter(|own| own.value_of() == own.name);
+            is_own.is_some_and(|own| matches!(&own.kind, Kind::Block(b) if b.pose.is_some()))
+        }
+        _ => false,
+    };
+    let mut poses = members.iter().filter(is_pose);
     let (Some(pose), None) = (poses.next(), poses.next()) else {
         return None;
     };

@@ -42,6 +42,12 @@ impl From<&Value> for Cell {
                     .map(|text| Self::Text(Arc::clone(text)))
                     .collect(),
             ),
+            // Topic, type and number.
+            Value::Sample(sample) => Self::List(Arc::new([
+                sample.topic.as_str().into(),
+                sample.kind.as_str().into(),
+                Self::Int(i64::try_from(sample.sequence).unwrap_or(i64::MAX)),
+            ])),
         }
     }
 }

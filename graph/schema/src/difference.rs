@@ -1,6 +1,6 @@
 //! What two schemas declare differently.
 
-use crate::{Attribute, Port, Schema};
+use crate::{Attribute, Kind, Port, Schema};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -144,6 +144,20 @@ impl Attribute {
     /// Type and properties, as a schema declares them.
     pub fn text(&self) -> String {
         let mut text = self.kind.text();
+        if let Kind::Block(block) = &self.kind {
+            // Two files may declare one name differently.
+            let numbers = block.numbers.iter().map(|number| {
+                let unit = number.unit.as_ref();
+                let unit = unit.map_or(String::new(), |unit| format!(" in {unit}"));
+                format!("{}{unit}, {}", number.name, number.number.word())
+            });
+            let numbers: Vec<String> = numbers.collect();
+            text += &format!(" ({}: {})", block.meaning, numbers.join("; "));
+            text += if block.is_sequence { " sequence" } else { "" };
+            if let Some(of) = &block.consistent_with {
+                text += &format!(" consistency {of}");
+            }
+        }
         if let Some(unit) = &self.unit {
             text += &format!(" unit \"{unit}\"");
         }

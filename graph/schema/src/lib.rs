@@ -2,10 +2,17 @@
 //! units and ranges. `graph-language` makes a [`Schema`] of `.gdsl` files, the store checks changes
 //! against it, queries are checked against it before they run.
 
+mod block;
 mod difference;
+mod unit;
 
+pub use block::{Block, Conversion, Number};
 pub use difference::Difference;
+pub use rc_formula::Program;
+pub use rc_vocabulary::Primitive;
+pub use unit::{compared_units, is_same_unit};
 
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How many ancestors an entity may have. Each question about inheritance walks over them.
@@ -151,6 +158,10 @@ pub enum Kind {
     Floats(Option<usize>),
     /// `string[]`
     Texts,
+    /// `dproto NAME`: the numbers of a data prototype.
+    Block(Arc<Block>),
+    /// `topic`, or `topic "TYPE"`: a reference to a sample of a topic, of this type.
+    Topic(Option<String>),
 }
 
 impl Kind {
@@ -170,6 +181,29 @@ impl Kind {
             Self::Ints(count) => sized("int", count),
             Self::Floats(count) => sized("float", count),
             Self::Texts => "string[]".to_owned(),
+            Self::Block(block) => block.text(),
+            Self::Topic(None) => "topic".to_owned(),
+            Self::Topic(Some(kind)) => format!("topic \"{kind}\""),
+        }
+    }
+}
+
+impl Attribute {
+    /// The attribute whose value this one is, perhaps in another representation: itself, or the one
+    /// that `consistency` names. An element has one value for all attributes with the same one.
+    pub fn value_of(&self) -> &str {
+        let of = match &self.kind {
+            Kind::Block(block) => block.consistent_with.as_deref(),
+            _ => None,
+        };
+        of.unwrap_or(&self.name)
+    }
+
+    /// The unit of all its numbers, if they have one.
+    pub fn common_unit(&self) -> Option<&str> {
+        match &self.kind {
+            Kind::Block(block) => block.common_unit(),
+            _ => self.unit.as_deref(),
         }
     }
 }

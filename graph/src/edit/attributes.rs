@@ -4,7 +4,8 @@ use super::Edit;
 use crate::element::{Attributes, Element, NONE, Neighbours, NodeId};
 use crate::error::Error;
 use crate::names::{Named, Symbol};
-use crate::snapshot::value;
+use crate::stored::{Stored, value};
+use crate::types::Types;
 use crate::value::{MOST_BYTES, Value};
 use rc_diagnostics::foreign;
 use std::sync::Arc;
@@ -43,12 +44,22 @@ impl Edit {
         if set.is_empty() {
             return Ok(());
         }
-        let mut set = last_of_each(set);
+        let types = Arc::clone(&self.next.types);
+        let kind = self.next.kind(element)?;
+        let set = last_of_each_value(&types, kind, set);
         for (attribute, value) in &set {
             self.note(element, *attribute, Some(value))?;
         }
+        let set = set.into_iter();
+        let set = set.map(|(attribute, value)| (attribute, stored(&types, kind, attribute, value)));
+        let mut set: Vec<_> = set.collect();
         if let Some(before) = before {
-            set = last_of_each(before.iter().cloned().chain(set).collect());
+            let groups = set
+                .iter()
+                .filter_map(|(symbol, _)| types.group(kind, *symbol));
+            let replaced: Vec<Symbol> = groups.flatten().map(|(symbol, _)| *symbol).collect();
+            let kept = before.iter().filter(|(own, _)| !replaced.contains(own));
+            set = last_of_each(kept.cloned().chain(set).collect());
         }
         *self.attributes(element)? = Some(set.into());
         self.touch(element);
@@ -90,7 +101,17 @@ impl Edit {
         value: Option<Value>,
     ) -> Result<(), Error> {
         self.note(element, attribute, value.as_ref())?;
-        store(self.attributes(element)?, attribute, value);
+        let types = Arc::clone(&self.next.types);
+        let kind = self.next.kind(element)?;
+        let value = value.map(|value| stored(&types, kind, attribute, value));
+        let all = self.attributes(element)?;
+        // The value is there once, as the attribute that was set last.
+        for (other, _) in types.group(kind, attribute).unwrap_or_default() {
+            if *other != attribute {
+                store(all, *other, None);
+            }
+        }
+        store(all, attribute, value);
         self.touch(element);
         Ok(())
     }
@@ -130,13 +151,6 @@ impl Edit {
                 if entity.is_some_and(|e| e.keys.iter().any(|(key, _)| *key == attribute)) {
                     self.keyed.push(node.place);
                 }
-                if types.has_history
-                    && types
-                        .of_entity(kind, attribute)
-                        .is_some_and(|a| a.history.is_some())
-                {
-                    self.kept.push((element, attribute));
-                }
             }
             Element::Edge(edge) => {
                 let here = self.next.edge_of(edge)?;
@@ -145,14 +159,18 @@ impl Edit {
                 if let (Some(from), Some(to)) = ends {
                     self.note_moved(kind, from, to);
                 }
-                if types.has_history
-                    && types
-                        .of_relation(kind, attribute)
-                        .is_some_and(|a| a.history.is_some())
-                {
-                    self.kept.push((element, attribute));
-                }
             }
+        }
+        if types.has_history {
+            let keeps = |symbol: Symbol| {
+                let history = types.attribute(kind, symbol)?.history;
+                history.map(|_| (element, symbol))
+            };
+            // Another attribute may have the value, too.
+            let own = [(attribute, 0)];
+            let all = types.group(kind, attribute).unwrap_or(&own).iter();
+            self.kept
+                .extend(all.filter_map(|(symbol, _)| keeps(*symbol)));
         }
         Ok(())
     }
@@ -198,11 +216,49 @@ impl Edit {
     }
 }
 
+/// A value as elements hold it.
+fn stored(types: &Types, kind: Symbol, attribute: Symbol, value: Value) -> Stored {
+    match types.group(kind, attribute) {
+        Some(group) => Stored::shared(value, group.len()),
+        None => Stored::Plain(value),
+    }
+}
+
+/// Whether two attributes have one value.
+fn is_one_value(types: &Types, kind: Symbol, one: Symbol, other: Symbol) -> bool {
+    let group = types.group(kind, one).unwrap_or_default();
+    one == other || group.iter().any(|(symbol, _)| *symbol == other)
+}
+
+/// Of several attributes that have one value, the last one.
+fn last_of_each_value(
+    types: &Types,
+    kind: Symbol,
+    set: Vec<(Symbol, Value)>,
+) -> Vec<(Symbol, Value)> {
+    if !types.has_groups {
+        return last_of_each(set);
+    }
+    let mut kept: Vec<(Symbol, Value)> = Vec::with_capacity(set.len());
+    for entry in set.into_iter().rev() {
+        let is_group = types.group(kind, entry.0).is_some();
+        if !is_group
+            || kept
+                .iter()
+                .all(|(later, _)| !is_one_value(types, kind, *later, entry.0))
+        {
+            kept.push(entry);
+        }
+    }
+    kept.reverse();
+    last_of_each(kept)
+}
+
 /// Attributes in the order of their symbols. Of several with one name, the last one stays.
-fn last_of_each(mut all: Vec<(Symbol, Value)>) -> Vec<(Symbol, Value)> {
+fn last_of_each<V>(mut all: Vec<(Symbol, V)>) -> Vec<(Symbol, V)> {
     // The sort is stable.
     all.sort_by_key(|(attribute, _)| *attribute);
-    let mut kept: Vec<(Symbol, Value)> = Vec::with_capacity(all.len());
+    let mut kept: Vec<(Symbol, V)> = Vec::with_capacity(all.len());
     for entry in all {
         match kept.last_mut() {
             Some(last) if last.0 == entry.0 => *last = entry,
@@ -213,7 +269,7 @@ fn last_of_each(mut all: Vec<(Symbol, Value)>) -> Vec<(Symbol, Value)> {
 }
 
 /// Sets or removes one of the attributes. They stay in the order of their symbols.
-fn store(attributes: &mut Attributes, attribute: Symbol, value: Option<Value>) {
+fn store(attributes: &mut Attributes, attribute: Symbol, value: Option<Stored>) {
     let old = attributes.as_deref().unwrap_or_default();
     let at = old.iter().position(|(known, _)| *known >= attribute);
     let at = at.unwrap_or(old.len());

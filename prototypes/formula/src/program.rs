@@ -204,7 +204,7 @@ fn single(value: f64, number: Primitive) -> f64 {
 }
 
 /// A formula: operations in their order, and which of their values it gives.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Program {
     pub(crate) inputs: usize,
     pub(crate) nodes: Vec<Node>,
@@ -327,6 +327,17 @@ impl Program {
             Operand::Node(_) => true,
         };
         operands.chain(&self.outputs).all(is_finite)
+    }
+
+    /// Whether it gives numbers for any input that is finite and not too large: it requires nothing,
+    /// and divides by no number of the input.
+    pub fn is_total(&self) -> bool {
+        self.nodes.iter().all(|node| match node.operation {
+            Operation::Require(..) | Operation::Root | Operation::Call { .. } => false,
+            Operation::Store(number) => number.limits().is_none(),
+            Operation::Divide => matches!(node.operands.get(1), Some(Operand::Constant(_))),
+            _ => true,
+        })
     }
 
     /// Its operations, in their order.

@@ -5,6 +5,7 @@
 //! formula: [`Program::run`] computes it, [`rust`], [`c`] and [`python`] print it as a function.
 
 mod between;
+mod block;
 mod covariance;
 mod edge;
 mod formula;
@@ -19,6 +20,7 @@ mod values;
 mod vector;
 
 pub use between::between;
+pub use block::{Block, Number, block};
 pub use loss::{Bound, Loss};
 pub use network::Network;
 pub use plan::{Cost, Kind, Plan, Step};

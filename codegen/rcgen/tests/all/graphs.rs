@@ -308,3 +308,77 @@ fn a_file_of_a_gibibyte_is_refused() {
     }
     assert!(!folder.path().join("out").exists());
 }
+
+/// Attributes with data prototypes: checked, laid out, viewed, drawn, and read in any representation.
+#[test]
+fn a_schema_imports_data_prototypes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    let run = |args: &[&str]| rcgen(folder.path(), args);
+    write(
+        "places.dproto",
+        "algebraic xyz :: Scalar{x, y, z}
+units millimetres :: qudt, xyz { x = mm, y = mm, z = mm }
+dproto place :: geometry
+{
+    semantic = Position coord = cartesian algebraic = xyz ddr = :: c99{double[3]}
+    dr = { 0 = x, 1 = y, 2 = z }
+}
+dproto raw :: geometry
+{
+    semantic = Position coord = cartesian algebraic = xyz ddr = :: c99{double[3]}
+    dr = { 0 = x, 1 = y, 2 = z } units = millimetres
+}
+",
+    );
+    let schema = r#"import "places.dproto";
+Domain seeing
+{
+    entity Sighting
+    {
+        place dproto place;
+        raw dproto raw consistency place;
+        picture topic "RoboCompCamera::TImage" optional;
+    };
+};
+"#;
+    write("seeing.gdsl", schema);
+    write(
+        "a.graph",
+        r#"{"schema": "seeing.gdsl", "nodes": [
+{"id": "1:1", "type": "Sighting", "attributes": {"raw": [1500.0, 0.0, 0.0], "picture": {"topic": "camera", "type": "RoboCompCamera::TImage", "sequence": 7}}}
+], "edges": []}
+"#,
+    );
+    let (code, out, err) = run(&["check", "seeing.gdsl", "a.graph"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let (code, out, err) = run(&["fmt", "--check", "seeing.gdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let query = "MATCH (s:Sighting) RETURN s.place, s.raw[0], s.picture[2]";
+    let (code, out, err) = run(&["query", "a.graph", query]);
+    let expected = "s.place          s.raw[0]  s.picture[2]\n[1.5, 0.0, 0.0]  1500.0    7\n";
+    assert_eq!((code, out.as_str()), (0, expected), "{err}");
+    let (code, json, err) = run(&["view", "seeing.gdsl"]);
+    assert_eq!(code, 0, "{err}");
+    let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let block = &view["entities"][0]["attributes"][1]["block"];
+    assert_eq!(block["meaning"], "Position (cartesian, mm)");
+    assert_eq!(block["consistency"], "place");
+    assert_eq!(block["numbers"][2]["unit"], "mm");
+    let (code, svg, err) = run(&["graph", "seeing.gdsl"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(svg.contains("dproto place"), "{svg}");
+    write(
+        "wrong.gdsl",
+        &schema.replace("consistency place", "consistency plce"),
+    );
+    let (code, out, err) = run(&["check", "--format", "short", "wrong.gdsl"]);
+    assert_eq!(code, 1, "{out}{err}");
+    let expected = "wrong.gdsl:7:36: error[unknown-attribute]: `Sighting` has no attribute `plce`";
+    assert!(
+        err.contains(expected) && err.contains("did you mean `place`?"),
+        "{err}"
+    );
+}

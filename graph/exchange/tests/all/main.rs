@@ -1,5 +1,6 @@
 //! Tests of files of graphs.
 
+mod blocks;
 mod composites;
 mod faults;
 mod files;

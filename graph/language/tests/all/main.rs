@@ -8,13 +8,33 @@ use graph_language::{DOMAINS, STYLE, builtin, load};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 
+/// Two representations of a position, another meaning, and points.
+const PLACES: &str = r#"
+algebraic xyz :: Scalar{x, y, z}
+algebraic polar :: Scalar{distance, angle}
+units mm :: qudt, xyz { x = mm, y = mm, z = mm }
+axes body :: ahead, left, up
+dproto place :: geometry { semantic = Position coord = cartesian algebraic = xyz ddr = :: c99{double[3]} dr = { 0 = x, 1 = y, 2 = z } axes = body }
+dproto raw :: geometry { semantic = Position coord = cartesian algebraic = xyz ddr = :: c99{double[3]} dr = { 0 = x, 1 = y, 2 = z } units = mm axes = body }
+dproto flat :: geometry { semantic = Position coord = polar algebraic = polar ddr = :: c99{double[2]} dr = { 0 = distance, 1 = angle } axes = body }
+dproto speed :: geometry { semantic = LinearVelocity coord = cartesian algebraic = xyz ddr = :: c99{double[3]} dr = { 0 = x, 1 = y, 2 = z } axes = body }
+dproto outline :: geometry { semantic = PointSet coord = cartesian algebraic = xyz ddr = :: c99{double[3]} dr = { 0 = x, 1 = y, 2 = z } sequence = member points }
+"#;
+
 fn loaded(text: &str) -> (Option<Schema>, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("a.gdsl", text);
-    let loader = MemoryLoader::new([(
-        "rooms.gdsl",
-        "Domain rooms { entity Room { name string key; }; };",
-    )]);
+    let loader = MemoryLoader::new([
+        (
+            "rooms.gdsl",
+            "Domain rooms { entity Room { name string key; }; };",
+        ),
+        ("places.dproto", PLACES),
+        (
+            "broken.dproto",
+            "dproto p :: geometry { semantic = Positon }",
+        ),
+    ]);
     let (schema, found) = load(&mut sources, &loader, source);
     (schema, render(&sources, &found, Format::Short))
 }
@@ -332,6 +352,137 @@ entity E : D { };
             a.gdsl:8:31: error[wrong-port]: port `part` of `composed_by` is for R, found Other
             a.gdsl:9:31: error[duplicate-member]: `A` is there twice
             a.gdsl:10:28: error[circular-entities]: `D` is composed by itself
+        "#]],
+    );
+}
+
+#[test]
+fn attributes_have_data_prototypes() {
+    let schema = schema(
+        "import \"places.dproto\";
+Domain a
+{
+    entity Thing
+    {
+        where dproto place history 2s;
+        raw dproto raw consistency where;
+        outline dproto outline optional;
+    };
+    entity Cup : Thing
+    {
+        other dproto raw consistency where;
+        picture topic optional;
+    };
+    relation seen { what Thing; by Thing; at dproto place; at_raw dproto raw consistency at; };
+};
+",
+    );
+    let block = |kind: &str, name: &str| {
+        let entity = schema.entity(kind).map(|entity| &entity.attributes);
+        let all = entity.or_else(|| schema.relation(kind).map(|r| &r.attributes));
+        let attribute = all.into_iter().flatten().find(|a| a.name == name);
+        let Some(Kind::Block(block)) = attribute.map(|a| &a.kind) else {
+            panic!("{kind}.{name} is {attribute:?}");
+        };
+        std::sync::Arc::clone(block)
+    };
+    let place = block("Thing", "where");
+    assert_eq!(place.meaning, "Position (cartesian, m, ahead-left-up)");
+    assert_eq!(
+        place.converted(&[1.0, 2.0, 3.0], "raw"),
+        Some(vec![1000.0, 2000.0, 3000.0])
+    );
+    assert_eq!(place.converted(&[1.0, 2.0, 3.0], "outline"), None);
+    let ways = |kind: &str, name: &str| -> Vec<String> {
+        let block = block(kind, name);
+        block.conversions.iter().map(|way| way.to.clone()).collect()
+    };
+    assert_eq!(ways("Thing", "where"), ["raw"]);
+    // An inherited value has one representation more.
+    assert_eq!(ways("Cup", "where"), ["raw", "other"]);
+    assert_eq!(ways("Cup", "raw"), ["where", "other"]);
+    assert_eq!(ways("seen", "at_raw"), ["at"]);
+    let outline = block("Thing", "outline");
+    assert!(outline.is_sequence && outline.refusal(&[0.0; 9]).is_none());
+    assert_eq!(
+        outline.refusal(&[0.0; 8]).as_deref(),
+        Some("8 numbers, not 3 numbers for each value")
+    );
+    // What the schema requires is required once.
+    let thing = schema.entity("Thing").expect("an entity");
+    let optional: Vec<bool> = thing.attributes.iter().map(|a| a.optional).collect();
+    assert_eq!(optional, [false, true, true]);
+}
+
+#[test]
+fn wrong_data_prototypes_are_findings() {
+    let (_, found) = loaded(
+        "import \"places.dproto\";
+Domain a
+{
+    entity Thing
+    {
+        where dproto plce;
+        a dproto place unit \"m\" 0:1;
+        b dproto raw consistency a key;
+        c dproto raw consistency b;
+        d dproto raw consistency d;
+        e dproto raw consistency nothing;
+        f float consistency a;
+        g dproto raw consistency f;
+        h dproto speed consistency a;
+        i dproto flat consistency a;
+        j dproto outline consistency a;
+        k dproto raw consistency a optional;
+        l topic \"T\" unit \"m\";
+    };
+};
+",
+    );
+    expect![[r#"
+        a.gdsl:6:22: error[unknown-prototype]: unknown prototype `plce` (did you mean `place`?)
+        a.gdsl:7:24: error[wrong-type]: `a` has what its prototype says (change the `.dproto`)
+        a.gdsl:7:33: error[wrong-type]: `a` has what its prototype says (change the `.dproto`)
+        a.gdsl:8:36: error[wrong-type]: `b` of type dproto raw cannot have the property `key`
+        a.gdsl:9:34: error[wrong-consistency]: `b` is itself the value of `a` (write `consistency a`)
+        a.gdsl:10:34: error[wrong-consistency]: `d` is consistent with itself
+        a.gdsl:11:34: error[unknown-attribute]: `Thing` has no attribute `nothing` (expected one of `where`, `a`, `b`, `c`, `d`, `e`, `f`, `g`, `h`, `i`, `j`, `k`, `l`)
+        a.gdsl:12:17: error[wrong-type]: `f` of type float cannot have the property `consistency`
+        a.gdsl:13:34: error[wrong-consistency]: `f` has no data prototype (`consistency` connects attributes of type `dproto`)
+        a.gdsl:14:36: error[semantic-mismatch]: `place` does not convert into `speed`: the meanings differ: Position and LinearVelocity
+        a.gdsl:15:35: error[conversion-loses]: `place` does not convert into `flat`: z is not kept, not bounded
+        a.gdsl:16:38: error[no-conversion]: `place` does not convert into `outline`: one holds a sequence of values, the other one a value
+        a.gdsl:17:36: error[wrong-type]: `k` has the properties of another attribute (give `a` this property)
+        a.gdsl:18:21: error[wrong-type]: `l` of type topic "T" cannot have a unit
+    "#]].assert_eq(&found);
+    let (_, found) = loaded("Domain a { entity T { p dproto place; }; };");
+    expect![[r#"
+        a.gdsl:1:32: error[unknown-prototype]: unknown prototype `place` (import a `.dproto` file that declares it)
+    "#]].assert_eq(&found);
+    // What is wrong with a file of prototypes is said once.
+    let (_, found) = loaded("import \"broken.dproto\"; Domain a { entity T { p dproto p; }; };");
+    expect![[r#"
+        broken.dproto:1:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)
+    "#]].assert_eq(&found);
+}
+
+#[test]
+fn units_of_what_belongs_together_are_compared() {
+    check(
+        r#"entity Object { mass float unit "g"; size float unit "m"; count int; };
+entity Gripper { payload float unit "kg"; };
+relation grasp { by Gripper; what Object; };
+require Object.mass <= Gripper.payload of grasp "heavier than the payload";
+require Object.size <= Gripper.payload of grasp "no";
+require Object.count <= Gripper.payload of grasp "nobody says the unit";
+relation at { child Object; parent Object; by float[3] unit "m"; angles float[3] unit "deg"; tree interpolated(by, angles); };
+relation again { child Object; parent Object; pose pose unit "mm"; };
+relation same { child Object; parent Object; pose pose unit "m"; };"#,
+        &expect![[r#"
+            a.gdsl:6:32: error[unit-mismatch]: `mass` is in `g`, but `payload` is in `kg` (1 kg is 1000 g)
+            a.gdsl:7:32: error[unit-mismatch]: `size` is in `m`, but `payload` is in `kg` (`kg` and `m` measure different things)
+            a.gdsl:9:66: error[unit-mismatch]: the angles `angles` are in `deg`, expected `rad` (a transform takes radians)
+            a.gdsl:10:47: error[unit-mismatch]: `pose` is in `mm`, but the poses of `at` are in `m` (1 mm is 0.001 m)
         "#]],
     );
 }

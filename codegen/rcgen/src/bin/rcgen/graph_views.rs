@@ -96,12 +96,32 @@ fn values(all: &[Attribute], declared: &[model::Attribute]) -> Map<String, Value
         let declared = declared.iter().find(|attribute| attribute.name == *name);
         let unit = unit
             .as_ref()
-            .or(declared.and_then(|attribute| attribute.unit.as_ref()));
+            .map(String::as_str)
+            .or(declared.and_then(model::Attribute::common_unit));
         // A value has one form in JSON, here and in files.
         let value: Value = serde_json::from_str(&graph_json::value_text(value)).unwrap_or_default();
         (name.clone(), json!({ "value": value, "unit": unit }))
     });
     values.collect()
+}
+
+/// The numbers of an attribute with a data prototype.
+fn block(kind: &model::Kind) -> Option<Value> {
+    let model::Kind::Block(block) = kind else {
+        return None;
+    };
+    let numbers = block.numbers.iter().map(
+        |number| json!({ "name": number.name, "unit": number.unit, "type": number.number.word() }),
+    );
+    let conversions = block.conversions.iter().map(|conversion| &conversion.to);
+    Some(json!({
+        "prototype": block.prototype,
+        "meaning": block.meaning,
+        "numbers": numbers.collect::<Vec<_>>(),
+        "sequence": block.is_sequence,
+        "consistency": block.consistent_with,
+        "converts_into": conversions.collect::<Vec<_>>(),
+    }))
 }
 
 fn schema_view(schema: &Schema) -> Value {
@@ -118,6 +138,7 @@ fn schema_view(schema: &Schema) -> Value {
                 "optional": attribute.optional,
                 "key": attribute.key,
                 "history": attribute.history.map(|history| history.as_secs_f64()),
+                "block": block(&attribute.kind),
                 "doc": attribute.doc,
             })
         });
