@@ -1,6 +1,7 @@
 //! The graph as its readers and writers share it.
 
 use crate::Time;
+use crate::adopt;
 use crate::check;
 use crate::edit::Edit;
 use crate::element::Element;
@@ -106,6 +107,20 @@ impl Graph {
             shape.next = 1;
         }
         Self::of(snapshot, tree)
+    }
+
+    /// Makes this graph hold what a version of another one holds, in one change at `time`: a replica, or
+    /// a file that was read again. Elements with equal ids are the same ones. What is equal stays as it
+    /// is, with its history and its place, so that [`NodeId`](crate::NodeId)s remain good; the present
+    /// version stays if all is equal. The schemas need not be equal.
+    ///
+    /// # Errors
+    /// The schema of this graph does not allow what the other one holds. Nothing has changed then.
+    pub fn adopt(&self, time: Time, wanted: &Snapshot) -> Result<(), Error> {
+        match self.change(time, |edit| adopt::adopt(edit, wanted)) {
+            Ok(()) | Err(adopt::Refused::Equal) => Ok(()),
+            Err(adopt::Refused::Wrong(error)) => Err(error),
+        }
     }
 
     /// How much of the past is kept.

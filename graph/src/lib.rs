@@ -24,6 +24,7 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod adopt;
 mod chain;
 mod check;
 mod compose;

@@ -1,100 +1,13 @@
-//! One replica: its records, what it has seen, and what others have seen.
+//! One replica: its elements, what it has seen, and what others have seen.
 
+use crate::digest::range_of;
+use crate::record::{Delta, Record, Stamp, Vector, covers, raise};
 use property_graph::{Id, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, RandomState};
 
-/// When something was changed: a Lamport count, then the writer decides.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Stamp {
-    /// Greater than all that the writer had seen.
-    pub count: u64,
-    /// The writer.
-    pub writer: u64,
-    /// Number of the change among those of its writer, from 1.
-    pub sequence: u64,
-}
-
-/// How many changes of each writer are known without a gap.
-pub type Vector = BTreeMap<u64, u64>;
-
-/// One change.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Record {
-    /// A node is new. Its id has the writer and the sequence of the stamp.
-    Node {
-        /// When, and by whom.
-        stamp: Stamp,
-        /// Type of the node.
-        kind: String,
-    },
-    /// An edge is new.
-    Edge {
-        /// When, and by whom.
-        stamp: Stamp,
-        /// The relation.
-        kind: String,
-        /// The node where it starts.
-        from: Id,
-        /// The node where it ends.
-        to: Id,
-    },
-    /// An attribute has another value, or none.
-    Attribute {
-        /// When, and by whom.
-        stamp: Stamp,
-        /// The element.
-        of: Id,
-        /// Name of the attribute.
-        name: String,
-        /// The value.
-        value: Option<Value>,
-    },
-    /// An element is removed.
-    Removed {
-        /// When, and by whom.
-        stamp: Stamp,
-        /// The element.
-        of: Id,
-    },
-}
-
-impl Record {
-    /// When, and by whom.
-    pub fn stamp(&self) -> Stamp {
-        match self {
-            Self::Node { stamp, .. }
-            | Self::Edge { stamp, .. }
-            | Self::Attribute { stamp, .. }
-            | Self::Removed { stamp, .. } => *stamp,
-        }
-    }
-
-    /// The element that it is about.
-    pub fn of(&self) -> Id {
-        match self {
-            Self::Node { stamp, .. } | Self::Edge { stamp, .. } => {
-                Id::new(stamp.writer, stamp.sequence)
-            }
-            Self::Attribute { of, .. } | Self::Removed { of, .. } => *of,
-        }
-    }
-}
-
-/// Changes for another replica.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Delta {
-    /// The writer of the replica that sends it.
-    pub sender: u64,
-    /// What the sender has seen.
-    pub seen: Vector,
-    /// The changes are all those after these…
-    pub since: Vector,
-    /// …up to these, but those that later ones have replaced.
-    pub upto: Vector,
-    /// The changes.
-    pub records: Vec<Record>,
-}
+/// How many removals a replica remembers at most. Older ones are forgotten, whoever lacks them.
+pub const MOST_TOMBSTONES: usize = 1 << 14;
 
 /// What an element is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,21 +36,31 @@ pub struct Replica {
     writer: u64,
     count: u64,
     pub(crate) elements: BTreeMap<Id, Element>,
+    /// The edges that start or end at an element.
+    edges: BTreeMap<Id, BTreeSet<Id>>,
+    /// Elements that are removed and not forgotten, by writer and sequence of the first removal.
+    tombstones: BTreeMap<u64, BTreeSet<(u64, Id)>>,
     seen: Vector,
+    /// Up to which change of each writer removals are forgotten. Who has seen less gets the whole
+    /// graph: what it has and the graph does not was removed.
+    forgotten: Vector,
     /// What other replicas have seen, as far as they told.
     others: BTreeMap<u64, Vector>,
 }
 
 impl Replica {
-    /// An empty replica. Tombstones wait for all `others`; a replica that joins later is added by
-    /// its first message.
+    /// An empty replica. Tombstones wait for all `others`, but for at most [`MOST_TOMBSTONES`]; a
+    /// replica that joins later is added by its first message.
     pub fn new(writer: u64, others: impl IntoIterator<Item = u64>) -> Self {
         let others = others.into_iter().filter(|other| *other != writer);
         Self {
             writer,
             count: 0,
             elements: BTreeMap::new(),
+            edges: BTreeMap::new(),
+            tombstones: BTreeMap::new(),
             seen: Vector::new(),
+            forgotten: Vector::new(),
             others: others.map(|other| (other, Vector::new())).collect(),
         }
     }
@@ -153,9 +76,10 @@ impl Replica {
     }
 
     fn stamp(&mut self) -> Stamp {
-        self.count += 1;
+        // Others may send any count.
+        self.count = self.count.saturating_add(1);
         let sequence = self.seen.entry(self.writer).or_default();
-        *sequence += 1;
+        *sequence = sequence.saturating_add(1);
         Stamp {
             count: self.count,
             writer: self.writer,
@@ -211,15 +135,50 @@ impl Replica {
         there
     }
 
-    /// Removes an element. Edges of a removed node are not in the view. Nothing happens if there is
-    /// no such element.
+    /// Whether an element was removed, also if that is forgotten.
+    pub(crate) fn is_removed(&self, id: Id) -> bool {
+        match self.elements.get(&id) {
+            Some(element) => element.removed.is_some(),
+            None => covers(&self.seen, id),
+        }
+    }
+
+    /// Removes an element with the edges that start or end there. Nothing happens if there is no such
+    /// element. An edge that another replica adds meanwhile becomes a conflict.
     pub fn remove(&mut self, of: Id) -> bool {
         let there = self.has(of);
         if there {
-            let stamp = self.stamp();
-            self.put(&Record::Removed { stamp, of }, true);
+            let mut all = vec![of];
+            let mut seen = HashSet::from([of]);
+            let mut at = 0;
+            while let Some(id) = all.get(at) {
+                at += 1;
+                let edges = self.edges.get(id).into_iter().flatten().copied();
+                let edges: Vec<Id> = edges.filter(|edge| self.has(*edge)).collect();
+                all.extend(edges.into_iter().filter(|edge| seen.insert(*edge)));
+            }
+            // Edges before what is at their ends.
+            for of in all.into_iter().rev() {
+                let stamp = self.stamp();
+                self.put(&Record::Removed { stamp, of }, true);
+            }
+            if self.tombstones() > MOST_TOMBSTONES {
+                self.sweep();
+            }
         }
         there
+    }
+
+    /// The edges that were added while another replica removed one of their ends: they are never
+    /// shown again.
+    pub fn dangling(&self) -> Vec<Id> {
+        let edges = self.elements.iter().filter(|(_, e)| e.removed.is_none());
+        let edges = edges.filter_map(|(id, element)| match &element.made {
+            Some((_, Made::Edge(_, from, to))) => Some((*id, *from, *to)),
+            _ => None,
+        });
+        let dangling = edges.filter(|(_, from, to)| self.is_removed(*from) || self.is_removed(*to));
+        dangling.map(|(id, ..)| id).collect()
     }
 
     /// The value of an attribute.
@@ -247,14 +206,20 @@ impl Replica {
             }
             Record::Edge { kind, from, to, .. } => {
                 element.made = Some((stamp, Made::Edge(kind.clone(), *from, *to)));
+                for end in [from, to] {
+                    self.edges.entry(*end).or_default().insert(id);
+                }
             }
             Record::Removed { .. } => {
                 // The first removal counts, so that the tombstone goes as soon as it can.
-                let first = element.removed.is_none_or(|known| stamp < known);
-                if first {
-                    element.removed = Some(stamp);
-                }
+                let known = element.removed;
+                let first = known.map_or(stamp, |known| known.min(stamp));
+                element.removed = Some(first);
                 element.attributes.clear();
+                if let Some(known) = known {
+                    self.bury(known, id, false);
+                }
+                self.bury(first, id, true);
             }
             Record::Attribute { name, value, .. } if element.removed.is_none() => {
                 let known = element.attributes.get(name);
@@ -267,16 +232,25 @@ impl Replica {
         }
     }
 
-    /// The changes that a replica with this vector lacks. An empty vector asks for all of them.
+    /// The changes that a replica with this vector lacks. An empty vector asks for all of them. A
+    /// replica that lacks a removal which is forgotten gets the whole graph.
     pub fn delta_since(&self, since: &Vector) -> Delta {
+        let count = |writer: &u64| since.get(writer).copied().unwrap_or_default();
+        let mut forgotten = self.forgotten.iter();
+        let is_whole = forgotten.any(|(writer, upto)| count(writer) < *upto);
+        let since_then = |stamp: &Stamp| stamp.sequence > count(&stamp.writer);
         Delta {
             sender: self.writer,
             seen: self.seen.clone(),
-            since: since.clone(),
+            since: if is_whole {
+                Vector::new()
+            } else {
+                since.clone()
+            },
             upto: self.seen.clone(),
-            records: self.records(&|stamp| {
-                stamp.sequence > since.get(&stamp.writer).copied().unwrap_or_default()
-            }),
+            is_whole,
+            forgotten: self.forgotten.clone(),
+            records: self.records(&|stamp| is_whole || since_then(stamp)),
         }
     }
 
@@ -320,6 +294,15 @@ impl Replica {
         for record in &delta.records {
             self.put(record, false);
         }
+        if delta.is_whole {
+            let listed: HashSet<Id> = delta.records.iter().map(Record::of).collect();
+            let own = self.elements.keys().copied();
+            let gone = own.filter(|id| covers(&delta.upto, *id) && !listed.contains(id));
+            for id in gone.collect::<Vec<Id>>() {
+                self.drop_element(id);
+            }
+            raise(&mut self.forgotten, &delta.forgotten);
+        }
         for (writer, upto) in &delta.upto {
             let since = delta.since.get(writer).copied().unwrap_or_default();
             let seen = self.seen.entry(*writer).or_default();
@@ -331,98 +314,95 @@ impl Replica {
         self.acknowledge(delta.sender, &delta.seen);
     }
 
-    /// Notes what another replica has seen, and drops tombstones that all have seen.
-    pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
-        if sender != self.writer {
-            let known = self.others.entry(sender).or_default();
-            for (writer, count) in seen {
-                let known = known.entry(*writer).or_default();
-                *known = (*known).max(*count);
+    /// Adds a tombstone, or takes it away.
+    fn bury(&mut self, removed: Stamp, id: Id, is_there: bool) {
+        let all = self.tombstones.entry(removed.writer).or_default();
+        if is_there {
+            all.insert((removed.sequence, id));
+        } else {
+            all.remove(&(removed.sequence, id));
+        }
+    }
+
+    fn drop_element(&mut self, id: Id) {
+        let Some(element) = self.elements.remove(&id) else {
+            return;
+        };
+        if let Some(removed) = element.removed {
+            self.bury(removed, id, false);
+        }
+        if let Some((_, Made::Edge(_, from, to))) = element.made {
+            for end in [from, to] {
+                if let Some(edges) = self.edges.get_mut(&end) {
+                    edges.remove(&id);
+                    if edges.is_empty() {
+                        self.edges.remove(&end);
+                    }
+                }
             }
         }
-        let all_have = |stamp: &Stamp| {
-            let has = |seen: &Vector| {
-                seen.get(&stamp.writer)
-                    .is_some_and(|n| *n >= stamp.sequence)
-            };
-            has(&self.seen) && self.others.values().all(has)
-        };
-        let gone: Vec<Id> = self
-            .elements
-            .iter()
-            .filter(|(_, element)| {
-                let made = element.made.as_ref();
-                element.removed.as_ref().is_some_and(all_have)
-                    && made.is_some_and(|(stamp, _)| all_have(stamp))
-            })
-            .map(|(id, _)| *id)
-            .collect();
-        for id in gone {
-            self.elements.remove(&id);
+    }
+
+    /// Notes what another replica has seen, and forgets removals that all have seen.
+    pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
+        if sender != self.writer {
+            raise(self.others.entry(sender).or_default(), seen);
+        }
+        self.sweep();
+    }
+
+    /// Waits no longer for a replica, until it sends something again. Then it gets the whole graph if
+    /// it lacks a removal, and keeps what it has changed meanwhile.
+    pub fn forget(&mut self, writer: u64) {
+        self.others.remove(&writer);
+        self.sweep();
+    }
+
+    /// Forgets removals that all have seen, and old ones if there are too many.
+    fn sweep(&mut self) {
+        let count = |seen: &Vector, writer: u64| seen.get(&writer).copied().unwrap_or_default();
+        let mut gone: Vec<(u64, u64, Id)> = Vec::new();
+        // What made an element is known then: a late message about it brings nothing back.
+        let is_known = |id: &Id| covers(&self.seen, *id);
+        for (writer, all) in &self.tombstones {
+            let others = self.others.values().chain([&self.seen]);
+            let upto = others.map(|seen| count(seen, *writer)).min();
+            let seen = all.range(..=(upto.unwrap_or_default(), Id(u128::MAX)));
+            let seen = seen.filter(|(_, id)| is_known(id));
+            gone.extend(seen.map(|(sequence, id)| (*writer, *sequence, *id)));
+        }
+        let many = self
+            .tombstones()
+            .saturating_sub(gone.len() + MOST_TOMBSTONES);
+        let most = self.tombstones.iter().max_by_key(|(_, all)| all.len());
+        if many > 0
+            && let Some((writer, all)) = most
+        {
+            let old = all.iter().filter(|(_, id)| is_known(id)).take(many);
+            gone.extend(old.map(|(sequence, id)| (*writer, *sequence, *id)));
+        }
+        for (writer, sequence, id) in gone {
+            let forgotten = self.forgotten.entry(writer).or_default();
+            *forgotten = (*forgotten).max(sequence);
+            self.drop_element(id);
         }
     }
 
     /// How many tombstones are kept.
     pub fn tombstones(&self) -> usize {
-        let removed = self.elements.values().filter(|e| e.removed.is_some());
-        removed.count()
-    }
-
-    /// Digests of the living elements, by ranges of their ids: replicas are equal if these are. A
-    /// digest that differs names the range in which to look.
-    pub fn digests(&self, ranges: usize) -> Vec<u64> {
-        let ranges = ranges.max(1);
-        let mut digests = vec![0_u64; ranges];
-        for (id, element) in &self.elements {
-            let Some(made) = element.made.as_ref().filter(|_| element.removed.is_none()) else {
-                continue;
-            };
-            let mut hash = Fnv::default();
-            hash.add(&format!("{id:?}{made:?}"));
-            for attribute in &element.attributes {
-                hash.add(&format!("{attribute:?}"));
-            }
-            let range = Fnv::of(&format!("{id:?}")) as usize % ranges;
-            // The order of ids does not matter.
-            digests[range] = digests[range].wrapping_add(hash.0);
-        }
-        digests
+        self.tombstones.values().map(BTreeSet::len).sum()
     }
 
     /// All changes about the elements of a range, for a replica whose digest differs.
     pub fn range(&self, range: usize, ranges: usize) -> Delta {
         let ranges = ranges.max(1);
         let records = self.records(&|_| true).into_iter();
-        let of = |record: &Record| Fnv::of(&format!("{:?}", record.of())) as usize % ranges;
+        let is_in = |record: &Record| range_of(record.of(), ranges) == range;
         Delta {
             sender: self.writer,
             seen: self.seen.clone(),
-            since: Vector::new(),
-            upto: Vector::new(),
-            records: records.filter(|record| of(record) == range).collect(),
+            records: records.filter(is_in).collect(),
+            ..Delta::default()
         }
-    }
-}
-
-/// The hash FNV-1a: equal on all machines.
-struct Fnv(u64);
-
-impl Default for Fnv {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv {
-    fn add(&mut self, text: &str) {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    fn of(text: &str) -> u64 {
-        let mut hash = Self::default();
-        hash.add(text);
-        hash.0
     }
 }

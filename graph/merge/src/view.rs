@@ -1,6 +1,7 @@
 //! What a replica shows: a graph that its schema allows, and what had to stay out of it.
 
-use crate::replica::{Made, Replica, Stamp};
+use crate::record::Stamp;
+use crate::replica::{Element, Made, Replica};
 use graph_schema::{Relation, Schema};
 use property_graph::{Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -17,6 +18,9 @@ pub enum Reason {
     Cycle,
     /// The node has as many later edges at this port as the schema allows.
     Cardinality,
+    /// The edge was added while another replica removed one of its ends. It is never shown again:
+    /// [`Replica::remove`] takes it away, everywhere.
+    EndRemoved,
 }
 
 /// An element that is not shown, because another replica made one against which it loses.
@@ -59,17 +63,15 @@ impl Replica {
                 None => {}
             }
         }
-        let attributes = |id: &Id| -> BTreeMap<String, Value> {
+        let attributes = |kind: &str, id: &Id| {
             let element = self.elements.get(id);
-            let all = element.into_iter().flat_map(|e| &e.attributes);
-            let set = all.filter_map(|(name, (_, value))| Some((name.clone(), value.clone()?)));
-            set.collect()
+            element.map_or_else(BTreeMap::new, |element| latest(schema, kind, element))
         };
         // The older node keeps its key.
         nodes.sort_unstable();
         let mut keys: HashSet<(String, String, String)> = HashSet::new();
         for (_, id, kind) in nodes {
-            let attributes = attributes(&id);
+            let attributes = attributes(kind, &id);
             let own = keys_of(schema, kind, &attributes);
             if own.iter().any(|key| keys.contains(key)) {
                 view.conflicts.push(Conflict {
@@ -86,6 +88,14 @@ impl Replica {
         let mut taken: HashMap<(&str, usize, Id), u32> = HashMap::new();
         let mut parents: HashMap<(&str, Id), Id> = HashMap::new();
         edges.reverse();
+        edges.retain(|(_, id, _, from, to)| {
+            let is_dangling = self.is_removed(*from) || self.is_removed(*to);
+            view.conflicts.extend(is_dangling.then_some(Conflict {
+                id: *id,
+                reason: Reason::EndRemoved,
+            }));
+            !is_dangling
+        });
         let ends = edges
             .iter()
             .map(|(_, id, _, from, to)| (Some(*id), [*from, *to]));
@@ -113,11 +123,33 @@ impl Replica {
                 parents.insert((kind, child), parent);
             }
             view.edges
-                .insert(id, (kind.to_owned(), from, to, attributes(&id)));
+                .insert(id, (kind.to_owned(), from, to, attributes(kind, &id)));
         }
         view.conflicts.sort_unstable();
         view
     }
+}
+
+/// The attributes of an element. Of several that are one value, the one that was changed last has it.
+fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Value> {
+    let declared = schema.entity(kind).map(|entity| &entity.attributes);
+    let declared = declared.or_else(|| schema.relation(kind).map(|r| &r.attributes));
+    let value_of = |name: &str| {
+        let mut all = declared.into_iter().flatten();
+        let attribute = all.find(|attribute| attribute.name == name)?;
+        Some(attribute.value_of())
+    };
+    let mut latest: BTreeMap<&str, (Stamp, &str, Option<&Value>)> = BTreeMap::new();
+    for (name, (stamp, value)) in &element.attributes {
+        let own = (*stamp, name.as_str(), value.as_ref());
+        let known = latest.entry(value_of(name).unwrap_or(name)).or_insert(own);
+        if known.0 < *stamp {
+            *known = own;
+        }
+    }
+    let all = latest.into_values();
+    all.filter_map(|(_, name, value)| Some((name.to_owned(), value?.clone())))
+        .collect()
 }
 
 /// The keys of a node: the type that declares one, its name, its value.

@@ -1,5 +1,6 @@
 //! Tests of the property graph.
 
+mod adopt;
 mod changes;
 mod large;
 mod loops;
