@@ -85,10 +85,10 @@ fn named_type(component: &Component, member: &Member) -> Option<String> {
     loop {
         ty = match ty {
             Type::Named(id) => return Some(component.library.type_path(*id)),
-            Type::Sequence(element, _) | Type::Array(element, _) | Type::Dictionary(_, element) => {
-                component.library.resolved(element)
-            }
-            Type::Primitive(_) | Type::String(_) => return None,
+            Type::Sequence { element, .. }
+            | Type::Array { element, .. }
+            | Type::Dictionary { value: element, .. } => component.library.resolved(element),
+            Type::Primitive(_) | Type::Text { .. } => return None,
         };
     }
 }

@@ -166,14 +166,16 @@ impl Resolver<'_> {
         let any = operations.any(|operation| {
             let in_place = match role {
                 Role::SubscribesTo => operation.topic_in_place(&self.library),
-                _ => operation.result_in_place(&self.library),
+                Role::Implements | Role::Requires | Role::Publishes => {
+                    operation.result_in_place(&self.library)
+                }
             };
             in_place.is_some()
         });
         if !any {
             let what = match role {
                 Role::SubscribesTo => "parameter",
-                _ => "result",
+                Role::Implements | Role::Requires | Role::Publishes => "result",
             };
             let message = format!(
                 "no operation of `{}` has a plain struct with a bounded sequence as its only {what}",

@@ -4,7 +4,7 @@ use crate::templates::{self, TemplateError};
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
 use crate::view::parameters::{Holds, Parameter, Parameters, Rule};
-use crate::view::types::Type;
+use crate::view::types::{Named, Type};
 use crate::view::{Component, Slot};
 use rc_vocabulary::{Role, duration};
 use serde::Serialize;
@@ -150,7 +150,7 @@ fn facts(operation: &Operation) -> Vec<String> {
 fn words(ty: &Type) -> String {
     let at_most = |bound: &Option<u32>| bound.map_or(String::new(), |b| format!(" of at most {b}"));
     match ty {
-        Type::Primitive { name } => name.word().to_owned(),
+        Type::Primitive(name) => name.word().to_owned(),
         Type::Text { bound: None } => "string".to_owned(),
         Type::Text { bound: Some(bound) } => format!("string of at most {bound} bytes"),
         Type::Sequence { element, bound } => {
@@ -160,7 +160,7 @@ fn words(ty: &Type) -> String {
         Type::Dictionary { key, value } => {
             format!("dictionary from {} to {}", words(key), words(value))
         }
-        Type::Named { name, .. } => name.clone(),
+        Type::Named(Named { name, .. }) => name.clone(),
     }
 }
 

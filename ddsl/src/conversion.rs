@@ -520,21 +520,42 @@ impl<'a> Pair<'a> {
         found: &mut Members<'_>,
     ) -> Result<Vec<Item>, NoPlan> {
         Ok(match (from, to) {
-            (Type::Sequence(one, _), Type::Sequence(other, _)) => {
+            (Type::Sequence { element: one, .. }, Type::Sequence { element: other, .. }) => {
                 vec![Item::Sequence(
                     self.values(one, other, factor, path, chosen, found)?,
                 )]
             }
-            (Type::Array(one, count), Type::Array(other, _)) => {
+            (
+                Type::Array {
+                    element: one,
+                    length: count,
+                },
+                Type::Array { element: other, .. },
+            ) => {
                 let items = self.values(one, other, factor, path, chosen, found)?;
                 vec![Item::Array(*count, items)]
             }
-            (Type::Dictionary(key, value), Type::Dictionary(other_key, other_value)) => {
+            (
+                Type::Dictionary { key, value },
+                Type::Dictionary {
+                    key: other_key,
+                    value: other_value,
+                },
+            ) => {
                 let mut items = self.values(key, other_key, None, path, (None, None), found)?;
                 items.extend(self.values(value, other_value, factor, path, chosen, found)?);
                 vec![Item::Sequence(items)]
             }
-            _ => vec![Item::Text],
+            // Ends with two other types were reported.
+            (
+                Type::Text { .. }
+                | Type::Primitive(_)
+                | Type::Sequence { .. }
+                | Type::Array { .. }
+                | Type::Dictionary { .. }
+                | Type::Named(_),
+                _,
+            ) => vec![Item::Text],
         })
     }
 }
@@ -543,7 +564,10 @@ impl<'a> Pair<'a> {
 pub(crate) fn numbers(library: &Library, ty: &Type) -> Option<(Option<u32>, Primitive)> {
     match ty {
         Type::Primitive(number) => Some((None, number.number()?)),
-        Type::Array(element, count) => match library.resolved(element) {
+        Type::Array {
+            element,
+            length: count,
+        } => match library.resolved(element) {
             Type::Primitive(number) => Some((Some(*count), number.number()?)),
             _ => None,
         },

@@ -153,7 +153,13 @@ impl Image {
                     self.at = offset + own.size();
                 }
             }
-            (Type::Array(one, count), Type::Array(other, _)) => {
+            (
+                Type::Array {
+                    element: one,
+                    length: count,
+                },
+                Type::Array { element: other, .. },
+            ) => {
                 let Some(element) = pair.from.library.image(one) else {
                     return;
                 };
@@ -168,7 +174,13 @@ impl Image {
                 });
                 self.at = offset + element.times(*count).size;
             }
-            (Type::Sequence(one, bound), Type::Sequence(other, _)) => {
+            (
+                Type::Sequence {
+                    element: one,
+                    bound,
+                },
+                Type::Sequence { element: other, .. },
+            ) => {
                 self.bounded(
                     pair,
                     (one, other),
@@ -180,7 +192,14 @@ impl Image {
             (Type::Named(one), Type::Named(other)) => {
                 self.declared(pair, (*one, *other), chosen, offset);
             }
-            _ => {}
+            (
+                Type::Text { .. }
+                | Type::Sequence { .. }
+                | Type::Array { .. }
+                | Type::Dictionary { .. }
+                | Type::Named(_),
+                _,
+            ) => {}
         }
     }
 

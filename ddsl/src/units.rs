@@ -197,15 +197,29 @@ impl<'a> Comparison<'a, '_> {
             (Type::Named(one), Type::Named(other)) => {
                 self.declarations(*one, *other, chosen, meant);
             }
-            (Type::Sequence(one, _), Type::Sequence(other, _))
-            | (Type::Array(one, _), Type::Array(other, _)) => {
+            (Type::Sequence { element: one, .. }, Type::Sequence { element: other, .. })
+            | (Type::Array { element: one, .. }, Type::Array { element: other, .. }) => {
                 self.types(one, other, chosen, None);
             }
-            (Type::Dictionary(key, value), Type::Dictionary(other_key, other_value)) => {
+            (
+                Type::Dictionary { key, value },
+                Type::Dictionary {
+                    key: other_key,
+                    value: other_value,
+                },
+            ) => {
                 self.types(key, other_key, (None, None), None);
                 self.types(value, other_value, chosen, None);
             }
-            _ => {}
+            (
+                Type::Primitive(_)
+                | Type::Text { .. }
+                | Type::Sequence { .. }
+                | Type::Array { .. }
+                | Type::Dictionary { .. }
+                | Type::Named(_),
+                _,
+            ) => {}
         }
     }
 
@@ -241,7 +255,13 @@ impl<'a> Comparison<'a, '_> {
                 self.members(&path, whole, a, b, meant);
             }
             (TypeDeclKind::Alias(a), TypeDeclKind::Alias(b)) => self.types(a, b, chosen, meant),
-            _ => {}
+            (
+                TypeDeclKind::Enum(_)
+                | TypeDeclKind::Struct(_)
+                | TypeDeclKind::Exception(_)
+                | TypeDeclKind::Alias(_),
+                _,
+            ) => {}
         }
     }
 
@@ -462,8 +482,8 @@ impl<'a> Comparison<'a, '_> {
 fn numbers(library: &Library, ty: &Type) -> Option<Primitive> {
     match library.resolved(ty) {
         Type::Primitive(number) => number.number().map(|_| *number),
-        Type::Sequence(element, _) | Type::Array(element, _) => numbers(library, element),
-        Type::Dictionary(_, value) => numbers(library, value),
-        Type::Named(_) | Type::String(_) => None,
+        Type::Sequence { element, .. } | Type::Array { element, .. } => numbers(library, element),
+        Type::Dictionary { value, .. } => numbers(library, value),
+        Type::Named(_) | Type::Text { .. } => None,
     }
 }

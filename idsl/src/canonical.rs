@@ -81,18 +81,24 @@ impl Text<'_> {
         let bound = |bound: &Option<u32>| bound.map_or(String::new(), |n| format!(",{n}"));
         match library.resolved(used) {
             Type::Primitive(primitive) => self.out.push_str(primitive.word()),
-            Type::String(limit) => self.out.push_str(&format!("string<{}>", bound(limit))),
-            Type::Sequence(element, limit) => {
+            Type::Text { bound: limit } => self.out.push_str(&format!("string<{}>", bound(limit))),
+            Type::Sequence {
+                element,
+                bound: limit,
+            } => {
                 self.out.push_str("sequence<");
                 self.ty(element);
                 self.out.push_str(&bound(limit));
                 self.out.push('>');
             }
-            Type::Array(element, size) => {
+            Type::Array {
+                element,
+                length: size,
+            } => {
                 self.ty(element);
                 self.out.push_str(&format!("[{size}]"));
             }
-            Type::Dictionary(key, value) => {
+            Type::Dictionary { key, value } => {
                 self.out.push_str("dictionary<");
                 self.ty(key);
                 self.out.push(',');

@@ -139,9 +139,9 @@ impl CycleFinder {
 pub(crate) fn dictionary_key(library: &Library, key: &Type, span: Span, found: &mut Diagnostics) {
     let allowed = match library.resolved(key) {
         Type::Primitive(primitive) => !primitive.is_float(),
-        Type::String(_) => true,
+        Type::Text { .. } => true,
         Type::Named(id) => matches!(library.ty(*id).kind, TypeDeclKind::Enum(_)),
-        _ => false,
+        Type::Sequence { .. } | Type::Array { .. } | Type::Dictionary { .. } => false,
     };
     if !allowed {
         let message = "invalid type for the key of a dictionary";
@@ -174,7 +174,7 @@ pub(crate) fn value_fits(
             (Some((min, max)), _) => format!("an integer from {min} to {max}"),
             (None, _) => "a number".to_owned(),
         },
-        Type::String(bound) => match (&value.kind, bound) {
+        Type::Text { bound } => match (&value.kind, bound) {
             (LiteralKind::String(text), Some(bound)) if text.len() <= *bound as usize => {
                 return true;
             }
@@ -213,7 +213,7 @@ pub(crate) fn value_fits(
             found.push(Diagnostic::error("bad-default", value.span, message).help(help));
             return false;
         }
-        Type::Sequence(..) | Type::Array(..) | Type::Dictionary(..) => {
+        Type::Sequence { .. } | Type::Array { .. } | Type::Dictionary { .. } => {
             let message = "sequences, arrays and dictionaries cannot have a default value";
             let help = "remove the default: the initial value is empty or zero";
             found.push(Diagnostic::error("bad-default", value.span, message).help(help));
@@ -272,19 +272,9 @@ pub(crate) fn range(
     true
 }
 
-/// Whether a number is less than another one. Integers are compared exactly.
 fn is_less(a: &Literal, b: &Literal) -> bool {
-    match (&a.kind, &b.kind) {
-        (LiteralKind::Int(a), LiteralKind::Int(b)) => a < b,
-        _ => a.as_f64().zip(b.as_f64()).is_some_and(|(a, b)| a < b),
-    }
-}
-
-fn written(number: &Literal) -> String {
-    match number.kind {
-        LiteralKind::Int(value) => value.to_string(),
-        _ => number.as_f64().map_or(String::new(), |v| v.to_string()),
-    }
+    let both = a.number().zip(b.number());
+    both.is_some_and(|(a, b)| a < b)
 }
 
 pub(crate) fn value_in_range(range: &Range, value: &Literal, name: &Name, found: &mut Diagnostics) {
@@ -293,7 +283,7 @@ pub(crate) fn value_in_range(range: &Range, value: &Literal, name: &Name, found:
     if below || above {
         let message = format!(
             "the default {} of `{}` is outside its range",
-            written(value),
+            value.number().map_or(String::new(), |n| n.to_string()),
             name.text
         );
         found.push(Diagnostic::error(

@@ -5,14 +5,7 @@ use crate::model::{Layout, Library, Member, Operation, Type, TypeDeclKind, TypeI
 impl Library {
     /// The image of a value of this type. `None` if the type does not determine its size.
     pub fn image(&self, ty: &Type) -> Option<Layout> {
-        Some(match ty {
-            Type::Primitive(primitive) => Layout::number(primitive.size()),
-            Type::String(bound) => Layout::text((*bound)?),
-            Type::Sequence(element, bound) => Layout::sequence(self.image(element)?, (*bound)?),
-            Type::Array(element, count) => self.image(element)?.times(*count),
-            Type::Dictionary(..) => return None,
-            Type::Named(id) => self.ty(*id).image?,
-        })
+        ty.layout(&|id| self.ty(*id).image)
     }
 
     /// The image of a member. `None` as for [`image`](Self::image).

@@ -141,6 +141,22 @@ pub struct Member {
     pub default: Option<Literal>,
 }
 
+impl Member {
+    /// A member without documentation and annotations.
+    pub fn plain(name: Name, ty: Type) -> Self {
+        Self {
+            name,
+            doc: Vec::new(),
+            ty,
+            optional: false,
+            unit: None,
+            prototype: None,
+            range: None,
+            default: None,
+        }
+    }
+}
+
 /// The allowed values of a number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
@@ -151,21 +167,7 @@ pub struct Range {
 }
 
 /// A use of a type.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Type {
-    /// `bool`, `int` …
-    Primitive(Primitive),
-    /// `string`, with the maximum number of bytes if bounded.
-    String(Option<u32>),
-    /// A sequence, with the maximum number of elements if bounded.
-    Sequence(Box<Type>, Option<u32>),
-    /// An array, with its exact number of elements.
-    Array(Box<Type>, u32),
-    /// A dictionary, with the types of key and value.
-    Dictionary(Box<Type>, Box<Type>),
-    /// A named type.
-    Named(TypeId),
-}
+pub type Type = rc_vocabulary::Type<TypeId>;
 
 /// An interface.
 #[derive(Clone, Debug)]
@@ -222,27 +224,15 @@ impl Operation {
     }
 }
 
-impl Type {
-    /// The named types it mentions directly, with repetitions.
-    pub fn named(&self) -> Vec<TypeId> {
-        match self {
-            Self::Named(id) => vec![*id],
-            Self::Sequence(element, _) | Self::Array(element, _) => element.named(),
-            Self::Dictionary(key, value) => [key.named(), value.named()].concat(),
-            Self::Primitive(_) | Self::String(_) => Vec::new(),
-        }
-    }
-}
-
 impl Library {
     /// The named types that the declaration of `id` mentions directly, with repetitions.
     pub fn named_in(&self, id: TypeId) -> Vec<TypeId> {
         match &self.ty(id).kind {
             TypeDeclKind::Enum(_) => Vec::new(),
             TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
-                members.iter().flat_map(|m| m.ty.named()).collect()
+                members.iter().flat_map(|m| m.ty.names()).copied().collect()
             }
-            TypeDeclKind::Alias(ty) => ty.named(),
+            TypeDeclKind::Alias(ty) => ty.names().into_iter().copied().collect(),
         }
     }
 
@@ -282,9 +272,27 @@ impl Library {
         match ty {
             Type::Named(id) => match &self.ty(*id).kind {
                 TypeDeclKind::Alias(inner) => self.resolved(inner),
-                _ => ty,
+                TypeDeclKind::Enum(_) | TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) => ty,
             },
-            _ => ty,
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. } => ty,
+        }
+    }
+
+    /// The type with the types behind all aliases in it.
+    pub fn unaliased(&self, ty: &Type) -> Type {
+        let unaliased: Result<_, std::convert::Infallible> =
+            ty.replace(&mut |id| match &self.ty(*id).kind {
+                TypeDeclKind::Alias(inner) => Ok(self.unaliased(inner)),
+                TypeDeclKind::Enum(_) | TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) => {
+                    Ok(Type::Named(*id))
+                }
+            });
+        match unaliased {
+            Ok(unaliased) => unaliased,
         }
     }
 

@@ -10,6 +10,7 @@ use crate::resolver::ModuleResolver;
 use rc_diagnostics::Diagnostic;
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Whether a declaration declares a named type.
 pub(crate) fn is_type(kind: &DeclKind) -> bool {
@@ -40,7 +41,7 @@ impl ModuleResolver<'_> {
                 continue;
             };
             let Some(ty) = self.ty(tree) else { continue };
-            if !matches!(ty, Type::Primitive(_) | Type::String(_)) {
+            if !matches!(ty, Type::Primitive(_) | Type::Text { .. }) {
                 let message = "invalid type for a constant";
                 let help = "use a number, a bool or a string";
                 self.report(Diagnostic::error("const-type", tree.span, message).help(help));
@@ -63,7 +64,7 @@ impl ModuleResolver<'_> {
             DeclKind::Struct(members) => TypeDeclKind::Struct(self.members(members)),
             DeclKind::Exception(_, members) => TypeDeclKind::Exception(self.members(members)),
             DeclKind::Alias(tree) => {
-                TypeDeclKind::Alias(self.ty(tree).unwrap_or(Type::String(None)))
+                TypeDeclKind::Alias(self.ty(tree).unwrap_or(Type::Text { bound: None }))
             }
             DeclKind::Const(..) | DeclKind::Interface(_) => TypeDeclKind::Struct(Vec::new()),
         }
@@ -151,14 +152,8 @@ impl ModuleResolver<'_> {
     ) -> Option<Member> {
         let ty = self.ty(tree)?;
         let mut member = Member {
-            name: name.clone(),
             doc: doc.to_vec(),
-            ty,
-            optional: false,
-            unit: None,
-            prototype: None,
-            range: None,
-            default: None,
+            ..Member::plain(name.clone(), ty)
         };
         for annotation in annotations {
             self.annotate(&mut member, annotation);
@@ -272,16 +267,7 @@ impl ModuleResolver<'_> {
             self.report(diagnostic.help("move it before a parameter"));
             return None;
         };
-        let mut member = Member {
-            name: tree.name.clone(),
-            doc: Vec::new(),
-            ty: ty.clone(),
-            optional: false,
-            unit: None,
-            prototype: None,
-            range: None,
-            default: None,
-        };
+        let mut member = Member::plain(tree.name.clone(), ty.clone());
         self.annotate(&mut member, annotation);
         member.range
     }
@@ -322,18 +308,27 @@ impl ModuleResolver<'_> {
                 }
                 Type::Named(id)
             }
-            TypeKind::String(bound) => Type::String(self.bound(bound.as_ref())),
-            TypeKind::Sequence(element, bound) => {
-                Type::Sequence(Box::new(self.ty(element)?), self.bound(bound.as_ref()))
-            }
+            TypeKind::String(bound) => Type::Text {
+                bound: self.bound(bound.as_ref()),
+            },
+            TypeKind::Sequence(element, bound) => Type::Sequence {
+                element: Arc::new(self.ty(element)?),
+                bound: self.bound(bound.as_ref()),
+            },
             TypeKind::Array(element, size) => {
                 let size_value = self.bound(Some(size))?;
-                Type::Array(Box::new(self.ty(element)?), size_value)
+                Type::Array {
+                    element: Arc::new(self.ty(element)?),
+                    length: size_value,
+                }
             }
             TypeKind::Dictionary(key, value) => {
                 let key_type = self.ty(key)?;
                 check::dictionary_key(self.library, &key_type, key.span, self.found);
-                Type::Dictionary(Box::new(key_type), Box::new(self.ty(value)?))
+                Type::Dictionary {
+                    key: Arc::new(key_type),
+                    value: Arc::new(self.ty(value)?),
+                }
             }
         })
     }

@@ -58,7 +58,7 @@ impl<'a> Interface<'a> {
         };
         for word in path.split('.') {
             let length = match self.library.resolved(&here.ty) {
-                Type::Array(element, length) => Some((element.as_ref().clone(), *length)),
+                Type::Array { element, length } => Some((element.as_ref().clone(), *length)),
                 _ => None,
             };
             if let Some((element, length)) = length
@@ -103,7 +103,7 @@ impl<'a> Interface<'a> {
     /// The numbers of a member that is an array of them.
     pub(crate) fn element(&self, path: &str, at: Span) -> Option<Primitive> {
         let member = self.path(path, at, &mut Diagnostics::new())?;
-        let Type::Array(element, _) = self.library.resolved(&member.ty) else {
+        let Type::Array { element, .. } = self.library.resolved(&member.ty) else {
             return None;
         };
         match self.library.resolved(element) {
@@ -116,7 +116,7 @@ impl<'a> Interface<'a> {
     pub(crate) fn length(&self, path: &str, at: Span) -> Option<u32> {
         let member = self.path(path, at, &mut Diagnostics::new())?;
         match self.library.resolved(&member.ty) {
-            Type::Array(_, length) => Some(*length),
+            Type::Array { length, .. } => Some(*length),
             _ => None,
         }
     }
@@ -125,7 +125,7 @@ impl<'a> Interface<'a> {
     pub(crate) fn elements(&self, path: &str, at: Span, found: &mut Diagnostics) -> Option<Self> {
         let member = self.path(path, at, found)?;
         match self.library.resolved(&member.ty) {
-            Type::Sequence(element, _) | Type::Array(element, _) => Some(Self {
+            Type::Sequence { element, .. } | Type::Array { element, .. } => Some(Self {
                 library: self.library,
                 ty: element.as_ref().clone(),
             }),

@@ -203,8 +203,8 @@ impl Prototype {
 }
 
 impl Library {
-    /// The same prototypes, each about one element of its sequence: for who knows where the
-    /// elements are.
+    /// These prototypes, each about one element of its sequence. The caller knows the places of the
+    /// elements.
     #[must_use]
     pub fn of_elements(&self) -> Self {
         let mut elements = self.clone();

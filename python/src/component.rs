@@ -20,7 +20,7 @@ use rc_runtime::adapter::{Adapter, Joined, Living};
 use rc_runtime::lifecycle::Hook;
 use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
 use rc_runtime::{Body, Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
-use rc_values::{Type, Value};
+use rc_values::{Named, Type, Value};
 use std::sync::Arc;
 
 /// Component as the generated package hands it over, ready to start.
@@ -203,7 +203,7 @@ impl PythonComponent {
             operation.request.members.first().map(|member| &member.ty),
         ) {
             (Sample::Value(value), _) => self.arguments(py, member, value),
-            (Sample::Image(image), Some(Type::Struct(ty))) => {
+            (Sample::Image(image), Some(Type::Named(Named::Struct(ty)))) => {
                 let memory = Py::new(py, Memory::received(image))?;
                 let view = View::new(memory, Arc::clone(&self.types), Arc::clone(ty), 0);
                 let mut arguments = self.first_arguments(py, member)?;

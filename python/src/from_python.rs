@@ -5,7 +5,7 @@ use pyo3::buffer::{Element, PyUntypedBuffer};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyTuple};
-use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
+use rc_values::{Member, Named, Numbers, Primitive, Struct, Type, Value};
 use std::fmt;
 use std::sync::Arc;
 
@@ -212,7 +212,7 @@ impl Types {
                 }
                 Ok(value)
             }
-            Type::Map { key, value } => {
+            Type::Dictionary { key, value } => {
                 let wrong = || ConversionError::expected("a dict", object);
                 let dict = object.cast::<PyDict>().map_err(|_| wrong())?;
                 let mut pairs = Vec::with_capacity(dict.len());
@@ -228,7 +228,7 @@ impl Types {
                 }
                 Ok(Value::Map(pairs))
             }
-            Type::Enum(of) => {
+            Type::Named(Named::Enum(of)) => {
                 let class = self.class(&of.name)?.python.bind(object.py());
                 let number = object.extract::<i32>().ok();
                 match number.filter(|number| of.name_of(*number).is_some()) {
@@ -242,7 +242,7 @@ impl Types {
                     }
                 }
             }
-            Type::Struct(of) => self.structure(of, object),
+            Type::Named(Named::Struct(of)) => self.structure(of, object),
         }
     }
 

@@ -15,7 +15,7 @@ use rc_host::link::{self, Answer, Reading};
 use rc_host::{HostError, Number, Operation, Program, Session};
 use rc_runtime::machine::Machine;
 use rc_runtime::{Core, Order, Time, TimeSource};
-use rc_values::{Type, Value};
+use rc_values::{Named, Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -368,7 +368,7 @@ impl Link {
     ) -> PyResult<Bound<'py, PyAny>> {
         let [
             rc_values::Member {
-                ty: Type::Struct(ty),
+                ty: Type::Named(Named::Struct(ty)),
                 ..
             },
         ] = operation.reply.members.as_slice()

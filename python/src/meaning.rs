@@ -30,7 +30,7 @@ fn refused(py: Python<'_>, code: &str, message: &str) -> PyErr {
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Prototypes {
     library: Library,
-    /// The same, each about one element of its sequence: a plan converts values and elements alike.
+    /// Prototypes about one element of a sequence: a plan converts values and elements alike.
     elements: Library,
 }
 

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rc_host::{Aligned, Program};
-use rc_values::{Struct, Type, encode_image};
+use rc_values::{Named, Struct, Type, encode_image};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub(crate) fn view_of<'py>(
     let operations = program.slots.iter().flat_map(|slot| &slot.operations);
     let members = operations.flat_map(|o| o.request.members.iter().chain(&o.reply.members));
     let mut all = members.filter_map(|member| match &member.ty {
-        Type::Struct(of) if of.layout.is_some() => Some(of),
+        Type::Named(Named::Struct(of)) if of.layout.is_some() => Some(of),
         _ => None,
     });
     let class = value.get_type();

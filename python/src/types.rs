@@ -164,18 +164,18 @@ impl Uses {
     }
 
     fn ty(&mut self, ty: &rc_values::Type) {
-        use rc_values::Type;
+        use rc_values::{Named, Type};
         match ty {
             Type::Primitive(_) | Type::Text { .. } => {}
             Type::Sequence { element, .. } | Type::Array { element, .. } => self.ty(element),
-            Type::Map { key, value } => {
+            Type::Dictionary { key, value } => {
                 self.ty(key);
                 self.ty(value);
             }
-            Type::Enum(of) => {
+            Type::Named(Named::Enum(of)) => {
                 self.enums.insert(of.name.clone(), Arc::clone(of));
             }
-            Type::Struct(of) => self.structure(of),
+            Type::Named(Named::Struct(of)) => self.structure(of),
         }
     }
 }

@@ -11,8 +11,8 @@ use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use rc_values::{
-    Layout, Member, Struct, Type, Value, decode_image, default, image_members, read_member_image,
-    write_member_image,
+    Layout, Member, Named, Struct, Type, Value, decode_image, default, image_members, layout,
+    read_member_image, write_member_image,
 };
 use std::sync::Arc;
 
@@ -102,7 +102,7 @@ impl View {
 
     fn get<'py>(&self, py: Python<'py>, place: &MemberView<'_>) -> PyResult<Bound<'py, PyAny>> {
         match &place.member.ty {
-            Type::Struct(of) if !place.member.optional => {
+            Type::Named(Named::Struct(of)) if !place.member.optional => {
                 let view = Self::new(
                     self.memory.clone_ref(py),
                     Arc::clone(&self.types),
@@ -132,7 +132,7 @@ impl View {
         let length = self.memory.get().read(place.at, 4, |bytes| {
             bytes.try_into().map(u32::from_le_bytes).unwrap_or_default()
         })?;
-        let size = element.layout().map_or(1, |layout| layout.size.max(1));
+        let size = layout(element).map_or(1, |layout| layout.size.max(1));
         let room = place.size.saturating_sub(first(element)) / size;
         Ok((length as usize).min(room).min(bound(&place.member.ty)))
     }
@@ -144,7 +144,7 @@ impl View {
         at: usize,
         count: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let Some(Layout { size, .. }) = element.layout() else {
+        let Some(Layout { size, .. }) = layout(element) else {
             return Err(PyTypeError::new_err(format!(
                 "`{element}` has no memory image"
             )));
@@ -187,7 +187,7 @@ impl View {
 
 /// The offset of the first element behind its count.
 fn first(element: &Type) -> usize {
-    4_usize.next_multiple_of(element.layout().map_or(1, |layout| layout.align))
+    4_usize.next_multiple_of(layout(element).map_or(1, |layout| layout.align))
 }
 
 fn bound(ty: &Type) -> usize {
@@ -248,7 +248,7 @@ impl View {
             return Err(errors::raise(py, "InvalidSample", &message));
         }
         let before = self.used(&place, element)?;
-        let size = element.layout().map_or(1, |layout| layout.size);
+        let size = layout(element).map_or(1, |layout| layout.size);
         let (start, end) = (before.min(length) * size, length * size);
         // Numbers have no invalid values, so an array need not be cleared.
         let is_plain = matches!(&**element, Type::Primitive(p) if *p != rc_values::Primitive::Bool);
@@ -260,7 +260,7 @@ impl View {
             }
         })?;
         let elements = self.get(py, &place)?;
-        if matches!(**element, Type::Struct(_)) {
+        if matches!(**element, Type::Named(Named::Struct(_))) {
             for item in elements.try_iter()?.skip(before) {
                 item?.cast_into::<Self>()?.get().reset()?;
             }
@@ -337,7 +337,7 @@ fn in_place(request: &Struct) -> PyResult<(usize, &Arc<Struct>)> {
             Some(layout),
             [
                 Member {
-                    ty: Type::Struct(ty),
+                    ty: Type::Named(Named::Struct(ty)),
                     ..
                 },
             ],

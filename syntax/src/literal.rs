@@ -1,7 +1,7 @@
 //! Literals.
 
 use rc_diagnostics::Span;
-use rc_vocabulary::duration;
+use rc_vocabulary::{Number, duration};
 
 /// A literal with its location.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,12 +39,20 @@ impl Literal {
     }
 
     /// The value of a number.
-    pub fn as_f64(&self) -> Option<f64> {
+    pub fn number(&self) -> Option<Number> {
         match self.kind {
-            LiteralKind::Int(value) => Some(value as f64),
-            LiteralKind::Float(value) => Some(value),
-            _ => None,
+            LiteralKind::Int(value) => Some(Number::Int(value)),
+            LiteralKind::Float(value) => Some(Number::Float(value)),
+            LiteralKind::String(_)
+            | LiteralKind::Bool(_)
+            | LiteralKind::Duration(_)
+            | LiteralKind::Name(_) => None,
         }
+    }
+
+    /// The value of a number, rounded.
+    pub fn as_f64(&self) -> Option<f64> {
+        self.number().map(Number::as_float)
     }
 
     /// The value of an integer of 64 bits.

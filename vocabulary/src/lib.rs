@@ -14,6 +14,7 @@
 //! - [`layout`]: the memory image of plain types.
 //! - [`member`]: members of slot arrays.
 //! - [`Middleware`]: the middlewares, what they can do, and their settings ([`Key`]).
+//! - [`Number`]: numbers of any type, compared exactly.
 //! - [`ParameterStatus`], [`ParameterChange`]: parameters of a running component.
 //! - [`Pattern`]: how operations communicate.
 //! - [`Primitive`]: booleans and numbers.
@@ -21,6 +22,7 @@
 //! - [`Restart`]: when a component restarts.
 //! - [`Role`]: the ends of a connection.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
+//! - [`Type`]: types where they are used, over any form of names.
 
 pub mod address;
 pub mod duration;
@@ -31,6 +33,7 @@ mod language;
 pub mod layout;
 pub mod member;
 mod middleware;
+mod number;
 mod parameter;
 mod pattern;
 mod primitive;
@@ -40,6 +43,7 @@ mod role;
 pub mod ros;
 mod scalar;
 mod target;
+mod types;
 mod value;
 mod word;
 
@@ -48,11 +52,13 @@ pub use kind::{Kind, ValueError};
 pub use language::{Language, Needs};
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware, Middlewares};
+pub use number::Number;
 pub use parameter::{ParameterChange, ParameterStatus};
 pub use pattern::Pattern;
 pub use primitive::{Class, Primitive};
 pub use restart::{Restart, RestartPolicy};
 pub use role::Role;
 pub use scalar::Scalar;
+pub use types::Type;
 pub use value::Value;
 pub use word::listed;

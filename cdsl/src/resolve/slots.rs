@@ -246,7 +246,7 @@ impl Resolver<'_> {
         let topics = format!("{name}Pub");
         let calls = match role {
             Role::Publishes => "implements",
-            _ => "requires",
+            Role::Implements | Role::Requires | Role::SubscribesTo => "requires",
         };
         let help = if !role.is_topic() {
             "use the interface under `publishes` or `subscribesTo`".to_owned()

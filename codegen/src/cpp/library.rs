@@ -5,7 +5,7 @@ use crate::view;
 use crate::view::documentation;
 use crate::view::library::{self, Kind, Module};
 use crate::view::members::Member;
-use crate::view::types::{Declared, Type};
+use crate::view::types::{Declared, Named, Type, resolved};
 use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -105,9 +105,13 @@ pub(crate) fn of(view: &view::Component) -> Vec<Header> {
 fn header(view: &view::Component, module: &Module) -> Header {
     let constants = module.constants.iter().map(|constant| Constant {
         doc: constant.doc.clone(),
-        ty: match constant.ty.resolved() {
-            Type::Primitive { name } => types::primitive(*name),
-            _ => "std::string_view".to_owned(),
+        ty: match resolved(&constant.ty) {
+            Type::Primitive(name) => types::primitive(*name),
+            Type::Text { .. }
+            | Type::Named(_)
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. } => "std::string_view".to_owned(),
         },
         name: names::own(&constant.name),
         value: types::value(&constant.value),
@@ -123,7 +127,7 @@ fn header(view: &view::Component, module: &Module) -> Header {
     };
     let mut uses = BTreeSet::new();
     for decl in &module.types {
-        uses.extend(named(decl).into_iter().map(|(module, _)| module.to_owned()));
+        uses.extend(named(decl).into_iter().map(|ty| ty.module.clone()));
     }
     for operation in module
         .interfaces
@@ -133,10 +137,8 @@ fn header(view: &view::Component, module: &Module) -> Header {
         let members = operation.inputs.iter().chain(&operation.outputs);
         let all = members.map(|member| &member.ty).chain(&operation.result);
         let all = all.chain(operation.throws.iter().map(|thrown| &thrown.ty));
-        uses.extend(
-            all.flat_map(|ty| ty.named())
-                .map(|(module, _)| module.to_owned()),
-        );
+        let names = all.flat_map(|ty| ty.names());
+        uses.extend(names.map(|ty| ty.module.clone()));
     }
     uses.remove(&module.name);
     Header {
@@ -154,14 +156,14 @@ fn header(view: &view::Component, module: &Module) -> Header {
 }
 
 /// The named types in a declaration.
-fn named(decl: &library::TypeDecl) -> Vec<(&str, &str)> {
+fn named(decl: &library::TypeDecl) -> Vec<&Named> {
     match &decl.kind {
         Kind::Enum { .. } => Vec::new(),
         Kind::Struct { members } | Kind::Exception { members } => members
             .iter()
-            .flat_map(|member| member.ty.named())
+            .flat_map(|member| member.ty.names())
             .collect(),
-        Kind::Alias { target } => target.named(),
+        Kind::Alias { target } => target.names(),
     }
 }
 
@@ -173,8 +175,8 @@ fn ordered(module: &Module) -> Vec<&library::TypeDecl> {
         let (ready, waiting): (Vec<_>, Vec<_>) = left.iter().partition(|decl| {
             let mut needed = named(decl)
                 .into_iter()
-                .filter(|(home, _)| *home == module.name);
-            needed.all(|(_, name)| done.iter().any(|other| other.name == name))
+                .filter(|ty| ty.module == module.name);
+            needed.all(|ty| done.iter().any(|other| other.name == ty.name))
         });
         if ready.is_empty() {
             // Types that contain each other were reported.
@@ -229,20 +231,20 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
 }
 
 fn field(view: &view::Component, member: &Member) -> Field {
-    let default = match (&member.default, member.ty.resolved()) {
+    let default = match (&member.default, resolved(&member.ty)) {
         (Some(value), _) => types::value(value),
         _ if member.optional => String::new(),
         // Zero may be the number of no enumerator.
         (
             None,
-            Type::Named {
+            Type::Named(Named {
                 module, name, of, ..
-            },
+            }),
         ) if *of == Declared::Enum => first(view, module, name).unwrap_or_default(),
-        (None, Type::Array { element, length }) => match element.resolved() {
-            Type::Named {
+        (None, Type::Array { element, length }) => match resolved(element) {
+            Type::Named(Named {
                 module, name, of, ..
-            } if *of == Declared::Enum => {
+            }) if *of == Declared::Enum => {
                 let first = first(view, module, name).unwrap_or_default();
                 format!("rc::filled<{length}>({first})")
             }

@@ -2,7 +2,7 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::{Declared, Type};
+use crate::view::types::{Declared, Named, Type, resolved};
 use rc_vocabulary::Primitive;
 
 /// A number or a `bool`.
@@ -15,12 +15,14 @@ pub(super) fn primitive(primitive: Primitive) -> String {
 /// The type of a value.
 pub(super) fn of(ty: &Type) -> String {
     match ty {
-        Type::Primitive { name } => primitive(*name),
+        Type::Primitive(name) => primitive(*name),
         Type::Text { .. } => "std::string".to_owned(),
         Type::Sequence { element, .. } => format!("std::vector<{}>", of(element)),
         Type::Array { element, length } => format!("std::array<{}, {length}>", of(element)),
         Type::Dictionary { key, value } => format!("std::map<{}, {}>", of(key), of(value)),
-        Type::Named { module, name, .. } => format!("{}::{}", names::own(module), names::own(name)),
+        Type::Named(Named { module, name, .. }) => {
+            format!("{}::{}", names::own(module), names::own(name))
+        }
     }
 }
 
@@ -36,9 +38,9 @@ pub(super) fn of_member(member: &Member) -> String {
 /// The type of a parameter that goes in: numbers and enums by value, everything else by reference.
 pub(super) fn input(member: &Member) -> String {
     let ty = of_member(member);
-    let by_value = match member.ty.resolved() {
-        Type::Primitive { .. } => true,
-        Type::Named { of, .. } => *of == Declared::Enum,
+    let by_value = match resolved(&member.ty) {
+        Type::Primitive(_) => true,
+        Type::Named(Named { of, .. }) => *of == Declared::Enum,
         Type::Text { .. }
         | Type::Sequence { .. }
         | Type::Array { .. }
@@ -72,15 +74,18 @@ pub(super) fn text(text: &str) -> String {
 
 /// The expression of a value of the IDSL.
 pub(super) fn value(value: &Value) -> String {
-    match value.ty.resolved() {
-        Type::Primitive { name } => number(*name, &value.text),
-        Type::Named { module, name, .. } => format!(
+    match resolved(&value.ty) {
+        Type::Primitive(name) => number(*name, &value.text),
+        Type::Named(Named { module, name, .. }) => format!(
             "{}::{}::{}",
             names::own(module),
             names::own(name),
             names::own(&value.text)
         ),
-        _ => text(&value.text),
+        Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. } => text(&value.text),
     }
 }
 

@@ -98,16 +98,9 @@ impl Writer<'_> {
                 self.text
                     .line(&format!("const int32 {} = {hash};", escaped(&constant)));
             }
-            TypeDeclKind::Alias(Type::Dictionary(key, value)) => {
-                let member = |name: &str, ty: &Type| Member {
-                    name: Name::new(name, decl.name.span),
-                    doc: Vec::new(),
-                    ty: ty.clone(),
-                    optional: false,
-                    unit: None,
-                    prototype: None,
-                    range: None,
-                    default: None,
+            TypeDeclKind::Alias(Type::Dictionary { key, value }) => {
+                let member = |name: &str, ty: &Type| {
+                    Member::plain(Name::new(name, decl.name.span), ty.clone())
                 };
                 let entry = self.names.entries[&id].clone();
                 let doc = [format!("One entry of `{name}`.")];

@@ -91,7 +91,7 @@ impl Names {
             let own = &self.types[ty];
             if matches!(
                 library.ty(*ty).kind,
-                TypeDeclKind::Alias(Type::Dictionary(..))
+                TypeDeclKind::Alias(Type::Dictionary { .. })
             ) {
                 self.entries
                     .insert(*ty, scope.unique_name(&format!("{own}_Entry")));
@@ -143,18 +143,21 @@ impl Names {
     pub(super) fn ty(&self, library: &Library, ty: &Type) -> (String, String) {
         match ty {
             Type::Primitive(primitive) => (primitive.idl().to_owned(), String::new()),
-            Type::String(None) => ("string".to_owned(), String::new()),
-            Type::String(Some(bound)) => (format!("string<{bound}>"), String::new()),
-            Type::Sequence(element, bound) => {
+            Type::Text { bound: None } => ("string".to_owned(), String::new()),
+            Type::Text { bound: Some(bound) } => (format!("string<{bound}>"), String::new()),
+            Type::Sequence { element, bound } => {
                 let element = self.ty(library, element).0;
                 (sequence(&element, *bound), String::new())
             }
-            Type::Array(element, size) => {
+            Type::Array {
+                element,
+                length: size,
+            } => {
                 let (element, inner) = self.ty(library, element);
                 (element, format!("[{size}]{inner}"))
             }
             // Only an alias can be a dictionary. It has a struct for its entries.
-            Type::Dictionary(_, value) => self.ty(library, value),
+            Type::Dictionary { value, .. } => self.ty(library, value),
             Type::Named(id) => (self.path(library, *id), String::new()),
         }
     }

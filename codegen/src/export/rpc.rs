@@ -109,16 +109,7 @@ fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
 
 /// The member for the return value of an operation.
 fn returned(operation: &Operation, ty: &Type) -> Member {
-    Member {
-        name: Name::new("return_", operation.name.span),
-        doc: Vec::new(),
-        ty: ty.clone(),
-        optional: false,
-        unit: None,
-        prototype: None,
-        range: None,
-        default: None,
-    }
+    Member::plain(Name::new("return_", operation.name.span), ty.clone())
 }
 
 struct Case {

@@ -5,7 +5,7 @@ use super::{documentation, layout, names, types};
 use crate::view;
 use crate::view::library::{Kind, Module, TypeDecl};
 use crate::view::members::Member;
-use crate::view::types::{Declared, Type};
+use crate::view::types::{Declared, Named, Type, resolved};
 use rc_vocabulary::Role;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -171,7 +171,7 @@ impl<'a> Types<'a> {
     }
 
     fn lend(&mut self, ty: &Type) {
-        if let Type::Named { module, name, .. } = ty {
+        if let Type::Named(Named { module, name, .. }) = ty {
             self.lent.insert((module.clone(), name.clone()));
         }
         self.see(ty);
@@ -179,14 +179,14 @@ impl<'a> Types<'a> {
 
     /// Adds the views of a type and of all structures in it.
     fn see(&mut self, ty: &Type) {
-        match ty.resolved() {
+        match resolved(ty) {
             Type::Sequence { element, .. } | Type::Array { element, .. } => self.see(element),
-            Type::Named {
+            Type::Named(Named {
                 module,
                 name,
                 of: Declared::Struct,
                 ..
-            } if self.viewed.insert((module.clone(), name.clone())) => {
+            }) if self.viewed.insert((module.clone(), name.clone())) => {
                 let decl = self.decl(module, name);
                 if let Some(Kind::Struct { members }) = decl.map(|decl| &decl.kind) {
                     members.iter().for_each(|member| self.see(&member.ty));
@@ -376,7 +376,7 @@ impl<'a> Types<'a> {
                 }
             };
             let fields = members.iter().map(|member| {
-                let ty = match member.ty.resolved() {
+                let ty = match resolved(&member.ty) {
                     Type::Sequence { element, .. } | Type::Array { element, .. }
                         if types::dtype(element).is_none() =>
                     {
@@ -406,9 +406,13 @@ impl<'a> Types<'a> {
 
 /// The type that annotates a structure in place: `View`, or `Loan` of a sample to publish.
 pub(super) fn in_place(view: &view::Component, ty: &Type, path: types::Path, word: &str) -> String {
-    let ending = match ty.resolved() {
-        Type::Named { module, name, .. } => ending(view, module, name, word),
-        _ => word.to_owned(),
+    let ending = match resolved(ty) {
+        Type::Named(Named { module, name, .. }) => ending(view, module, name, word),
+        Type::Primitive(_)
+        | Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. } => word.to_owned(),
     };
     types::annotation(ty, path) + &ending
 }

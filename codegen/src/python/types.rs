@@ -2,7 +2,7 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::{Declared, Type};
+use crate::view::types::{Declared, Named, Type, resolved};
 use rc_vocabulary::{Class, Primitive};
 
 /// How a named type is written, from its module and its name in the IDSL.
@@ -11,8 +11,8 @@ pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
 /// An annotation, with aliases replaced by what they stand for. Numbers in a row are an array of
 /// `NumPy`.
 pub(crate) fn annotation(ty: &Type, path: Path) -> String {
-    match ty.resolved() {
-        Type::Primitive { name } => primitive(*name).0.to_owned(),
+    match resolved(ty) {
+        Type::Primitive(name) => primitive(*name).0.to_owned(),
         Type::Text { .. } => "str".to_owned(),
         Type::Sequence { element, .. } | Type::Array { element, .. } => match dtype(element) {
             Some(dtype) => format!("_npt.NDArray[_np.{dtype}]"),
@@ -25,7 +25,7 @@ pub(crate) fn annotation(ty: &Type, path: Path) -> String {
                 annotation(value, path)
             )
         }
-        Type::Named { module, name, .. } => path(module, name),
+        Type::Named(Named { module, name, .. }) => path(module, name),
     }
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn primitive(of: Primitive) -> (&'static str, &'static str) {
 
 /// The type of `NumPy` for a number.
 pub(crate) fn dtype(ty: &Type) -> Option<&'static str> {
-    let Type::Primitive { name } = ty.resolved() else {
+    let Type::Primitive(name) = resolved(ty) else {
         return None;
     };
     Some(match name.class() {
@@ -85,8 +85,8 @@ pub(crate) fn default(
 /// The default value of a type.
 pub(crate) fn of_type(ty: &Type, path: Path, first: &dyn Fn(&str, &str) -> String) -> Default {
     let value = |text: &str| Default::Value(text.to_owned());
-    match ty.resolved() {
-        Type::Primitive { name } => value(primitive(*name).1),
+    match resolved(ty) {
+        Type::Primitive(name) => value(primitive(*name).1),
         Type::Text { .. } => value("\"\""),
         Type::Sequence { element, .. } => Default::New(match dtype(element) {
             Some(dtype) => format!("_np.zeros(0, _np.{dtype})"),
@@ -100,30 +100,31 @@ pub(crate) fn of_type(ty: &Type, path: Path, first: &dyn Fn(&str, &str) -> Strin
             },
         }),
         Type::Dictionary { .. } => Default::New("{}".to_owned()),
-        Type::Named {
+        Type::Named(Named {
             module,
             name,
             of: Declared::Enum,
             ..
-        } => Default::Value(format!("{}.{}", path(module, name), first(module, name))),
-        Type::Named { module, name, .. } => Default::New(format!("{}()", path(module, name))),
+        }) => Default::Value(format!("{}.{}", path(module, name), first(module, name))),
+        Type::Named(Named { module, name, .. }) => {
+            Default::New(format!("{}()", path(module, name)))
+        }
     }
 }
 
 /// A constant, or the default that a description writes.
 pub(crate) fn value(value: &Value, path: Path) -> String {
-    match value.ty.resolved() {
+    match resolved(&value.ty) {
         Type::Text { .. } => text(&value.text),
-        Type::Named { module, name, .. } => {
+        Type::Named(Named { module, name, .. }) => {
             format!("{}.{}", path(module, name), names::shout(&value.text))
         }
-        Type::Primitive {
-            name: Primitive::Bool,
-        } => match value.text.as_str() {
-            "true" => "True".to_owned(),
-            _ => "False".to_owned(),
+        Type::Primitive(primitive) => match (primitive.class(), value.text.as_str()) {
+            (Class::Bool, "true") => "True".to_owned(),
+            (Class::Bool, _) => "False".to_owned(),
+            (Class::Signed | Class::Unsigned | Class::Float, number) => number.to_owned(),
         },
-        _ => value.text.clone(),
+        Type::Sequence { .. } | Type::Array { .. } | Type::Dictionary { .. } => value.text.clone(),
     }
 }
 

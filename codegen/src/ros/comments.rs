@@ -29,7 +29,9 @@ pub(super) fn of_member(library: &Library, member: &Member) -> Vec<String> {
 /// The enum of a field or of its elements.
 fn enumeration(library: &Library, ty: &Type) -> Option<String> {
     match library.resolved(ty) {
-        Type::Sequence(element, _) | Type::Array(element, _) => enumeration(library, element),
+        Type::Sequence { element, .. } | Type::Array { element, .. } => {
+            enumeration(library, element)
+        }
         Type::Named(id) => match library.ty(*id).kind {
             TypeDeclKind::Enum(_) => Some(names::message(library, *id).to_string()),
             _ => None,
@@ -39,7 +41,7 @@ fn enumeration(library: &Library, ty: &Type) -> Option<String> {
 }
 
 fn is_dictionary(library: &Library, ty: &Type) -> bool {
-    matches!(library.resolved(ty), Type::Dictionary(..))
+    matches!(library.resolved(ty), Type::Dictionary { .. })
 }
 
 /// The default value of a field. `None` if it has none, or if ROS 2 cannot express it.

@@ -54,7 +54,7 @@ impl FieldType {
     pub(super) fn package(&self) -> Option<&str> {
         match &self.element {
             Element::Message(name) => Some(&name.package),
-            _ => None,
+            Element::Word(_) | Element::String(_) => None,
         }
     }
 }

@@ -192,7 +192,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 doc.push("An enum: fields of it are an int32 with one of these values.".to_owned());
                 constants = self.enumerators(values);
             }
-            TypeDeclKind::Alias(Type::Dictionary(key, value)) => {
+            TypeDeclKind::Alias(Type::Dictionary { key, value }) => {
                 doc.push("One entry of a dictionary.".to_owned());
                 let field = |part: &str, ty: &Type| member(part, ty, &decl.name);
                 fields = self.fields(&name, &[field("key", key), field("value", value)]);
@@ -245,7 +245,7 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 Some(value) => constants.push(Constant {
                     // Constants have no bound.
                     ty: match ty {
-                        Type::String(_) => "string".to_owned(),
+                        Type::Text { .. } => "string".to_owned(),
                         _ => self.member_type(ty, false, "").written(&self.package),
                     },
                     name,
@@ -394,16 +394,19 @@ impl<'a, 'f> Mapper<'a, 'f> {
             };
         }
         match ty {
-            Type::Sequence(element, bound) => FieldType {
+            Type::Sequence { element, bound } => FieldType {
                 element: self.element(element, inner),
                 multiplicity: Multiplicity::Sequence(*bound),
             },
-            Type::Array(element, size) => FieldType {
+            Type::Array {
+                element,
+                length: size,
+            } => FieldType {
                 element: self.element(element, inner),
                 multiplicity: Multiplicity::Array(*size),
             },
             Type::Named(id) => match &self.library.ty(*id).kind {
-                TypeDeclKind::Alias(Type::Dictionary(..)) => FieldType {
+                TypeDeclKind::Alias(Type::Dictionary { .. }) => FieldType {
                     element: self.message(*id),
                     multiplicity: Multiplicity::Sequence(None),
                 },
@@ -414,9 +417,9 @@ impl<'a, 'f> Mapper<'a, 'f> {
                 }
             },
             Type::Primitive(primitive) => FieldType::one(Element::primitive(*primitive)),
-            Type::String(bound) => FieldType::one(Element::String(*bound)),
+            Type::Text { bound } => FieldType::one(Element::String(*bound)),
             // Only an alias can be a dictionary. It has a message for its entries.
-            Type::Dictionary(_, value) => self.member_type(value, false, inner),
+            Type::Dictionary { value, .. } => self.member_type(value, false, inner),
         }
     }
 
@@ -482,16 +485,7 @@ fn doc_of(interface: &Interface, operation: &Operation) -> Vec<String> {
 
 /// A member without a declaration.
 pub(super) fn member(name: &str, ty: &Type, at: &Name) -> Member {
-    Member {
-        name: Name::new(name, at.span),
-        doc: Vec::new(),
-        ty: ty.clone(),
-        optional: false,
-        unit: None,
-        prototype: None,
-        range: None,
-        default: None,
-    }
+    Member::plain(Name::new(name, at.span), ty.clone())
 }
 
 fn code(name: &str, value: u32) -> Constant {

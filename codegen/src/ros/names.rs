@@ -107,7 +107,9 @@ pub fn message(library: &Library, id: TypeId) -> TypeName {
         kind: Kind::Message,
         name: match &decl.kind {
             TypeDeclKind::Alias(_) => format!("{}Entry", words::camel(name)),
-            _ => words::ty(name),
+            TypeDeclKind::Enum(_) | TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) => {
+                words::ty(name)
+            }
         },
     }
 }

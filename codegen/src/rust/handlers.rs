@@ -8,7 +8,7 @@ use crate::view;
 use crate::view::documentation;
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
-use crate::view::types::Type;
+use crate::view::types::{Named, Type};
 use rc_vocabulary::Role;
 use serde::Serialize;
 
@@ -137,7 +137,7 @@ impl Handlers<'_> {
             arguments.push(format!("{member}: &Member"));
         }
         let bare_place = |ty: &Type| match ty {
-            Type::Named { module, name, .. } => exports.in_place(module, name),
+            Type::Named(Named { module, name, .. }) => exports.in_place(module, name),
             _ => String::new(),
         };
         for (member, input) in of.inputs.iter().zip(&inputs) {
@@ -180,8 +180,8 @@ impl Handlers<'_> {
     ) -> Vec<String> {
         let mut found = Vec::new();
         let mut named = |ty: &Type| {
-            let named = ty.named().into_iter();
-            found.extend(named.map(|(_, name)| names::ty(name)));
+            let named = ty.names().into_iter();
+            found.extend(named.map(|ty| names::ty(&ty.name)));
         };
         if !sample_in_place {
             of.inputs.iter().for_each(|m| named(&m.ty));
@@ -195,7 +195,7 @@ impl Handlers<'_> {
         if has_name {
             found.push(answer);
         }
-        if let Some(Type::Named { name, .. }) = in_place {
+        if let Some(Type::Named(Named { name, .. })) = in_place {
             found.push(in_place::path(&names::ty(name)));
         }
         if !of.throws.is_empty() {

@@ -9,7 +9,7 @@ use super::{in_place, names, types};
 use crate::view::documentation;
 use crate::view::library as view;
 use crate::view::members;
-use crate::view::types::Type;
+use crate::view::types::{Named, Type};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -198,7 +198,7 @@ fn constant(interface: &view::Interface, exception: &view::Exception) -> String 
 
 fn type_name(ty: &Type) -> &str {
     match ty {
-        Type::Named { name, .. } => name,
+        Type::Named(Named { name, .. }) => name,
         _ => "",
     }
 }
@@ -206,7 +206,7 @@ fn type_name(ty: &Type) -> &str {
 /// The structure of a type in shared memory; empty if there is none.
 pub(super) fn placed(ty: Option<&Type>, path: types::Path) -> String {
     match ty {
-        Some(Type::Named { module, name, .. }) => in_place::path(&path(module, name)),
+        Some(Type::Named(Named { module, name, .. })) => in_place::path(&path(module, name)),
         _ => String::new(),
     }
 }

@@ -8,7 +8,7 @@ use crate::view::checks::Check;
 use crate::view::documentation;
 use crate::view::library as view;
 use crate::view::members;
-use crate::view::types::Type;
+use crate::view::types::{Type, resolved};
 use serde::Serialize;
 
 /// One IDSL module: one file.
@@ -82,11 +82,11 @@ pub(crate) fn module(module: &view::Module) -> Module<'_> {
     let constants = module.constants.iter().map(|constant| Constant {
         name: names::shout(&constant.name),
         doc: &constant.doc,
-        ty: match constant.ty.resolved() {
+        ty: match resolved(&constant.ty) {
             Type::Text { .. } => "&str".to_owned(),
             ty => types::owned(ty, &path),
         },
-        value: match constant.ty.resolved() {
+        value: match resolved(&constant.ty) {
             Type::Text { .. } => format!("{:?}", constant.value.text),
             _ => types::value(&constant.value, &path),
         },
@@ -170,12 +170,14 @@ pub(super) fn member<'a>(of: &'a members::Member, name: String, path: types::Pat
         optional: of.optional,
         checks: &of.checks,
         borrowed: types::borrowed(of, path),
-        write: match of.ty.resolved() {
+        write: match resolved(&of.ty) {
             _ if of.optional => "reference",
             Type::Text { .. } => "text",
             Type::Sequence { .. } => "sequence",
             ty if types::is_small(ty) => "value",
-            _ => "reference",
+            Type::Primitive(_) | Type::Named(_) | Type::Array { .. } | Type::Dictionary { .. } => {
+                "reference"
+            }
         },
         name,
     }
@@ -183,7 +185,7 @@ pub(super) fn member<'a>(of: &'a members::Member, name: String, path: types::Pat
 
 /// The standard library has defaults of arrays of at most 32 elements.
 fn is_long_array(ty: &Type) -> bool {
-    match ty.resolved() {
+    match resolved(ty) {
         Type::Array { element, length } => *length > 32 || is_long_array(element),
         _ => false,
     }

@@ -2,7 +2,7 @@
 
 use super::names;
 use crate::view::members::{Member, Value};
-use crate::view::types::{Declared, Type};
+use crate::view::types::{Declared, Named, Type, resolved};
 
 /// How the path of a named type is written, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
@@ -39,7 +39,7 @@ pub(crate) fn in_crate() -> impl Fn(&str, &str) -> String {
 /// A type that owns its value.
 pub(crate) fn owned(ty: &Type, path: Path) -> String {
     match ty {
-        Type::Primitive { name } => name.rust().to_owned(),
+        Type::Primitive(name) => name.rust().to_owned(),
         Type::Text { .. } => "String".to_owned(),
         Type::Sequence { element, .. } => format!("Vec<{}>", owned(element, path)),
         Type::Array { element, length } => format!("[{}; {length}]", owned(element, path)),
@@ -48,7 +48,7 @@ pub(crate) fn owned(ty: &Type, path: Path) -> String {
             owned(key, path),
             owned(value, path)
         ),
-        Type::Named { module, name, .. } => path(module, name),
+        Type::Named(Named { module, name, .. }) => path(module, name),
     }
 }
 
@@ -67,33 +67,38 @@ pub(crate) fn borrowed(parameter: &Member, path: Path) -> String {
     if parameter.optional {
         return format!("&{}", member(parameter, path));
     }
-    match parameter.ty.resolved() {
+    match resolved(&parameter.ty) {
         Type::Text { .. } => "&str".to_owned(),
         Type::Sequence { element, .. } => format!("&[{}]", owned(element, path)),
         ty if is_small(ty) => owned(&parameter.ty, path),
-        _ => format!("&{}", owned(&parameter.ty, path)),
+        Type::Primitive(_) | Type::Named(_) | Type::Array { .. } | Type::Dictionary { .. } => {
+            format!("&{}", owned(&parameter.ty, path))
+        }
     }
 }
 
 /// Whether values are copied instead of borrowed.
 pub(crate) fn is_small(ty: &Type) -> bool {
     matches!(
-        ty.resolved(),
-        Type::Primitive { .. }
-            | Type::Named {
+        resolved(ty),
+        Type::Primitive(_)
+            | Type::Named(Named {
                 of: Declared::Enum,
                 ..
-            }
+            })
     )
 }
 
 /// A value that owns itself; a text is a `String`.
 pub(crate) fn value(value: &Value, path: Path) -> String {
-    match value.ty.resolved() {
+    match resolved(&value.ty) {
         Type::Text { .. } => format!("{:?}.to_owned()", value.text),
-        Type::Named { module, name, .. } => {
+        Type::Named(Named { module, name, .. }) => {
             format!("{}::{}", path(module, name), names::camel(&value.text))
         }
-        _ => value.text.clone(),
+        Type::Primitive(_)
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. } => value.text.clone(),
     }
 }

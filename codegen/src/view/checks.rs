@@ -53,7 +53,11 @@ pub(super) fn of_value(library: &Library, ty: &Type, limits: Option<&Range>) -> 
 pub(super) fn of_number(library: &Library, member: &Member) -> Vec<Check> {
     match library.resolved(&member.ty) {
         Type::Primitive(primitive) => range(*primitive, member.range.as_ref()),
-        _ => Vec::new(),
+        Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_) => Vec::new(),
     }
 }
 
@@ -83,10 +87,7 @@ pub(crate) fn range_text(member: &Member) -> Option<String> {
 }
 
 fn text_of(range: &Range) -> Option<String> {
-    let text = |literal: &Literal| match literal.kind {
-        LiteralKind::Int(value) => value.to_string(),
-        _ => literal.as_f64().map_or(String::new(), |v| v.to_string()),
-    };
+    let text = |literal: &Literal| literal.number().map_or(String::new(), |n| n.to_string());
     Some(match (&range.min, &range.max) {
         (Some(min), Some(max)) => format!("{} to {}", text(min), text(max)),
         (Some(min), None) => format!("at least {}", text(min)),
@@ -103,13 +104,16 @@ pub(super) fn bounds(library: &Library, ty: &Type) -> Vec<Check> {
         (!checks.is_empty()).then_some(Check::Each { of, checks })
     };
     match library.resolved(ty) {
-        Type::String(most) => bound(most).into_iter().collect(),
-        Type::Sequence(element, most) => bound(most)
+        Type::Text { bound: most } => bound(most).into_iter().collect(),
+        Type::Sequence {
+            element,
+            bound: most,
+        } => bound(most)
             .into_iter()
             .chain(each("items", element))
             .collect(),
-        Type::Array(element, _) => each("items", element).into_iter().collect(),
-        Type::Dictionary(key, value) => each("keys", key)
+        Type::Array { element, .. } => each("items", element).into_iter().collect(),
+        Type::Dictionary { key, value } => each("keys", key)
             .into_iter()
             .chain(each("values", value))
             .collect(),

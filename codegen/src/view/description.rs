@@ -43,23 +43,12 @@ fn members(library: &Library, members: &[model::Member]) -> Vec<Member> {
         optional: member.optional,
         unit: member.unit.clone(),
         range: member.range.as_ref().map(|range| {
-            let end = |end: &Option<Literal>| end.as_ref().and_then(limit);
+            let end = |end: &Option<Literal>| rc_values::limit_json(end.as_ref()?.number()?);
             (end(&range.min), end(&range.max))
         }),
         default: member.default.as_ref().map(default),
     };
     members.iter().map(member).collect()
-}
-
-/// An end of a range. Only integers of 64 bits have more digits than an `f64`.
-fn limit(literal: &Literal) -> Option<serde_json::Number> {
-    const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
-    match literal.kind {
-        LiteralKind::Int(value) if value.unsigned_abs() > EXACT => {
-            serde_json::Number::from_i128(value)
-        }
-        _ => serde_json::Number::from_f64(literal.as_f64()?),
-    }
 }
 
 fn default(literal: &Literal) -> serde_json::Value {
@@ -84,7 +73,9 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
         ),
         pattern: match operation.explicit_pattern {
             Some(model::Pattern::Publish) => model::Pattern::Publish,
-            _ => operation.call_pattern(),
+            Some(model::Pattern::Command | model::Pattern::Query) | None => {
+                operation.call_pattern()
+            }
         }
         .word()
         .to_owned(),
@@ -105,22 +96,6 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
 
 /// A type as a description writes it, behind aliases.
 fn text(library: &Library, ty: &Type) -> String {
-    let bound = |bound: &Option<u32>| bound.map_or(String::new(), |bound| format!(",{bound}"));
-    match library.resolved(ty) {
-        Type::Primitive(primitive) => primitive.word().to_owned(),
-        Type::String(None) => "string".to_owned(),
-        Type::String(Some(bound)) => format!("string<{bound}>"),
-        Type::Sequence(element, most) => {
-            format!("sequence<{}{}>", text(library, element), bound(most))
-        }
-        Type::Array(element, length) => format!("{}[{length}]", text(library, element)),
-        Type::Dictionary(key, value) => {
-            format!(
-                "dictionary<{},{}>",
-                text(library, key),
-                text(library, value)
-            )
-        }
-        Type::Named(id) => library.type_path(*id),
-    }
+    let named = library.unaliased(ty).rename(|id| library.type_path(*id));
+    named.to_string()
 }

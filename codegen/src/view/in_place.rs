@@ -163,8 +163,8 @@ fn structure(
         let bytes = model::Type::Primitive(Primitive::U8);
         let (element, bound) = match source.ty {
             ty if source.optional => (ty, Some(1)),
-            model::Type::Sequence(element, bound) => (library.resolved(element), *bound),
-            model::Type::String(bound) => (&bytes, *bound),
+            model::Type::Sequence { element, bound } => (library.resolved(element), *bound),
+            model::Type::Text { bound } => (&bytes, *bound),
             ty => (ty, None),
         };
         let image = library.image(element).unwrap_or(Layout::LENGTH);
@@ -184,7 +184,7 @@ fn structure(
             Some(member) => member.name.text.clone(),
             None => "items".to_owned(),
         });
-        let is_text = !source.optional && matches!(source.ty, model::Type::String(_));
+        let is_text = !source.optional && matches!(source.ty, model::Type::Text { .. });
         let item = if is_text {
             Item::Bytes
         } else {
@@ -225,7 +225,7 @@ fn item(
     match library.resolved(ty) {
         model::Type::Primitive(Primitive::Bool) => Item::Bool,
         model::Type::Primitive(primitive) => Item::Number { name: *primitive },
-        model::Type::Array(element, length) => Item::Array {
+        model::Type::Array { element, length } => Item::Array {
             element: Box::new(item(library, path, element, done, known)),
             length: *length,
         },
@@ -237,7 +237,9 @@ fn item(
             }
         }
         // Of a dictionary there is no image, so it never comes here.
-        ty @ (model::Type::String(_) | model::Type::Sequence(..) | model::Type::Dictionary(..)) => {
+        ty @ (model::Type::Text { .. }
+        | model::Type::Sequence { .. }
+        | model::Type::Dictionary { .. }) => {
             let source = Source {
                 member: None,
                 ty,
@@ -253,16 +255,16 @@ fn item(
 
 fn inside(library: &Library, ty: &model::Type, known: &mut Known) -> Inside {
     match library.resolved(ty) {
-        model::Type::Primitive(_) | model::Type::Dictionary(..) => Inside::default(),
-        model::Type::String(_) => Inside {
+        model::Type::Primitive(_) | model::Type::Dictionary { .. } => Inside::default(),
+        model::Type::Text { .. } => Inside {
             lengths: true,
             ranges: false,
         },
-        model::Type::Sequence(element, _) => Inside {
+        model::Type::Sequence { element, .. } => Inside {
             lengths: true,
             ..inside(library, element, known)
         },
-        model::Type::Array(element, _) => inside(library, element, known),
+        model::Type::Array { element, .. } => inside(library, element, known),
         model::Type::Named(id) => {
             if let Some(inside) = known.get(id) {
                 return *inside;

@@ -6,7 +6,7 @@
 mod schema;
 mod values;
 
-use rc_values::{Struct, Type, Value};
+use rc_values::{Named, Struct, Type, Value};
 
 /// A value that a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,15 +52,17 @@ pub(crate) fn shapes(of: &Struct) -> Vec<(Shape, usize)> {
 
 fn kinds(ty: &Type) -> &'static [Shape] {
     match ty {
-        Type::Struct(of) => match of.name.as_str() {
+        Type::Named(Named::Struct(of)) => match of.name.as_str() {
             "RoboCompFullPoseEstimation::FullPoseEuler" => &[Shape::Pose, Shape::Transform],
             "RoboCompCamera::Image" => &[Shape::Image],
             "RoboCompCamera::Cloud" => &[Shape::Points],
             _ => &[],
         },
         Type::Sequence { element, .. } => match element.as_ref() {
-            Type::Struct(of) if of.name == "RoboCompLaser::TData" => &[Shape::Scan],
-            Type::Struct(of) if of.name == "Transforms::TransformStamped" => &[Shape::Transforms],
+            Type::Named(Named::Struct(of)) if of.name == "RoboCompLaser::TData" => &[Shape::Scan],
+            Type::Named(Named::Struct(of)) if of.name == "Transforms::TransformStamped" => {
+                &[Shape::Transforms]
+            }
             _ => &[],
         },
         _ => &[],

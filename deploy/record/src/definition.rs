@@ -5,7 +5,7 @@ use crate::error::RecordError;
 use crate::reader::{Channel, Message};
 use rc_middleware::Encoding;
 use rc_values::description::{Kind, Member, Module, NamedType};
-use rc_values::{Catalog, Struct, Type, Value};
+use rc_values::{Catalog, Named, Struct, Type, Value};
 use rc_vocabulary::Primitive;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -96,7 +96,7 @@ pub fn parse(name: &str, text: &str) -> Result<Arc<Struct>, String> {
     let modules: Vec<Module> = modules.into_values().collect();
     let catalog = Catalog::new(&modules).map_err(|e| e.to_string())?;
     match catalog.named(&own.replace('/', "::")) {
-        Some(Type::Struct(of)) => Ok(Arc::clone(of)),
+        Some(Type::Named(Named::Struct(of))) => Ok(Arc::clone(of)),
         _ => Err(format!("it has no message `{name}`")),
     }
 }

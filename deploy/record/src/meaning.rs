@@ -7,7 +7,7 @@ use crate::error::RecordError;
 use rc_plans::{Network, Program};
 use rc_prototypes::model::{Content, Library, Prototype};
 use rc_ros_types::words;
-use rc_values::{Primitive, Struct, Type, Value};
+use rc_values::{Named, Primitive, Struct, Type, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -183,12 +183,12 @@ impl Converter {
 
     fn is_in_type(&self, ty: &Type, seen: &mut BTreeSet<String>) -> bool {
         match ty {
-            Type::Struct(of) => self.is_in(of, seen),
+            Type::Named(Named::Struct(of)) => self.is_in(of, seen),
             Type::Sequence { element, .. } | Type::Array { element, .. } => {
                 self.is_in_type(element, seen)
             }
-            Type::Map { value, .. } => self.is_in_type(value, seen),
-            Type::Primitive(_) | Type::Text { .. } | Type::Enum(_) => false,
+            Type::Dictionary { value, .. } => self.is_in_type(value, seen),
+            Type::Primitive(_) | Type::Text { .. } | Type::Named(Named::Enum(_)) => false,
         }
     }
 
@@ -238,7 +238,7 @@ impl Converter {
     }
 
     fn structure(&self, ty: Arc<Struct>, mut values: Vec<Value>) -> Result<Value, RecordError> {
-        let whole = Type::Struct(Arc::clone(&ty));
+        let whole = Type::Named(Named::Struct(Arc::clone(&ty)));
         // Elements with a meaning of their own are converted before the rest sees them.
         let mut elements = Vec::new();
         for (at, naming) in self.views(&ty) {
@@ -271,7 +271,7 @@ impl Converter {
             Value::Struct(ty, values.collect::<Result<_, _>>()?)
         };
         if let Value::Struct(ty, values) = &mut out {
-            let whole = Type::Struct(Arc::clone(ty));
+            let whole = Type::Named(Named::Struct(Arc::clone(ty)));
             for (path, converted) in elements {
                 let place = indices(&whole, &path);
                 if let Some(member) = place.and_then(|place| inner(values, &place)) {
@@ -356,7 +356,7 @@ impl Converter {
         }
         let view = &self.views[at];
         let paths: Vec<Vec<String>> = view.from.iter().map(|path| named(path, naming)).collect();
-        let whole = Type::Struct(Arc::clone(ty));
+        let whole = Type::Named(Named::Struct(Arc::clone(ty)));
         let mut inputs = Vec::new();
         for path in &paths {
             let place = indices(&whole, path).ok_or_else(|| {
@@ -435,7 +435,7 @@ fn indices(ty: &Type, path: &[String]) -> Option<Vec<usize>> {
     let mut out = Vec::with_capacity(path.len());
     for word in path {
         let (at, next) = match here {
-            Type::Struct(of) => {
+            Type::Named(Named::Struct(of)) => {
                 let (at, member) = of.member(word)?;
                 (at, &member.ty)
             }

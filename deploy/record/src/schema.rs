@@ -5,7 +5,7 @@
 //! Where two messages of a definition want one name, the second one has a number at its end.
 
 use rc_ros_types::{STANDARD, words};
-use rc_values::{Member, Operation, Struct, Type};
+use rc_values::{Member, Named, Operation, Struct, Type};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -101,7 +101,7 @@ fn only_structure(parameters: &Struct) -> Option<&Arc<Struct>> {
     match parameters.members.as_slice() {
         [
             Member {
-                ty: Type::Struct(only),
+                ty: Type::Named(Named::Struct(only)),
                 optional: false,
                 ..
             },
@@ -266,7 +266,7 @@ impl Definitions {
                 let element = self.element(element, package, &format!("{place}Element"));
                 format!("{element}[{length}]")
             }
-            Type::Map { key, value } => {
+            Type::Dictionary { key, value } => {
                 let name = self.claim(&format!("{package}/{place}Entry"));
                 let key = self.ty(key, package, &format!("{place}EntryKey"));
                 let value = self.ty(value, package, &format!("{place}EntryValue"));
@@ -285,9 +285,9 @@ impl Definitions {
             Type::Primitive(primitive) => primitive.word().to_owned(),
             Type::Text { bound: None } => "string".to_owned(),
             Type::Text { bound: Some(bound) } => format!("string<={bound}"),
-            Type::Enum(_) => "int32".to_owned(),
-            Type::Struct(of) => self.needs(of),
-            Type::Sequence { .. } | Type::Array { .. } | Type::Map { .. } => {
+            Type::Named(Named::Enum(_)) => "int32".to_owned(),
+            Type::Named(Named::Struct(of)) => self.needs(of),
+            Type::Sequence { .. } | Type::Array { .. } | Type::Dictionary { .. } => {
                 let name = self.claim(&format!("{package}/{place}"));
                 let data = self.ty(ty, package, place);
                 self.messages.insert(name.clone(), format!("{data} data\n"));

@@ -6,7 +6,7 @@ use rc_deploy_client::Format;
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_management::component::Status;
 use rc_observe::{Component, End, Error, Network, nearest_of};
-use rc_values::{Interface, Member, Operation, Struct, Type};
+use rc_values::{Interface, Member, Named, Operation, Struct, Type};
 use rc_vocabulary::qos::{Durability, Reliability};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -317,7 +317,7 @@ fn members(of: &Struct) -> Vec<Value> {
             object["unit"] = json!(unit);
         }
         if let Some(range) = member.range {
-            let limit = |end: Option<rc_values::Limit>| end.and_then(rc_values::Limit::json);
+            let limit = |end: Option<rc_values::Number>| end.and_then(rc_values::limit_json);
             object["range"] = json!([limit(range.min), limit(range.max)]);
         }
         if let Some(default) = &member.default {
@@ -341,8 +341,12 @@ fn document(item: &ShowTarget<'_>) -> Value {
     };
     match item {
         ShowTarget::Named(name, ty) => match ty {
-            Type::Struct(of) => json!({"name": name, "kind": "struct", "members": members(of)}),
-            Type::Enum(of) => json!({"name": name, "kind": "enum", "values": of.values}),
+            Type::Named(Named::Struct(of)) => {
+                json!({"name": name, "kind": "struct", "members": members(of)})
+            }
+            Type::Named(Named::Enum(of)) => {
+                json!({"name": name, "kind": "enum", "values": of.values})
+            }
             other => json!({"name": name, "kind": "alias", "type": other.to_string()}),
         },
         ShowTarget::Interface(interface) => json!({
@@ -416,11 +420,11 @@ fn operation_lines(operation: &Operation, out: &mut String) {
 fn text(item: &ShowTarget<'_>) -> String {
     let mut out = String::new();
     match item {
-        ShowTarget::Named(name, Type::Struct(of)) => {
+        ShowTarget::Named(name, Type::Named(Named::Struct(of))) => {
             let _ = writeln!(out, "struct {}", clean(name));
             member_lines(of, &mut out);
         }
-        ShowTarget::Named(name, Type::Enum(of)) => {
+        ShowTarget::Named(name, Type::Named(Named::Enum(of))) => {
             let _ = writeln!(out, "enum {}", clean(name));
             for (name, number) in &of.values {
                 let _ = writeln!(out, "    {} = {number}", clean(name));

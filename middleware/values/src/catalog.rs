@@ -3,8 +3,8 @@
 use crate::description::{self, Kind, Module};
 use crate::error::DescriptionError;
 use crate::json;
-use crate::parse::{Parsed, parse};
-use crate::types::{Enum, Limit, Member, Primitive, Range, Struct, Type};
+use crate::parse::parse;
+use crate::types::{Enum, Member, Named, Primitive, Range, Struct, Type, depth, limit};
 use rc_vocabulary::Pattern;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -198,18 +198,18 @@ impl<'m> Resolver<'m> {
         }
         self.open.push(name.to_owned());
         let found = match kind {
-            Kind::Struct(members) | Kind::Exception(members) => {
-                Type::Struct(Arc::new(self.structure(name, members, level)?))
-            }
+            Kind::Struct(members) | Kind::Exception(members) => Type::Named(Named::Struct(
+                Arc::new(self.structure(name, members, level)?),
+            )),
             Kind::Enum(values) if values.is_empty() => return wrong("it has no value".to_owned()),
-            Kind::Enum(values) => Type::Enum(Arc::new(Enum {
+            Kind::Enum(values) => Type::Named(Named::Enum(Arc::new(Enum {
                 name: name.to_owned(),
                 values: values.clone(),
-            })),
+            }))),
             Kind::Alias(text) => self.ty(name, text, level)?,
         };
         self.open.pop();
-        if found.depth() > DEPTH {
+        if depth(&found) > DEPTH {
             return wrong(format!("it has more than {DEPTH} levels"));
         }
         self.done.insert(name.to_owned(), found.clone());
@@ -237,40 +237,12 @@ impl<'m> Resolver<'m> {
 
     fn ty(&mut self, place: &str, text: &str, level: u32) -> Result<Type, DescriptionError> {
         let parsed = parse(text).map_err(|reason| DescriptionError::new(place, reason))?;
-        self.parsed(place, parsed, level)
-    }
-
-    fn parsed(
-        &mut self,
-        place: &str,
-        parsed: Parsed,
-        level: u32,
-    ) -> Result<Type, DescriptionError> {
-        let mut boxed = |parsed: Parsed| {
-            Ok::<_, DescriptionError>(Arc::new(self.parsed(place, parsed, level)?))
-        };
-        Ok(match parsed {
-            Parsed::Primitive(primitive) => Type::Primitive(primitive),
-            Parsed::Text(bound) => Type::Text { bound },
-            Parsed::Sequence(element, bound) => Type::Sequence {
-                element: boxed(*element)?,
-                bound,
-            },
-            Parsed::Array(element, length) => Type::Array {
-                element: boxed(*element)?,
-                length,
-            },
-            Parsed::Map(key, value) => {
-                let key = boxed(*key)?;
-                if !matches!(*key, Type::Primitive(_) | Type::Text { .. } | Type::Enum(_)) {
-                    let reason = "the keys of a dictionary are numbers, text or enumerators";
-                    return Err(DescriptionError::new(place, reason));
-                }
-                let value = boxed(*value)?;
-                Type::Map { key, value }
-            }
-            Parsed::Named(name) => self.named(&name, level + 1)?,
-        })
+        let ty = parsed.replace(&mut |name| self.named(name, level + 1))?;
+        if has_other_keys(&ty) {
+            let reason = "the keys of a dictionary are numbers, text or enumerators";
+            return Err(DescriptionError::new(place, reason));
+        }
+        Ok(ty)
     }
 
     fn interface(
@@ -308,7 +280,7 @@ impl<'m> Resolver<'m> {
         }));
         let mut throws = Vec::new();
         for (exception, id) in &operation.throws {
-            let Type::Struct(ty) = self.named(exception, 0)? else {
+            let Type::Named(Named::Struct(ty)) = self.named(exception, 0)? else {
                 return Err(wrong("it throws what is no exception"));
             };
             throws.push(Exception { id: *id, ty });
@@ -326,6 +298,23 @@ impl<'m> Resolver<'m> {
     }
 }
 
+/// Whether a dictionary in a type has keys that it cannot have. Named types were looked at.
+fn has_other_keys(ty: &Type) -> bool {
+    match ty {
+        Type::Primitive(_) | Type::Text { .. } | Type::Named(_) => false,
+        Type::Sequence { element, .. } | Type::Array { element, .. } => has_other_keys(element),
+        Type::Dictionary { key, value } => match &**key {
+            Type::Primitive(_) | Type::Text { .. } | Type::Named(Named::Enum(_)) => {
+                has_other_keys(value)
+            }
+            Type::Named(Named::Struct(_))
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. } => true,
+        },
+    }
+}
+
 fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member, DescriptionError> {
     let wrong = |reason: &str| DescriptionError::new(place, reason);
     let is_number = matches!(&ty, Type::Primitive(of) if *of != Primitive::Bool);
@@ -333,7 +322,7 @@ fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member,
         return Err(wrong("it has a range and is no number"));
     }
     let is_integer = matches!(&ty, Type::Primitive(of) if of.limits().is_some());
-    let limit = |end: &Option<_>| end.as_ref().map(|number| Limit::of(number, is_integer));
+    let ends = |end: &Option<_>| end.as_ref().map(|number| limit(number, is_integer));
     let range = member.range.as_ref();
     let resolved = Member {
         name: member.name.clone(),
@@ -341,8 +330,8 @@ fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member,
         optional: member.optional,
         unit: member.unit.clone(),
         range: range.map(|(min, max)| Range {
-            min: limit(min),
-            max: limit(max),
+            min: ends(min),
+            max: ends(max),
         }),
         default: member.default.clone(),
     };

@@ -5,7 +5,7 @@ use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::image::decode_image;
 use crate::numbers::{Number, Numbers};
-use crate::types::{Member, Struct, Type};
+use crate::types::{Member, Named, Struct, Type};
 use crate::value::Value;
 use rc_middleware::{Encoding, Reader};
 use std::sync::Arc;
@@ -77,7 +77,7 @@ fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Valu
             elements(element, length, reader, budget)?
         }
         Type::Array { element, length } => elements(element, *length as usize, reader, budget)?,
-        Type::Map { key, value: of } => {
+        Type::Dictionary { key, value: of } => {
             let length = reader.length()?;
             let mut pairs = Vec::new();
             for at in 0..length {
@@ -89,7 +89,7 @@ fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Valu
             }
             Value::Map(pairs)
         }
-        Type::Enum(of) => {
+        Type::Named(Named::Enum(of)) => {
             let number: i32 = reader.get()?;
             if of.name_of(number).is_none() {
                 let reason = format!("{number} is not a value of `{}`", of.name);
@@ -97,7 +97,7 @@ fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Valu
             }
             Value::Enum(Arc::clone(of), number)
         }
-        Type::Struct(of) => structure(of, reader, budget)?,
+        Type::Named(Named::Struct(of)) => structure(of, reader, budget)?,
     })
 }
 

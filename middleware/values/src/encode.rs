@@ -2,7 +2,7 @@
 
 use crate::checks::{check_bound, check_range, count, misfit};
 use crate::error::ValueError;
-use crate::types::{Member, Primitive, Struct, Type};
+use crate::types::{Member, Named, Primitive, Struct, Type};
 use crate::value::Value;
 use rc_middleware::Writer;
 
@@ -67,7 +67,7 @@ fn value(ty: &Type, value: &Value, writer: &mut Writer<'_>) -> Result<(), ValueE
             }
             return elements(element, items, writer);
         }
-        (Type::Map { key, value: of }, Value::Map(pairs)) => {
+        (Type::Dictionary { key, value: of }, Value::Map(pairs)) => {
             writer.length(pairs.len());
             for (name, item) in pairs {
                 let place = |error: ValueError| error.in_element(name.plain());
@@ -75,11 +75,13 @@ fn value(ty: &Type, value: &Value, writer: &mut Writer<'_>) -> Result<(), ValueE
                 self::value(of, item, writer).map_err(place)?;
             }
         }
-        (Type::Enum(of), Value::Enum(_, number)) => {
+        (Type::Named(Named::Enum(of)), Value::Enum(_, number)) => {
             of.name_of(*number).ok_or_else(|| misfit(ty))?;
             writer.put(number);
         }
-        (Type::Struct(of), Value::Struct(_, values)) => return structure(of, values, writer),
+        (Type::Named(Named::Struct(of)), Value::Struct(_, values)) => {
+            return structure(of, values, writer);
+        }
         _ => return Err(misfit(ty)),
     }
     Ok(())

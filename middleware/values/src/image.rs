@@ -5,7 +5,7 @@ use crate::budget::Budget;
 use crate::checks::{check_bound, check_range, count, misfit};
 use crate::error::ValueError;
 use crate::numbers::Numbers;
-use crate::types::{Layout, Member, Primitive, Struct, Type};
+use crate::types::{self, Layout, Member, Named, Primitive, Struct, Type};
 use crate::value::Value;
 use rc_middleware::{Reader, Writer};
 use std::sync::Arc;
@@ -30,7 +30,11 @@ pub fn encode_image(value: &Value) -> Result<Vec<u8>, ValueError> {
     };
     let layout = layout(ty.layout, &ty.name)?;
     let mut bytes = vec![0; layout.size];
-    write(&Type::Struct(Arc::clone(ty)), value, &mut bytes)?;
+    write(
+        &Type::Named(Named::Struct(Arc::clone(ty))),
+        value,
+        &mut bytes,
+    )?;
     Ok(bytes)
 }
 
@@ -111,7 +115,7 @@ fn counted<'b>(
     bytes: &'b [u8],
     bound: u32,
 ) -> Result<(usize, &'b [u8], usize), ValueError> {
-    let of = layout(element.layout(), &element.to_string())?;
+    let of = layout(types::layout(element), &element.to_string())?;
     let length: u32 = Reader::new(part(bytes, 0, 4)?).get()?;
     let start = 4_usize.next_multiple_of(of.align);
     let items = part(bytes, start, of.size.saturating_mul(bound as usize))?;
@@ -140,10 +144,10 @@ fn read(ty: &Type, bytes: &[u8], budget: &mut Budget) -> Result<Value, ValueErro
             read_elements(element, used, size, items, budget)
         }
         Type::Array { element, length } => {
-            let of = layout(element.layout(), &element.to_string())?;
+            let of = layout(types::layout(element), &element.to_string())?;
             read_elements(element, *length as usize, of.size, bytes, budget)
         }
-        Type::Enum(of) => {
+        Type::Named(Named::Enum(of)) => {
             let number: i32 = Reader::new(bytes).get()?;
             if of.name_of(number).is_none() {
                 let reason = format!("{number} is not a value of `{}`", of.name);
@@ -151,8 +155,8 @@ fn read(ty: &Type, bytes: &[u8], budget: &mut Budget) -> Result<Value, ValueErro
             }
             Ok(Value::Enum(Arc::clone(of), number))
         }
-        Type::Struct(of) => read_structure(of, bytes, budget),
-        Type::Map { .. } => Err(misfit("type with a memory image")),
+        Type::Named(Named::Struct(of)) => read_structure(of, bytes, budget),
+        Type::Dictionary { .. } => Err(misfit("type with a memory image")),
     }
 }
 
@@ -207,7 +211,7 @@ fn write(ty: &Type, value: &Value, bytes: &mut [u8]) -> Result<(), ValueError> {
             let length = count(items).ok_or_else(|| misfit(ty))?;
             check_bound(length, *bound)?;
             put(&Numbers::U32(vec![length as u32]), bytes)?;
-            let of = layout(element.layout(), &element.to_string())?;
+            let of = layout(types::layout(element), &element.to_string())?;
             let start = 4_usize.next_multiple_of(of.align);
             let rest = bytes.get_mut(start..).unwrap_or_default();
             write_elements(element, items, of.size, rest)
@@ -216,14 +220,16 @@ fn write(ty: &Type, value: &Value, bytes: &mut [u8]) -> Result<(), ValueError> {
             if count(items) != Some(*length as usize) {
                 return Err(misfit(ty));
             }
-            let of = layout(element.layout(), &element.to_string())?;
+            let of = layout(types::layout(element), &element.to_string())?;
             write_elements(element, items, of.size, bytes)
         }
-        (Type::Enum(of), Value::Enum(_, number)) => {
+        (Type::Named(Named::Enum(of)), Value::Enum(_, number)) => {
             of.name_of(*number).ok_or_else(|| misfit(ty))?;
             put(&Numbers::I32(vec![*number]), bytes)
         }
-        (Type::Struct(of), Value::Struct(_, values)) if values.len() == of.members.len() => {
+        (Type::Named(Named::Struct(of)), Value::Struct(_, values))
+            if values.len() == of.members.len() =>
+        {
             for (member, value) in members(of).zip(values) {
                 let (member, at, size) = member?;
                 let place = part_mut(bytes, at, size)?;
@@ -247,7 +253,7 @@ fn write_member(member: &Member, value: &Value, bytes: &mut [u8]) -> Result<(), 
         return Ok(());
     }
     check_range(member, value)?;
-    let of = layout(member.ty.layout(), &member.name)?;
+    let of = layout(types::layout(&member.ty), &member.name)?;
     let start = 4_usize.next_multiple_of(of.align);
     write(&member.ty, value, part_mut(bytes, start, of.size)?)
 }

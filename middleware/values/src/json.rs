@@ -4,10 +4,11 @@ use crate::budget::Budget;
 use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::numbers::Numbers;
-use crate::types::{Member, Primitive, Struct, Type};
+use crate::types::{Member, Named, Primitive, Struct, Type};
 use crate::value::Value;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::nearest;
+use rc_vocabulary::Class;
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -102,7 +103,11 @@ fn default_of(ty: &Type, budget: &mut Budget) -> Result<Value, ValueError> {
         Type::Text { .. } => Value::Text(String::new()),
         Type::Sequence { element, .. } => match element.as_ref() {
             Type::Primitive(primitive) => Value::Numbers(Numbers::empty(*primitive)),
-            _ => Value::Sequence(Vec::new()),
+            Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => Value::Sequence(Vec::new()),
         },
         Type::Array { element, length } => {
             let count = *length as usize;
@@ -114,12 +119,12 @@ fn default_of(ty: &Type, budget: &mut Budget) -> Result<Value, ValueError> {
             let items = (0..count).map(|_| default_of(element, budget));
             Value::Sequence(items.collect::<Result<_, _>>()?)
         }
-        Type::Map { .. } => Value::Map(Vec::new()),
-        Type::Enum(of) => {
+        Type::Dictionary { .. } => Value::Map(Vec::new()),
+        Type::Named(Named::Enum(of)) => {
             let first = of.values.first().map_or(0, |(_, number)| *number);
             Value::Enum(Arc::clone(of), first)
         }
-        Type::Struct(of) => structure(of, None, budget)?,
+        Type::Named(Named::Struct(of)) => structure(of, None, budget)?,
     })
 }
 
@@ -155,7 +160,7 @@ fn value(ty: &Type, json: &Json, budget: &mut Budget) -> Result<Value, ValueErro
             let items = items.ok_or_else(|| misfit(&format!("a list of {length} elements")))?;
             elements(element, items, budget)?
         }
-        Type::Map { key, value: of } => {
+        Type::Dictionary { key, value: of } => {
             let items = json.as_object().ok_or_else(|| misfit("an object"))?;
             budget.take_values(2 * items.len())?;
             let mut pairs = Vec::with_capacity(items.len());
@@ -166,7 +171,7 @@ fn value(ty: &Type, json: &Json, budget: &mut Budget) -> Result<Value, ValueErro
             }
             Value::Map(pairs)
         }
-        Type::Enum(of) => {
+        Type::Named(Named::Enum(of)) => {
             let names = of.values.iter().map(|(name, _)| name.as_str());
             let number = match json {
                 Json::String(name) => of.number_of(name),
@@ -187,7 +192,7 @@ fn value(ty: &Type, json: &Json, budget: &mut Budget) -> Result<Value, ValueErro
             })?;
             Value::Enum(Arc::clone(of), number)
         }
-        Type::Struct(of) => structure(of, Some(json), budget)?,
+        Type::Named(Named::Struct(of)) => structure(of, Some(json), budget)?,
     })
 }
 
@@ -195,7 +200,7 @@ fn value(ty: &Type, json: &Json, budget: &mut Budget) -> Result<Value, ValueErro
 fn map_key(ty: &Type, name: &str, budget: &mut Budget) -> Result<Value, ValueError> {
     let text = Json::String(name.to_owned());
     match ty {
-        Type::Text { .. } | Type::Enum(_) => value(ty, &text, budget),
+        Type::Text { .. } | Type::Named(Named::Enum(_)) => value(ty, &text, budget),
         _ => {
             let json = serde_json::from_str(name).unwrap_or(text);
             value(ty, &json, budget)
@@ -232,9 +237,11 @@ fn number(primitive: Primitive, json: &Json) -> Result<Value, ValueError> {
         let number = number.filter(|number| (min..=max).contains(number));
         let wanted = || expected(&format!("a whole number from {min} to {max}"), json);
         let number = number.ok_or_else(wanted)?;
-        return Ok(match primitive {
-            Primitive::U64 => Value::Uint(number as u64),
-            _ => Value::Int(number as i64),
+        return Ok(match (primitive.class(), primitive.size()) {
+            (Class::Unsigned, 8..) => Value::Uint(number as u64),
+            (Class::Unsigned | Class::Signed | Class::Bool | Class::Float, _) => {
+                Value::Int(number as i64)
+            }
         });
     }
     if primitive == Primitive::Bool {

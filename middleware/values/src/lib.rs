@@ -58,6 +58,8 @@ pub use json::{default, from_json};
 pub use numbers::Numbers;
 pub use rc_vocabulary::Pattern;
 pub use text::Style;
-pub use types::{Enum, Layout, Limit, Member, Primitive, Range, Struct, Type};
+pub use types::{
+    Enum, Layout, Member, Named, Number, Primitive, Range, Struct, Type, layout, limit_json,
+};
 pub use unique::json_of_person;
 pub use value::Value;

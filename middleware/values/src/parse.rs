@@ -1,17 +1,10 @@
 //! The text of a type in a description.
 
 use rc_vocabulary::Primitive;
+use std::sync::Arc;
 
-/// A type, in which names are not resolved.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Parsed {
-    Primitive(Primitive),
-    Text(Option<u32>),
-    Sequence(Box<Parsed>, Option<u32>),
-    Array(Box<Parsed>, u32),
-    Map(Box<Parsed>, Box<Parsed>),
-    Named(String),
-}
+/// A type whose names are not resolved.
+pub(crate) type Parsed = rc_vocabulary::Type<String>;
 
 /// The most levels of types in one text.
 const LEVELS: u32 = 32;
@@ -41,19 +34,24 @@ impl Parser<'_> {
         }
         let word = self.word()?;
         let mut found = match word.as_str() {
-            "string" => Parsed::Text(if self.eat("<") {
-                let bound = self.number()?;
-                self.expect(">")?;
-                Some(bound)
-            } else {
-                None
-            }),
+            "string" => Parsed::Text {
+                bound: if self.eat("<") {
+                    let bound = self.number()?;
+                    self.expect(">")?;
+                    Some(bound)
+                } else {
+                    None
+                },
+            },
             "sequence" => {
                 self.expect("<")?;
                 let element = self.ty(level + 1)?;
                 let bound = self.eat(",").then(|| self.number()).transpose()?;
                 self.expect(">")?;
-                Parsed::Sequence(Box::new(element), bound)
+                Parsed::Sequence {
+                    element: Arc::new(element),
+                    bound,
+                }
             }
             "dictionary" => {
                 self.expect("<")?;
@@ -61,7 +59,10 @@ impl Parser<'_> {
                 self.expect(",")?;
                 let value = self.ty(level + 1)?;
                 self.expect(">")?;
-                Parsed::Map(Box::new(key), Box::new(value))
+                Parsed::Dictionary {
+                    key: Arc::new(key),
+                    value: Arc::new(value),
+                }
             }
             name => match Primitive::from_word(name) {
                 Some(primitive) => Parsed::Primitive(primitive),
@@ -76,7 +77,10 @@ impl Parser<'_> {
             }
             let length = self.number()?;
             self.expect("]")?;
-            found = Parsed::Array(Box::new(found), length);
+            found = Parsed::Array {
+                element: Arc::new(found),
+                length,
+            };
         }
         Ok(found)
     }
@@ -127,18 +131,27 @@ mod tests {
 
     #[test]
     fn types_are_read_as_they_are_written() {
-        let float = || Box::new(Parsed::Primitive(Primitive::F32));
-        assert_eq!(parse("float32[3]"), Ok(Parsed::Array(float(), 3)));
+        let float = || Arc::new(Parsed::Primitive(Primitive::F32));
+        assert_eq!(
+            parse("float32[3]"),
+            Ok(Parsed::Array {
+                element: float(),
+                length: 3
+            })
+        );
         assert_eq!(
             parse("sequence<float32,16>"),
-            Ok(Parsed::Sequence(float(), Some(16)))
+            Ok(Parsed::Sequence {
+                element: float(),
+                bound: Some(16)
+            })
         );
         assert_eq!(
             parse("dictionary<string<8>,A::B>"),
-            Ok(Parsed::Map(
-                Box::new(Parsed::Text(Some(8))),
-                Box::new(Parsed::Named("A::B".to_owned()))
-            ))
+            Ok(Parsed::Dictionary {
+                key: Arc::new(Parsed::Text { bound: Some(8) }),
+                value: Arc::new(Parsed::Named("A::B".to_owned()))
+            })
         );
         for wrong in [
             "",

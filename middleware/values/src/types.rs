@@ -1,42 +1,16 @@
 //! Types with all names resolved.
 
 use crate::value::Value;
-pub use rc_vocabulary::{Layout, Primitive};
-use serde_json::Number;
+pub use rc_vocabulary::{Layout, Number, Primitive};
 use std::fmt;
 use std::sync::Arc;
 
 /// A type.
+pub type Type = rc_vocabulary::Type<Named>;
+
+/// A type with a name.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Type {
-    /// A number or a `bool`.
-    Primitive(Primitive),
-    /// Text in UTF-8.
-    Text {
-        /// The largest number of bytes.
-        bound: Option<u32>,
-    },
-    /// Any number of elements.
-    Sequence {
-        /// Their type.
-        element: Arc<Type>,
-        /// The largest number of elements.
-        bound: Option<u32>,
-    },
-    /// A fixed number of elements.
-    Array {
-        /// Their type.
-        element: Arc<Type>,
-        /// Their number.
-        length: u32,
-    },
-    /// Pairs of key and value.
-    Map {
-        /// The type of keys.
-        key: Arc<Type>,
-        /// The type of values.
-        value: Arc<Type>,
-    },
+pub enum Named {
     /// Numbers with names.
     Enum(Arc<Enum>),
     /// Members in order.
@@ -87,82 +61,44 @@ pub struct Member {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// The smallest one.
-    pub min: Option<Limit>,
+    pub min: Option<Number>,
     /// The largest one.
-    pub max: Option<Limit>,
+    pub max: Option<Number>,
 }
 
-/// An end of a range. Integers are compared exactly: those of 64 bits have more digits than an
-/// `f64`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Limit {
-    /// Of an integer.
-    Integer(i128),
-    /// Of a floating-point number.
-    Float(f64),
-}
-
-impl Limit {
-    /// The limit of a number of a type as JSON writes it. The `0.0` of an integer is 0.
-    pub(crate) fn of(number: &Number, is_integer: bool) -> Self {
-        let whole = number.as_i128();
-        let float = number.as_f64().unwrap_or(f64::NAN);
-        match whole {
-            Some(whole) => Self::Integer(whole),
-            None if is_integer && float.fract() == 0.0 => Self::Integer(float as i128),
-            None => Self::Float(float),
-        }
-    }
-
-    /// The number as JSON; none for one that is not finite. Only integers that no `f64` holds are
-    /// written without a point.
-    pub fn json(self) -> Option<Number> {
-        match self {
-            Self::Integer(value) if value.unsigned_abs() > 1 << f64::MANTISSA_DIGITS => {
-                Number::from_i128(value)
-            }
-            Self::Integer(value) => Number::from_f64(value as f64),
-            Self::Float(value) => Number::from_f64(value),
-        }
-    }
-
-    fn float(self) -> f64 {
-        match self {
-            Self::Integer(value) => value as f64,
-            Self::Float(value) => value,
-        }
+/// The limit of a number of a type as JSON writes it. The `0.0` of an integer is 0.
+pub(crate) fn limit(number: &serde_json::Number, is_integer: bool) -> Number {
+    let float = number.as_f64().unwrap_or(f64::NAN);
+    match number.as_i128() {
+        Some(whole) => Number::Int(whole),
+        None if is_integer && float.fract() == 0.0 => Number::Int(float as i128),
+        None => Number::Float(float),
     }
 }
 
-impl fmt::Display for Limit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Integer(value) => value.fmt(f),
-            Self::Float(value) => value.fmt(f),
+/// A limit as JSON; none for one that is not finite. Only integers that no `f64` holds are written
+/// without a point.
+pub fn limit_json(limit: Number) -> Option<serde_json::Number> {
+    match limit {
+        Number::Int(value) if value.unsigned_abs() > 1 << f64::MANTISSA_DIGITS => {
+            serde_json::Number::from_i128(value)
         }
+        Number::Int(_) | Number::Float(_) => serde_json::Number::from_f64(limit.as_float()),
     }
 }
 
 impl Range {
     /// Whether it has this number; NaN is in no range. Values that are no numbers have none.
     pub fn contains(self, value: &Value) -> bool {
-        let integer = match value {
-            Value::Int(value) => Some(i128::from(*value)),
-            Value::Uint(value) => Some(i128::from(*value)),
-            _ => None,
+        let number = match value {
+            Value::Int(value) => Number::Int(i128::from(*value)),
+            Value::Uint(value) => Number::Int(i128::from(*value)),
+            other => match other.number() {
+                Some(value) => Number::Float(value),
+                None => return true,
+            },
         };
-        let Some(float) = value.number() else {
-            return true;
-        };
-        let is_below = |limit: Limit| match (limit, integer) {
-            (Limit::Integer(limit), Some(value)) => value < limit,
-            _ => float < limit.float(),
-        };
-        let is_above = |limit: Limit| match (limit, integer) {
-            (Limit::Integer(limit), Some(value)) => value > limit,
-            _ => float > limit.float(),
-        };
-        !float.is_nan() && !self.min.is_some_and(is_below) && !self.max.is_some_and(is_above)
+        self.min.is_none_or(|min| number >= min) && self.max.is_none_or(|max| number <= max)
     }
 }
 
@@ -200,7 +136,7 @@ impl PartialEq for Struct {
 impl Struct {
     /// A structure with these members, whose names differ.
     pub fn new(name: String, members: Vec<Member>) -> Self {
-        let depth = members.iter().map(|member| member.ty.depth()).max();
+        let depth = members.iter().map(|member| depth(&member.ty)).max();
         let layouts: Option<Vec<Layout>> = members.iter().map(Member::layout).collect();
         let layout = layouts.filter(|parts| !parts.is_empty());
         Self {
@@ -218,58 +154,38 @@ impl Struct {
     }
 }
 
-impl fmt::Display for Type {
+impl fmt::Display for Named {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Primitive(primitive) => f.write_str(primitive.word()),
-            Self::Text { bound: None } => f.write_str("string"),
-            Self::Text { bound: Some(bound) } => write!(f, "string<{bound}>"),
-            Self::Sequence {
-                element,
-                bound: None,
-            } => write!(f, "sequence<{element}>"),
-            Self::Sequence {
-                element,
-                bound: Some(bound),
-            } => write!(f, "sequence<{element},{bound}>"),
-            Self::Array { element, length } => write!(f, "{element}[{length}]"),
-            Self::Map { key, value } => write!(f, "dictionary<{key},{value}>"),
             Self::Enum(of) => f.write_str(&of.name),
             Self::Struct(of) => f.write_str(&of.name),
         }
     }
 }
 
-impl Type {
-    /// Memory image, if the type determines its size and values of it can travel.
-    pub fn layout(&self) -> Option<Layout> {
-        let layout = match self {
-            Self::Primitive(primitive) => Layout::number(primitive.size()),
-            Self::Text { bound } => Layout::text((*bound)?),
-            Self::Sequence { element, bound } => Layout::sequence(element.layout()?, (*bound)?),
-            Self::Array { element, length } => element.layout()?.times(*length),
-            Self::Map { .. } => return None,
-            Self::Enum(_) => Layout::ENUM,
-            Self::Struct(of) => of.layout?,
-        };
-        layout.fits().then_some(layout)
-    }
+/// The memory image of a type, if the type determines its size and values of it can travel.
+pub fn layout(ty: &Type) -> Option<Layout> {
+    let image = ty.layout(&|named| match named {
+        Named::Enum(_) => Some(Layout::ENUM),
+        Named::Struct(of) => of.layout,
+    });
+    image.filter(|image| image.fits())
+}
 
-    /// The levels of types inside it.
-    pub(crate) fn depth(&self) -> u32 {
-        match self {
-            Self::Primitive(_) | Self::Text { .. } | Self::Enum(_) => 0,
-            Self::Sequence { element, .. } | Self::Array { element, .. } => 1 + element.depth(),
-            Self::Map { key, value } => 1 + key.depth().max(value.depth()),
-            Self::Struct(of) => 1 + of.depth,
-        }
+/// The levels of types inside a type.
+pub(crate) fn depth(ty: &Type) -> u32 {
+    match ty {
+        Type::Primitive(_) | Type::Text { .. } | Type::Named(Named::Enum(_)) => 0,
+        Type::Sequence { element, .. } | Type::Array { element, .. } => 1 + depth(element),
+        Type::Dictionary { key, value } => 1 + depth(key).max(depth(value)),
+        Type::Named(Named::Struct(of)) => 1 + of.depth,
     }
 }
 
 impl Member {
     /// Memory image: an optional value is a sequence of at most one.
     pub fn layout(&self) -> Option<Layout> {
-        let value = self.ty.layout()?;
+        let value = layout(&self.ty)?;
         if self.optional {
             Some(Layout::sequence(value, 1)).filter(|layout| layout.fits())
         } else {

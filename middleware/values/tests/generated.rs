@@ -7,7 +7,7 @@ use rc_middleware::in_place::{self, InPlace};
 use rc_middleware::{Cdr, Encoding, Reader, Writer};
 use rc_values::description::Module;
 use rc_values::{
-    Catalog, Member, Numbers, Primitive, Struct, Type, Value, decode, decode_image, default,
+    Catalog, Member, Named, Numbers, Primitive, Struct, Type, Value, decode, decode_image, default,
     encode_body, encode_image, from_json,
 };
 use std::sync::Arc;
@@ -37,7 +37,7 @@ fn catalog() -> Catalog {
 
 fn structure(catalog: &Catalog, name: &str) -> Arc<Struct> {
     match catalog.named(name) {
-        Some(Type::Struct(found)) => Arc::clone(found),
+        Some(Type::Named(Named::Struct(found))) => Arc::clone(found),
         other => panic!("{name}: {other:?}"),
     }
 }
@@ -61,7 +61,7 @@ fn any(ty: &Type, u: &mut Unstructured<'_>) -> Result<Value> {
             elements(element, length, u)?
         }
         Type::Array { element, length } => elements(element, *length, u)?,
-        Type::Map { key, value } => {
+        Type::Dictionary { key, value } => {
             let mut pairs: Vec<(Value, Value)> = Vec::new();
             for _ in 0..u.int_in_range(0..=2)? {
                 pairs.push((any(key, u)?, any(value, u)?));
@@ -71,11 +71,11 @@ fn any(ty: &Type, u: &mut Unstructured<'_>) -> Result<Value> {
             pairs.dedup_by_key(|(key, _)| key.plain());
             Value::Map(pairs)
         }
-        Type::Enum(of) => {
+        Type::Named(Named::Enum(of)) => {
             let (_, number) = u.choose(&of.values)?;
             Value::Enum(Arc::clone(of), *number)
         }
-        Type::Struct(of) => any_of(of, u)?,
+        Type::Named(Named::Struct(of)) => any_of(of, u)?,
     })
 }
 
@@ -123,7 +123,7 @@ fn number(
     u: &mut Unstructured<'_>,
 ) -> Result<Value> {
     let range = member.and_then(|member| member.range);
-    let low = range.and_then(|range| range.min?.json()?.as_f64());
+    let low = range.and_then(|range| range.min.map(rc_values::Number::as_float));
     let low = low.unwrap_or(0.0);
     let value = range.map(|_| low).map_or_else(|| u.arbitrary(), Ok)?;
     Ok(match primitive {
@@ -272,7 +272,7 @@ fn every_type_has_the_bytes_of_generated_code() {
     );
     let all = catalog
         .types()
-        .filter(|(_, ty)| matches!(ty, Type::Struct(_)));
+        .filter(|(_, ty)| matches!(ty, Type::Named(Named::Struct(_))));
     // An alias of a structure has the name of another type.
     for (name, ty) in all {
         let is_alias = ty.to_string() != name;
@@ -307,7 +307,7 @@ fn random_bytes_are_values_or_errors() {
     let types: Vec<Arc<Struct>> = catalog
         .types()
         .filter_map(|(_, ty)| match ty {
-            Type::Struct(of) => Some(Arc::clone(of)),
+            Type::Named(Named::Struct(of)) => Some(Arc::clone(of)),
             _ => None,
         })
         .collect();
@@ -361,7 +361,7 @@ fn random_descriptions_are_catalogs_or_errors() {
         };
         if let Ok(catalog) = Catalog::new(&[module]) {
             for (_, ty) in catalog.types() {
-                if let Type::Struct(of) = ty {
+                if let Type::Named(Named::Struct(of)) = ty {
                     let _ = default(of);
                     let _ = decode(of, Encoding::Cdr, &[0xff; 64]);
                 }

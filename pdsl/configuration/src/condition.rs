@@ -4,6 +4,7 @@
 //! condition from JSON without recursion, however deep its brackets are.
 
 use crate::value::Value;
+use rc_vocabulary::Number;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
@@ -211,13 +212,6 @@ enum Operand<'a> {
     Text(&'a str),
 }
 
-/// Integers stay exact, whatever they are compared with.
-#[derive(Clone, Copy, Debug)]
-enum Number {
-    Int(i128),
-    Float(f64),
-}
-
 fn evaluate<'a>(steps: &'a [Step], given: &[ReferenceValues<'a>]) -> EvaluationResult<'a> {
     let mut given = given.iter();
     let mut stack: Vec<EvaluationResult<'a>> = Vec::new();
@@ -240,8 +234,8 @@ fn evaluate<'a>(steps: &'a [Step], given: &[ReferenceValues<'a>]) -> EvaluationR
                 Operand::Bool(a) => Ok(Operand::Bool(!a)),
                 _ => Err(EvaluationError::Malformed),
             }),
-            Step::Add => binary(&mut stack, |a, b| sum(a, b, Number::plus)),
-            Step::Subtract => binary(&mut stack, |a, b| sum(a, b, Number::minus)),
+            Step::Add => binary(&mut stack, |a, b| sum(a, b, plus)),
+            Step::Subtract => binary(&mut stack, |a, b| sum(a, b, minus)),
             Step::Multiply => binary(&mut stack, multiply),
             Step::Divide => binary(&mut stack, divide),
             Step::Compare(comparator) => binary(&mut stack, |a, b| compare(*comparator, a, b)),
@@ -291,7 +285,7 @@ fn operand(value: &Value) -> EvaluationResult<'_> {
     Ok(match value {
         Value::Bool(value) => Operand::Bool(*value),
         Value::Int(value) => Operand::Number(Number::Int(i128::from(*value))),
-        Value::Float(value) => Operand::Number(Number::float(*value)?),
+        Value::Float(value) => Operand::Number(number(*value)?),
         Value::Text(value) => Operand::Text(value),
         Value::Duration(value) => Operand::Time(Number::Int(i128::from(*value))),
         Value::Array(_) => return Err(EvaluationError::Malformed),
@@ -348,8 +342,8 @@ fn order(a: &Value, b: &Value) -> Ordering {
 fn negative(a: Operand<'_>) -> EvaluationResult<'_> {
     let zero = Number::Int(0);
     Ok(match a {
-        Operand::Number(a) => Operand::Number(zero.minus(a)?),
-        Operand::Time(a) => Operand::Time(zero.minus(a)?),
+        Operand::Number(a) => Operand::Number(minus(zero, a)?),
+        Operand::Time(a) => Operand::Time(minus(zero, a)?),
         Operand::Bool(_) | Operand::Text(_) => return Err(EvaluationError::Malformed),
     })
 }
@@ -368,9 +362,9 @@ fn sum<'a>(
 
 fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     Ok(match (a, b) {
-        (Operand::Number(a), Operand::Number(b)) => Operand::Number(a.times(b)?),
+        (Operand::Number(a), Operand::Number(b)) => Operand::Number(times(a, b)?),
         (Operand::Time(a), Operand::Number(b)) | (Operand::Number(a), Operand::Time(b)) => {
-            Operand::Time(a.times(b)?)
+            Operand::Time(times(a, b)?)
         }
         _ => return Err(EvaluationError::Malformed),
     })
@@ -379,9 +373,9 @@ fn multiply<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
 fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     Ok(match (a, b) {
         (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
-            Operand::Number(a.over(b)?)
+            Operand::Number(over(a, b)?)
         }
-        (Operand::Time(a), Operand::Number(b)) => Operand::Time(a.over(b)?),
+        (Operand::Time(a), Operand::Number(b)) => Operand::Time(over(a, b)?),
         _ => return Err(EvaluationError::Malformed),
     })
 }
@@ -389,7 +383,7 @@ fn divide<'a>(a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
 fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> EvaluationResult<'a> {
     let ordering = match (a, b) {
         (Operand::Number(a), Operand::Number(b)) | (Operand::Time(a), Operand::Time(b)) => {
-            a.order(b).ok_or(EvaluationError::NotANumber)?
+            a.partial_cmp(&b).ok_or(EvaluationError::NotANumber)?
         }
         (Operand::Text(a), Operand::Text(b)) => a.cmp(b),
         (Operand::Bool(a), Operand::Bool(b)) => a.cmp(&b),
@@ -398,79 +392,51 @@ fn compare<'a>(comparator: Comparator, a: Operand<'a>, b: Operand<'a>) -> Evalua
     Ok(Operand::Bool(comparator.accepts(ordering)))
 }
 
-impl Number {
-    fn float(value: f64) -> Result<Self, EvaluationError> {
-        if value.is_nan() {
-            return Err(EvaluationError::NotANumber);
+fn number(value: f64) -> Result<Number, EvaluationError> {
+    if value.is_nan() {
+        return Err(EvaluationError::NotANumber);
+    }
+    Ok(Number::Float(value))
+}
+
+fn apply(
+    a: Number,
+    b: Number,
+    ints: fn(i128, i128) -> Option<i128>,
+    floats: fn(f64, f64) -> f64,
+) -> Result<Number, EvaluationError> {
+    match (a, b) {
+        (Number::Int(a), Number::Int(b)) => {
+            ints(a, b).map(Number::Int).ok_or(EvaluationError::Overflow)
         }
-        Ok(Self::Float(value))
-    }
-
-    fn as_float(self) -> f64 {
-        match self {
-            Self::Int(value) => value as f64,
-            Self::Float(value) => value,
-        }
-    }
-
-    fn apply(
-        self,
-        other: Self,
-        ints: fn(i128, i128) -> Option<i128>,
-        floats: fn(f64, f64) -> f64,
-    ) -> Result<Self, EvaluationError> {
-        match (self, other) {
-            (Self::Int(a), Self::Int(b)) => {
-                ints(a, b).map(Self::Int).ok_or(EvaluationError::Overflow)
-            }
-            _ => Self::float(floats(self.as_float(), other.as_float())),
-        }
-    }
-
-    fn plus(self, other: Self) -> Result<Self, EvaluationError> {
-        self.apply(other, i128::checked_add, |a, b| a + b)
-    }
-
-    fn minus(self, other: Self) -> Result<Self, EvaluationError> {
-        self.apply(other, i128::checked_sub, |a, b| a - b)
-    }
-
-    fn times(self, other: Self) -> Result<Self, EvaluationError> {
-        self.apply(other, i128::checked_mul, |a, b| a * b)
-    }
-
-    /// `6 / 2` is an integer, `5 / 2` is 2.5.
-    fn over(self, other: Self) -> Result<Self, EvaluationError> {
-        if other.as_float() == 0.0 {
-            return Err(EvaluationError::DivisionByZero);
-        }
-        match (self, other) {
-            (Self::Int(a), Self::Int(b)) if a.checked_rem(b) == Some(0) => a
-                .checked_div(b)
-                .map(Self::Int)
-                .ok_or(EvaluationError::Overflow),
-            _ => Self::float(self.as_float() / other.as_float()),
-        }
-    }
-
-    fn order(self, other: Self) -> Option<Ordering> {
-        match (self, other) {
-            (Self::Int(a), Self::Int(b)) => Some(a.cmp(&b)),
-            (Self::Float(a), Self::Float(b)) => a.partial_cmp(&b),
-            (Self::Int(a), Self::Float(b)) => compare_int_with_float(a, b),
-            (Self::Float(a), Self::Int(b)) => compare_int_with_float(b, a).map(Ordering::reverse),
-        }
+        (Number::Int(_) | Number::Float(_), _) => number(floats(a.as_float(), b.as_float())),
     }
 }
 
-/// Compares without rounding the integer to a float.
-fn compare_int_with_float(int: i128, float: f64) -> Option<Ordering> {
-    if !float.is_finite() {
-        return 0.0_f64.partial_cmp(&float);
+fn plus(a: Number, b: Number) -> Result<Number, EvaluationError> {
+    apply(a, b, i128::checked_add, |a, b| a + b)
+}
+
+fn minus(a: Number, b: Number) -> Result<Number, EvaluationError> {
+    apply(a, b, i128::checked_sub, |a, b| a - b)
+}
+
+fn times(a: Number, b: Number) -> Result<Number, EvaluationError> {
+    apply(a, b, i128::checked_mul, |a, b| a * b)
+}
+
+/// `6 / 2` is an integer, `5 / 2` is 2.5.
+fn over(a: Number, b: Number) -> Result<Number, EvaluationError> {
+    if b.as_float() == 0.0 {
+        return Err(EvaluationError::DivisionByZero);
     }
-    // A float that is too large for an integer saturates. No sum of `long`s reaches that limit.
-    let whole = int.cmp(&(float.trunc() as i128));
-    Some(whole.then(0.0_f64.partial_cmp(&float.fract())?))
+    match (a, b) {
+        (Number::Int(a), Number::Int(b)) if a.checked_rem(b) == Some(0) => a
+            .checked_div(b)
+            .map(Number::Int)
+            .ok_or(EvaluationError::Overflow),
+        (Number::Int(_) | Number::Float(_), _) => number(a.as_float() / b.as_float()),
+    }
 }
 
 #[cfg(test)]

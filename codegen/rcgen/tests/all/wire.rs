@@ -57,14 +57,23 @@ fn member(library: &Library, member: &Member) -> String {
 fn text(library: &Library, ty: &Type) -> String {
     match library.resolved(ty) {
         Type::Primitive(primitive) => primitive.word().to_owned(),
-        Type::String(None) => "string".to_owned(),
-        Type::String(Some(bound)) => format!("string<={bound}"),
-        Type::Sequence(element, None) => format!("*({})", text(library, element)),
-        Type::Sequence(element, Some(bound)) => {
+        Type::Text { bound: None } => "string".to_owned(),
+        Type::Text { bound: Some(bound) } => format!("string<={bound}"),
+        Type::Sequence {
+            element,
+            bound: None,
+        } => format!("*({})", text(library, element)),
+        Type::Sequence {
+            element,
+            bound: Some(bound),
+        } => {
             format!("<={bound}({})", text(library, element))
         }
-        Type::Array(element, size) => format!("{size}({})", text(library, element)),
-        Type::Dictionary(key, value) => {
+        Type::Array {
+            element,
+            length: size,
+        } => format!("{size}({})", text(library, element)),
+        Type::Dictionary { key, value } => {
             format!("*({} {})", text(library, key), text(library, value))
         }
         Type::Named(id) => match &library.ty(*id).kind {

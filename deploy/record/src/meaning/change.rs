@@ -1,6 +1,7 @@
 //! The members of a converted structure.
 
-use rc_values::{Member, Numbers, Primitive, Struct, Type, Value};
+use rc_values::{Member, Named, Numbers, Primitive, Struct, Type, Value};
+use rc_vocabulary::Class;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -63,7 +64,9 @@ pub(super) fn merged(
         let new = fields.iter().position(|(name, _)| *name == member.name);
         let new = new.map(|at| fields.remove(at).1);
         match (&member.ty, new) {
-            (Type::Struct(inner), new) if holds && !matches!(new, Some(Tree::Number(..))) => {
+            (Type::Named(Named::Struct(inner)), new)
+                if holds && !matches!(new, Some(Tree::Number(..))) =>
+            {
                 let inner_fields = match new {
                     Some(Tree::Fields(fields)) => fields,
                     _ => Vec::new(),
@@ -72,7 +75,11 @@ pub(super) fn merged(
                 if !inner_slots.is_empty() {
                     let inner = Arc::new(inner);
                     slots.push(Slot::Inner(at, Arc::clone(&inner), inner_slots));
-                    members.push(new_member(&member.name, Type::Struct(inner), None));
+                    members.push(new_member(
+                        &member.name,
+                        Type::Named(Named::Struct(inner)),
+                        None,
+                    ));
                 }
             }
             (_, Some(tree)) => {
@@ -124,7 +131,10 @@ impl Tree {
             },
             Self::Fields(fields) => {
                 let members = fields.iter().map(|(name, tree)| tree.member(name));
-                Type::Struct(Arc::new(Struct::new(String::new(), members.collect())))
+                Type::Named(Named::Struct(Arc::new(Struct::new(
+                    String::new(),
+                    members.collect(),
+                ))))
             }
         }
     }
@@ -147,7 +157,7 @@ impl Tree {
                 let values: Vec<Value> =
                     fields.iter().map(|(_, tree)| tree.value(results)).collect();
                 match self.ty() {
-                    Type::Struct(ty) => Value::Struct(ty, values),
+                    Type::Named(Named::Struct(ty)) => Value::Struct(ty, values),
                     Type::Array { element, .. } => elements(&element, values),
                     _ => Value::Sequence(values),
                 }
@@ -175,10 +185,10 @@ fn elements(element: &Type, values: Vec<Value>) -> Value {
     reason = "the formula refuses numbers that do not fit"
 )]
 fn of_number(value: f64, number: Primitive) -> Value {
-    match number {
-        Primitive::F32 => Value::F32(value as f32),
-        Primitive::F64 => Value::F64(value),
-        Primitive::U64 => Value::Uint(value as u64),
-        _ => Value::Int(value as i64),
+    match (number.class(), number.size()) {
+        (Class::Float, ..=4) => Value::F32(value as f32),
+        (Class::Float, _) => Value::F64(value),
+        (Class::Unsigned, 8..) => Value::Uint(value as u64),
+        (Class::Unsigned | Class::Signed | Class::Bool, _) => Value::Int(value as i64),
     }
 }

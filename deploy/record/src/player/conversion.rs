@@ -5,7 +5,7 @@ use crate::meaning::Converter;
 use crate::reader::{Channel, Message};
 use crate::{keys, schema};
 use rc_observe::Topic;
-use rc_values::{Struct, Type, encode_body, from_json};
+use rc_values::{Named, Struct, Type, encode_body, from_json};
 use serde_json::Value as Json;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -66,7 +66,7 @@ impl Conversion {
                     None => value,
                 };
                 let json = serde_json::to_value(&value).map_err(|e| e.to_string())?;
-                let json = pruned(json, &Type::Struct(Arc::clone(ours)));
+                let json = pruned(json, &Type::Named(Named::Struct(Arc::clone(ours))));
                 let value = from_json(ours, &json).map_err(|e| e.to_string())?;
                 // The mapping to ROS 2 keeps the bytes.
                 let body = encode_body(&value).map_err(|e| e.to_string())?;
@@ -93,7 +93,7 @@ fn own_type(topic: &Topic) -> Result<Arc<Struct>, String> {
 /// A value without the members that a type does not have.
 fn pruned(mut json: Json, ty: &Type) -> Json {
     match (ty, &mut json) {
-        (Type::Struct(ty), Json::Object(object)) => {
+        (Type::Named(Named::Struct(ty)), Json::Object(object)) => {
             object.retain(|name, _| ty.member(name).is_some());
             for member in &ty.members {
                 if let Some(value) = object.get_mut(&member.name) {
@@ -120,7 +120,7 @@ fn same_members(a: &Struct, b: &Struct) -> bool {
 
 fn same_type(a: &Type, b: &Type) -> bool {
     match (a, b) {
-        (Type::Struct(a), Type::Struct(b)) => same_members(a, b),
+        (Type::Named(Named::Struct(a)), Type::Named(Named::Struct(b))) => same_members(a, b),
         (
             Type::Sequence {
                 element: a,

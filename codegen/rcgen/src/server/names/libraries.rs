@@ -123,7 +123,7 @@ fn on_the_wire(library: &Library, ty: &rc_idsl::model::Type) -> Option<String> {
     match (library.resolved(ty), &library.ty(*id).kind) {
         (Type::Named(inner), _) => match library.ty(*inner).kind {
             TypeDeclKind::Enum(_) => Some("int32".to_owned()),
-            _ => None,
+            TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => None,
         },
         (resolved, TypeDeclKind::Alias(_)) => Some(shown(library, resolved)),
         _ => None,
@@ -132,21 +132,5 @@ fn on_the_wire(library: &Library, ty: &rc_idsl::model::Type) -> Option<String> {
 
 /// A type as a text has it.
 fn shown(library: &Library, ty: &rc_idsl::model::Type) -> String {
-    use rc_idsl::model::Type;
-    match ty {
-        Type::Primitive(one) => one.word().to_owned(),
-        Type::String(None) => "string".to_owned(),
-        Type::String(Some(most)) => format!("string<{most}>"),
-        Type::Sequence(of, None) => format!("sequence<{}>", shown(library, of)),
-        Type::Sequence(of, Some(most)) => format!("sequence<{}, {most}>", shown(library, of)),
-        Type::Array(of, count) => format!("{}[{count}]", shown(library, of)),
-        Type::Dictionary(key, value) => {
-            format!(
-                "dictionary<{}, {}>",
-                shown(library, key),
-                shown(library, value)
-            )
-        }
-        Type::Named(id) => library.type_path(*id),
-    }
+    ty.rename(|id| library.type_path(*id)).to_string()
 }
