@@ -6,7 +6,8 @@ use rc_codegen::paths::normal;
 use rc_ddsl::model::InstanceOrGroup;
 use rc_ddsl::{Connection as Pair, Endpoint};
 use rc_deploy_network::Network;
-use rc_deploy_network::topology::{Connection, Kind, interface_name};
+use rc_deploy_network::chains::ChainReport;
+use rc_deploy_network::topology::{Connection, End, External, Host, Kind, interface_name};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -36,11 +37,11 @@ impl Builder<'_> {
         let instances = self.network.deployment.instances.iter().enumerate();
         let instances = instances.map(|(at, _)| self.component(at));
         let components = instances.chain(self.externals()).collect();
-        let connections = self.network.connections_between();
+        let connections = Connection::between(self.network);
         Graph {
             network: self.network.name().to_owned(),
             ddsl: self.network.path.clone(),
-            hosts: self.network.hosts(),
+            hosts: Host::all(self.network),
             time: self.network.time.as_ref().map(|time| {
                 let instance = &self.network.deployment.instances[time.source];
                 instance.path.clone()
@@ -59,12 +60,12 @@ impl Builder<'_> {
                 })
                 .collect(),
             components,
-            chains: self.network.chain_reports(),
+            chains: ChainReport::all(self.network),
             findings: self.findings(sources, found, &connections),
             connections: connections
                 .into_iter()
                 .map(|(_, c)| c)
-                .chain(self.network.connections_outside())
+                .chain(Connection::outside(self.network))
                 .collect(),
         }
     }
@@ -85,7 +86,7 @@ impl Builder<'_> {
             group: instance
                 .group
                 .map(|g| self.network.deployment.groups[g].path.clone()),
-            host: self.network.host_name(at).to_owned(),
+            host: Host::name_of(self.network, at).to_owned(),
             process: instance
                 .process
                 .as_ref()
@@ -94,7 +95,7 @@ impl Builder<'_> {
                 Some(_) => "auto",
                 None => instance.middleware.word(),
             },
-            clock: self.network.clock(at).kind,
+            clock: self.network.clocks[at].kind,
             external: false,
             live: None,
             machine: self.network.projects[at]
@@ -114,7 +115,7 @@ impl Builder<'_> {
 
     /// The peers that are not part of the network, each with the slot that others connect to.
     fn externals(&self) -> Vec<Component> {
-        let externals = self.network.externals().into_iter();
+        let externals = External::all(self.network).into_iter();
         let components = externals.map(|peer| Component {
             name: peer.address,
             component: None,
@@ -248,7 +249,9 @@ impl Builder<'_> {
                 finding.connections.push(*number);
             } else {
                 let ends = ends.into_iter().flatten();
-                finding.slots.extend(ends.map(|end| self.network.end(end)));
+                finding
+                    .slots
+                    .extend(ends.map(|end| End::of(self.network, end)));
             }
         }
         if !diagnostics.is_empty() {

@@ -19,14 +19,14 @@
 //!
 //! All times are in nanoseconds.
 
-/// What a component does with its time.
+/// The work of a component.
 #[derive(Clone, Debug, Default)]
 pub struct Component {
     /// The period of `compute()`.
     pub period: u64,
     /// The longest run of `compute()`.
     pub compute: u64,
-    /// What it receives.
+    /// Its handlers.
     pub handlers: Vec<Handler>,
 }
 
@@ -37,7 +37,7 @@ pub struct Handler {
     pub budget: u64,
     /// The most messages that wait for it.
     pub depth: u32,
-    /// Who sends to it.
+    /// Its senders.
     pub arrivals: Vec<Arrival>,
 }
 
@@ -83,7 +83,7 @@ pub struct Hop {
     pub transport: u64,
 }
 
-/// What a hop takes at most. Their sum is the bound.
+/// The longest times of a hop. Their sum is the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// The way of the message to the component.
@@ -330,7 +330,7 @@ fn by_queues(
     }
 }
 
-/// What each hop of a chain takes at most. `None` if a component has no bound.
+/// The longest times of each hop of a chain. `None` if a component has no bound.
 pub fn costs(hops: &[Hop], components: &[Component], loads: &[Load]) -> Option<Vec<Cost>> {
     let hops = hops.iter().map(|hop| {
         let load = &loads[hop.component];

@@ -2,7 +2,7 @@
 //! built.
 
 use crate::error::{Error, refused};
-use crate::model::Network;
+use crate::programs::Programs;
 use rc_cdsl::model::Middleware;
 use rc_codegen::generation::{self, Component};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
@@ -27,7 +27,7 @@ struct Shared<'n> {
     stale: Vec<(&'n Project, Middleware)>,
 }
 
-impl Network {
+impl Programs {
     /// Generates the components that `up --build` builds from their folders, if that is necessary.
     /// Nothing of a workspace is written if one of its components has errors.
     pub fn generate_stale(
@@ -56,8 +56,8 @@ impl Network {
     /// The components to generate, each with its middleware.
     fn stale(&self) -> Vec<(&Project, Middleware)> {
         let mut stale: Vec<(&Project, Middleware)> = Vec::new();
-        for (at, project, variant) in self.built() {
-            let instance = &self.deployment.instances[at];
+        for built in self.built() {
+            let (instance, project, variant) = (built.instance, built.project, built.variant);
             let note = Note::of_generated(project.code());
             let middleware = match (&note, variant) {
                 // A folder with code of an older model, or with code that does not tell.

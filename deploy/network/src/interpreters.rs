@@ -2,8 +2,9 @@
 //! or without `NumPy`, and on an extension module that is nowhere.
 
 use crate::launcher;
-use crate::model::{Network, Profile};
+use crate::model::Profile;
 use crate::plan::Environment;
+use crate::programs::Programs;
 use crate::workspaces::Workspaces;
 use rc_codegen::python::component_interpreter::{self, InPath};
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -13,7 +14,7 @@ use std::path::Path;
 
 pub use rc_codegen::python::component_interpreter::Next;
 
-impl Network {
+impl Programs {
     /// Checks all that starts a component: its executable, and for one in Python the interpreter.
     pub fn check_programs(&self, profile: Profile, found: &mut Diagnostics) {
         self.check_executables(profile, found);
@@ -25,11 +26,11 @@ impl Network {
     pub fn check_interpreters(&self, next: Next, found: &mut Diagnostics) {
         let mut in_path = InPath::default();
         let mut seen: HashSet<&Path> = HashSet::new();
-        for (at, project, _) in self.built() {
-            let instance = &self.deployment.instances[at];
+        for built in self.built() {
+            let (instance, project) = (built.instance, built.project);
             let is_python = project.language().is_some_and(Language::has_interpreter);
             let is_copied = || Environment::of(project.code()).is_some();
-            let is_here = self.deployment.remote_host(instance).is_none();
+            let is_here = self.is_here(instance);
             if is_python && (is_here || is_copied()) && seen.insert(&project.path) {
                 let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
                 found.extend(component_interpreter::check(
@@ -47,7 +48,8 @@ impl Network {
     /// extension module there, and a wheel has none for trees.
     fn check_trees(&self, found: &mut Diagnostics) {
         let mut seen: HashSet<&Path> = HashSet::new();
-        for (at, project, _) in self.built() {
+        for built in self.built() {
+            let (instance, project) = (built.instance, built.project);
             let is_python = project.language() == Some(Language::Python);
             if !is_python || !launcher::has_tree(project) || !seen.insert(&project.path) {
                 continue;
@@ -57,7 +59,6 @@ impl Network {
                 continue;
             };
             if matches!(launcher::framework(&root), Ok(None)) {
-                let instance = &self.deployment.instances[at];
                 let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
                 let message = format!(
                     "`{}` has a tree, for which a wheel of the framework has no extension module",

@@ -53,5 +53,6 @@ pub use model::{Network, NetworkTime, Profile};
 pub use network_time::ClockPlan;
 pub use plan::Plan;
 pub use process_name::process_name;
-pub use programs::Build;
+pub use programs::{Build, Programs};
+pub use ros_names::ros_implementation;
 pub use workspaces::{cargo, target_variable};

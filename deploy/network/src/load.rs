@@ -1,12 +1,13 @@
 //! Reads a `.ddsl` with everything that it names, and checks it.
 
+use crate::addresses::Addresses;
 use crate::configuration::{Configured, configurations, settings};
 use crate::files::check_files;
 use crate::model::Network;
 use crate::parameters::{given, overridden};
-use crate::programs::variants;
+use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::workspaces::Workspaces;
+use crate::{chains, network_time, ros_names, unsupported};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -65,33 +66,32 @@ pub fn load(
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
     let periods = periods(&projects, &configured);
+    let deployment = Rc::new(deployment);
     let mut network = Network {
         path: path.to_path_buf(),
+        programs: Programs::new(path, deployment.clone(), declared, middleware),
         deployment,
         projects,
-        declared,
         connections,
+        addresses: Addresses::default(),
         time: None,
-        middleware,
-        needed: Vec::new(),
-        variants: Vec::new(),
+        clocks: Vec::new(),
         parameters,
         periods,
         chains: Vec::new(),
-        bindings: configured.into_iter().map(|c| c.bindings).collect(),
         passed_settings,
         texts,
-        workspaces: Workspaces::default(),
     };
-    network.check_topics(&mut found);
-    network.check_time(&mut found);
-    network.needed = network.needed();
-    network.variants = variants(&network);
-    network.check_chains(&mut found);
-    network.check_ros_names(&mut found);
-    network.warn_of_what_has_no_effect(&mut found);
-    network.refuse_languages_elsewhere(&mut found);
-    network.refuse_processes_elsewhere(&mut found);
+    let bindings: Vec<_> = configured.into_iter().map(|c| c.bindings).collect();
+    network.addresses = Addresses::new(&network, &bindings);
+    network.addresses.check_topics(&network, &mut found);
+    network.time = network_time::check(&network, &mut found);
+    network.clocks = network_time::clocks(&network);
+    let needed = network.needed();
+    network.programs.choose(needed);
+    network.chains = chains::check(&network, &mut found);
+    ros_names::check(&network, &mut found);
+    unsupported::check(&network, &mut found);
     Ok((Some(network), found))
 }
 

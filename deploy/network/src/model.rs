@@ -1,15 +1,15 @@
 //! A network with everything that its `.ddsl` names.
 
-use crate::chains::CheckedChain;
+use crate::addresses::Addresses;
+use crate::chains::{CheckedChain, Port};
+use crate::network_time::ClockPlan;
 use crate::parameters::OverriddenParameters;
-use crate::workspaces::Workspaces;
+use crate::programs::Programs;
 use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
-use rc_configuration::Binding;
 use rc_ddsl::model::{Deployment, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use rc_vocabulary::Middlewares;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
@@ -30,37 +30,29 @@ pub struct Network {
     /// The `.ddsl`.
     pub path: PathBuf,
     /// The parsed description.
-    pub deployment: Deployment,
+    pub deployment: Rc<Deployment>,
     /// The component of each instance, with a slot for each member of its slot arrays. `None` if
     /// its files could not be read. Instances of one component without arrays share it.
     pub projects: Vec<Option<Rc<Project>>>,
-    /// The components as their files declare them, with slot arrays: code is generated from these.
-    pub(crate) declared: Vec<Option<Rc<Project>>>,
     /// The connections.
     pub connections: Connections,
     /// The source of time and its followers. `None` if a component does not publish it.
     pub time: Option<NetworkTime>,
-    /// The middleware of all components, if the command line sets it.
-    pub(crate) middleware: Option<Middleware>,
-    /// The middlewares that each instance needs.
-    pub(crate) needed: Vec<Middlewares>,
-    /// The middlewares for which each instance is a variant. `None` if its program is built from
-    /// its folder, or is named.
-    pub(crate) variants: Vec<Option<Middlewares>>,
+    /// The clock of each instance.
+    pub clocks: Vec<ClockPlan>,
+    /// The programs of the instances.
+    pub programs: Programs,
+    pub(crate) addresses: Addresses,
     /// For each instance, the values that the network sets, and those that are in effect.
     pub(crate) parameters: Vec<OverriddenParameters>,
     /// For each instance, the period of its `compute()`.
     pub(crate) periods: Vec<Duration>,
     /// The chains that were found, with their worst cases.
     pub chains: Vec<CheckedChain>,
-    /// For each instance, the addresses in its configuration.
-    pub(crate) bindings: Vec<BTreeMap<String, Binding>>,
     /// For each instance, the middleware settings that its configuration leaves open.
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each source file, the instances of the components that it belongs to.
     pub texts: HashMap<PathBuf, Vec<usize>>,
-    /// Where cargo builds the components.
-    pub(crate) workspaces: Workspaces,
 }
 
 /// A profile of cargo.
@@ -114,5 +106,22 @@ impl Network {
     pub fn slot(&self, end: Endpoint) -> Option<&Slot> {
         let project = self.projects.get(end.instance)?.as_ref()?;
         project.component.slots.get(end.slot)
+    }
+
+    /// `COMPONENT.SLOT.OPERATION`
+    pub fn port_name(&self, port: Port) -> String {
+        let path = &self.deployment.instances[port.instance].path;
+        match self.port_words(port) {
+            Some((slot, operation)) => format!("{path}.{slot}.{operation}"),
+            None => path.clone(),
+        }
+    }
+
+    /// The slot and the operation of a port; `None` of a component that could not be read.
+    pub(crate) fn port_words(&self, port: Port) -> Option<(&str, &str)> {
+        let component = &self.projects[port.instance].as_deref()?.component;
+        let slot = &component.slots[port.slot];
+        let operations = &component.library.interface(slot.interface).operations;
+        Some((&slot.name, &operations[port.operation].name.text))
     }
 }

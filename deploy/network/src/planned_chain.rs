@@ -87,25 +87,25 @@ pub enum ReactsIn {
     Unknown,
 }
 
-impl Network {
-    /// The chains, as a supervisor follows them.
-    pub(crate) fn planned_chains(&self) -> Vec<PlannedChain> {
-        let chains = self.chains.iter();
-        chains.map(|checked| self.planned_chain(checked)).collect()
+impl PlannedChain {
+    /// The chains of a network.
+    pub(crate) fn all(network: &Network) -> Vec<Self> {
+        let chains = network.chains.iter();
+        chains.map(|chain| Self::of(network, chain)).collect()
     }
 
-    fn planned_chain(&self, checked: &CheckedChain) -> PlannedChain {
-        let chain = &self.deployment.chains[checked.declared];
+    fn of(network: &Network, checked: &CheckedChain) -> Self {
+        let chain = &network.deployment.chains[checked.declared];
         let path = &checked.path;
         let hops = path.links.iter().enumerate().map(|(at, link)| {
             let next = path.links.get(at + 1);
             let output = next.map_or(path.sent, |next| next.from);
             let cost = checked.costs.as_ref().and_then(|costs| costs.get(at));
-            let project = self.projects[link.to.instance].as_deref();
+            let project = network.projects[link.to.instance].as_deref();
             let says = project.is_some_and(|project| project.component.reactions.is_some());
             PlannedHop {
-                input: self.planned_message(link.to),
-                output: output.map(|port| self.planned_message(port)),
+                input: PlannedMessage::of(network, link.to),
+                output: output.map(|port| PlannedMessage::of(network, port)),
                 reacts_in: match link.way {
                     Way::Compute if !says => ReactsIn::Unknown,
                     Way::Compute => ReactsIn::Compute,
@@ -119,9 +119,10 @@ impl Network {
         let source = first.and_then(|link| link.from);
         let begins = source.or(first.map(|link| link.to));
         let ends = path.sent.or(path.links.last().map(|link| link.to));
-        let name = |port: Option<Port>| port.map_or_else(String::new, |port| self.port_name(port));
-        let component = |at: usize| self.deployment.instances[at].path.clone();
-        PlannedChain {
+        let name =
+            |port: Option<Port>| port.map_or_else(String::new, |port| network.port_name(port));
+        let component = |at: usize| network.deployment.instances[at].path.clone();
+        Self {
             name: chain.path.clone(),
             from: name(begins),
             to: name(ends),
@@ -137,15 +138,17 @@ impl Network {
                     event: event.text.clone(),
                 },
             },
-            source: source.map(|port| self.planned_message(port)),
+            source: source.map(|port| PlannedMessage::of(network, port)),
             hops: hops.collect(),
         }
     }
+}
 
-    fn planned_message(&self, port: Port) -> PlannedMessage {
-        let component = self.deployment.instances[port.instance].path.clone();
-        let (slot, operation) = self.port_words(port).unwrap_or_default();
-        PlannedMessage {
+impl PlannedMessage {
+    fn of(network: &Network, port: Port) -> Self {
+        let component = network.deployment.instances[port.instance].path.clone();
+        let (slot, operation) = network.port_words(port).unwrap_or_default();
+        Self {
             component,
             slot: slot.to_owned(),
             operation: operation.to_owned(),

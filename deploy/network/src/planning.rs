@@ -3,7 +3,9 @@
 use crate::configuration::{config, named_files};
 use crate::error::{Error, refused};
 use crate::model::{Network, Profile};
+use crate::network_time;
 use crate::plan::{self, Component, Plan};
+use crate::planned_chain::PlannedChain;
 use crate::process_name::process_name;
 use crate::python_copies::HostFiles;
 use rc_cdsl::model::Slot;
@@ -60,13 +62,12 @@ impl Network {
     }
 
     fn processes(&self, profile: Profile) -> io::Result<Plan> {
-        let addresses = self.addresses();
         let instances = &self.deployment.instances;
         let mut copied: BTreeMap<String, HostFiles> = BTreeMap::new();
         let mut out = Vec::new();
         for (at, instance) in instances.iter().enumerate() {
             // A missing executable was an error, or is not needed.
-            let executable = self.executable(at, profile)?;
+            let executable = self.programs.executable(at, profile)?;
             let executable = executable.map(std::path::absolute).transpose()?;
             let executable = executable.map(|path| normal(&path)).unwrap_or_default();
             let directory = match instance.folder.as_path() {
@@ -94,7 +95,7 @@ impl Network {
                 });
                 files.extend(named.into_iter().flatten());
                 let all = copied.entry(plan::Host::from(host).name).or_default();
-                if let Some((more, environment)) = self.python_copies(at, profile, all)? {
+                if let Some((more, environment)) = self.programs.python_copies(at, profile, all)? {
                     files.extend(more);
                     venv = environment;
                 }
@@ -121,7 +122,8 @@ impl Network {
                     instance: at,
                     slot: index,
                 };
-                option("--bind", format!("{}={}", slot.name, addresses[&end]));
+                let address = self.addresses.of(end).unwrap_or_default();
+                option("--bind", format!("{}={address}", slot.name));
                 // All connections of a slot have one plan.
                 let conversions = &self.connections.conversions;
                 let own = conversions.iter().find(|(made, _)| made.consumer == end);
@@ -129,7 +131,7 @@ impl Network {
                     option("--convert", format!("{}={}", slot.name, conversion.plan));
                 }
             }
-            for (name, value) in self.clock_options(at) {
+            for (name, value) in network_time::options(self, at) {
                 option(name, value);
             }
             args.extend(instance.args.iter().map(|a| a.text.clone()));
@@ -138,12 +140,14 @@ impl Network {
             let required = self.connections.required[at].iter().copied();
             let after: BTreeSet<usize> = after.chain(required).collect();
             out.push(Component {
-                thread: self.member_word(at).zip(instance.process.as_ref()).map(
-                    |(component, process)| plan::Thread {
+                thread: self
+                    .programs
+                    .member_word(at)
+                    .zip(instance.process.as_ref())
+                    .map(|(component, process)| plan::Thread {
                         process: process.text.clone(),
                         component,
-                    },
-                ),
+                    }),
                 args,
                 after: after.iter().map(|i| instances[*i].path.clone()).collect(),
                 env: instance
@@ -174,7 +178,7 @@ impl Network {
             ddsl: self.path.canonicalize()?,
             components: out,
             ring: self.deployment.ring,
-            chains: self.planned_chains(),
+            chains: PlannedChain::all(self),
         })
     }
 }

@@ -125,30 +125,30 @@ impl From<&Restart> for RestartRule {
     }
 }
 
-impl Network {
-    /// The preview of the network, which has no errors.
+impl Preview {
+    /// The preview of a network without errors.
     ///
     /// # Errors
     /// As [`Network::plan`].
-    pub fn preview(&self, profile: Profile) -> Result<Preview, Error> {
-        let plan = self.plan(profile)?;
+    pub fn of(network: &Network, profile: Profile) -> Result<Self, Error> {
+        let plan = network.plan(profile)?;
         let needs = plan.needs();
         let waves = plan::waves(&needs);
-        let run = RunDirectory::of(self.name());
+        let run = RunDirectory::of(network.name());
         let mut components = Vec::new();
         for (at, planned) in plan.components.into_iter().enumerate() {
-            let instance = &self.deployment.instances[at];
-            let project = self.projects[at].as_ref();
+            let instance = &network.deployment.instances[at];
+            let project = network.projects[at].as_ref();
             let mut options = planned.args.windows(2);
             let configuration = options.find(|option| option[0] == "--config");
             let configuration = configuration.map(|option| Path::new(&option[1]));
             let needed = needs[at].iter();
-            let needed = needed.map(|other| self.deployment.instances[*other].path.clone());
+            let needed = needed.map(|other| network.deployment.instances[*other].path.clone());
             components.push(Process {
                 component: project.map(|p| p.component.name.text.clone()),
-                host: self.host_name(at).to_owned(),
+                host: Host::name_of(network, at).to_owned(),
                 middleware: planned.middleware,
-                clock: self.clock(at),
+                clock: network.clocks[at].clone(),
                 wave: waves[at] + 1,
                 starts_after: needed.collect(),
                 managed: planned.managed,
@@ -159,7 +159,7 @@ impl Network {
                     .transpose()
                     .map_err(refused("open a configuration"))?,
                 directory: planned.directory,
-                parameters: self.parameters[at].set.iter().cloned().collect(),
+                parameters: network.parameters[at].set.iter().cloned().collect(),
                 arguments: planned.args,
                 environment: planned.env,
                 management: run.socket(&process_name(&planned.name)),
@@ -177,19 +177,18 @@ impl Network {
             let members = components.iter().filter(move |c| c.wave == wave + 1);
             members.map(|c| c.name.clone()).collect()
         };
-        Ok(Preview {
+        Ok(Self {
             network: plan.network,
             ddsl: plan.ddsl,
-            hosts: self.hosts(),
+            hosts: Host::all(network),
             waves: (0..count).map(in_wave).collect(),
             components,
-            connections: self
-                .connections_between()
+            connections: Connection::between(network)
                 .into_iter()
                 .map(|(_, c)| c)
-                .chain(self.connections_outside())
+                .chain(Connection::outside(network))
                 .collect(),
-            chains: self.chain_reports(),
+            chains: ChainReport::all(network),
             ring_ms: plan.ring.map(milliseconds),
         })
     }

@@ -9,40 +9,51 @@ mod builds;
 pub use builds::Build;
 
 use crate::launcher::{self, Places};
-use crate::model::{Network, Profile};
+use crate::model::Profile;
 use crate::plan::Environment;
 use crate::python_copies::{self, HostFiles};
-use crate::shared_process;
+use crate::shared_process::{self, Member};
 use crate::variant;
 use crate::workspaces::Workspaces;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
 use rc_codegen::{Project, copied, names};
-use rc_ddsl::model::Instance;
+use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
-use rc_vocabulary::{Language, Middlewares};
+use rc_vocabulary::{Language, Middleware, Middlewares};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// For each instance, the middlewares of its variant: those that it needs, if the generated code in
-/// its folder is without one of them, or the command line sets the middleware. `None` if the
-/// instance names its program, or nothing was ever generated.
-pub(crate) fn variants(network: &Network) -> Vec<Option<Middlewares>> {
-    let instances = network.deployment.instances.iter();
-    let instances = instances.zip(&network.projects).zip(&network.needed);
-    let variant = |((instance, project), needed): ((&Instance, &Option<Rc<Project>>), _)| {
-        let needed: &Middlewares = needed;
-        let project = built(instance, project.as_ref())?;
-        if network.middleware.is_some() {
-            return Some(*needed);
-        }
-        let note = Note::of_generated(project.code()).ok()??;
-        (!has_all(&note, *needed)).then_some(*needed)
-    };
-    instances.map(variant).collect()
+/// The programs of the components of a network.
+#[derive(Debug)]
+pub struct Programs {
+    /// The `.ddsl`, for advice.
+    path: PathBuf,
+    deployment: Rc<Deployment>,
+    /// The component of each instance as its files declare it, with slot arrays: code is generated
+    /// from these.
+    declared: Vec<Option<Rc<Project>>>,
+    /// The middleware of all components, if the command line sets it.
+    middleware: Option<Middleware>,
+    /// The middlewares that each instance needs.
+    needed: Vec<Middlewares>,
+    /// The middlewares for which each instance is a variant. `None` if its program is built from
+    /// its folder, or is named.
+    variants: Vec<Option<Middlewares>>,
+    workspaces: Workspaces,
+}
+
+/// An instance whose program is built.
+pub(crate) struct Built<'n> {
+    pub(crate) instance: &'n Instance,
+    pub(crate) project: &'n Project,
+    /// The middlewares that it needs.
+    pub(crate) needed: Middlewares,
+    /// Those of its variant, if its program is one.
+    pub(crate) variant: Option<Middlewares>,
 }
 
 /// Whether a program with this note has the middlewares that an instance needs.
@@ -206,7 +217,85 @@ fn check_folder(instance: &Instance, project: &Project, found: &mut Diagnostics)
     found.push(Diagnostic::error(code, named.span, message).help(generate));
 }
 
-impl Network {
+impl Programs {
+    /// The programs of instances with these components. [`Self::choose`] follows.
+    pub(crate) fn new(
+        path: &Path,
+        deployment: Rc<Deployment>,
+        declared: Vec<Option<Rc<Project>>>,
+        middleware: Option<Middleware>,
+    ) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            needed: Vec::new(),
+            variants: Vec::new(),
+            deployment,
+            declared,
+            middleware,
+            workspaces: Workspaces::default(),
+        }
+    }
+
+    /// Chooses the programs of instances that need these middlewares. An instance is a variant if the
+    /// generated code in its folder is without one of them, or the command line sets the middleware.
+    pub(crate) fn choose(&mut self, needed: Vec<Middlewares>) {
+        let instances = self.deployment.instances.iter().zip(&self.declared);
+        let variants = instances.zip(&needed).map(|((instance, project), needed)| {
+            let project = built(instance, project.as_ref())?;
+            if self.middleware.is_some() {
+                return Some(*needed);
+            }
+            let note = Note::of_generated(project.code()).ok()??;
+            (!has_all(&note, *needed)).then_some(*needed)
+        });
+        self.variants = variants.collect();
+        self.needed = needed;
+    }
+
+    /// The component of an instance, if its files could be read.
+    fn project(&self, at: usize) -> Option<&Project> {
+        self.declared.get(at)?.as_deref()
+    }
+
+    /// The middlewares that an instance needs.
+    pub(crate) fn needed(&self, at: usize) -> Middlewares {
+        self.needed[at]
+    }
+
+    /// The word for a component on the command line of a process of several ones; none if it has a
+    /// process of its own.
+    pub fn member_word(&self, at: usize) -> Option<String> {
+        self.deployment.instances[at].process.as_ref()?;
+        Some(self.project(at)?.component.name.text.clone())
+    }
+
+    /// The program of a process of several components.
+    fn shared_program(&self, process: &str) -> String {
+        shared_process::program(&self.deployment.name.text, process, self.middleware)
+    }
+
+    /// Checks that the components of each process can be linked into one program.
+    pub fn check_processes(&self, found: &mut Diagnostics) {
+        let mut processes: BTreeMap<&str, Vec<Member<'_>>> = BTreeMap::new();
+        for built in self.built() {
+            if let Some(process) = &built.instance.process
+                && built.project.is_built_by_cargo()
+            {
+                let members = processes.entry(&process.text).or_default();
+                members.push(Member {
+                    process,
+                    instance: built.instance,
+                    project: built.project,
+                    needed: built.needed,
+                    variant: built.variant,
+                });
+            }
+        }
+        for members in processes.values() {
+            shared_process::check(members, found);
+        }
+    }
+
     /// Lets nothing ask cargo for target folders: they are `CARGO_TARGET_DIR`, or `target` in the
     /// workspaces. For what needs no program, and no manifest of a component.
     pub fn ask_no_cargo(&self) {
@@ -223,12 +312,12 @@ impl Network {
         if let Some(executable) = &instance.executable {
             return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
-        let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+        let Some(project) = self.project(at) else {
             return Ok(None);
         };
         let package = package(project);
         let program = match (&instance.process, self.variants[at]) {
-            (Some(process), _) => shared_process::program(self, &process.text),
+            (Some(process), _) => self.shared_program(&process.text),
             (None, Some(middleware)) => variant::program(&package, middleware),
             (None, None) => package,
         };
@@ -247,9 +336,8 @@ impl Network {
         profile: Profile,
         host: &mut HostFiles,
     ) -> io::Result<Option<(Vec<PathBuf>, Option<Environment>)>> {
-        let project = self.projects[at].as_deref();
         let is_python = |project: &&Project| project.language() == Some(Language::Python);
-        let Some(project) = project.filter(is_python) else {
+        let Some(project) = self.project(at).filter(is_python) else {
             return Ok(None);
         };
         let Some(root) = Workspaces::root(project.code())? else {
@@ -260,15 +348,24 @@ impl Network {
         python_copies::of(&places.map_err(io::Error::other)?, host).map(Some)
     }
 
-    /// The instances whose programs are built, with their components and variants.
-    pub(crate) fn built(&self) -> impl Iterator<Item = (usize, &Project, Option<Middlewares>)> {
-        let instances = self.deployment.instances.iter();
-        let instances = instances.zip(&self.declared).zip(&self.variants);
-        instances
-            .enumerate()
-            .filter_map(|(at, ((instance, project), variant))| {
-                Some((at, built(instance, project.as_ref())?, *variant))
+    /// The instances whose programs are built.
+    pub(crate) fn built(&self) -> impl Iterator<Item = Built<'_>> {
+        let instances = self.deployment.instances.iter().zip(&self.declared);
+        let chosen = self.needed.iter().zip(&self.variants);
+        let all = instances.zip(chosen);
+        all.filter_map(|((instance, project), (needed, variant))| {
+            Some(Built {
+                instance,
+                project: built(instance, project.as_ref())?,
+                needed: *needed,
+                variant: *variant,
             })
+        })
+    }
+
+    /// Whether an instance runs on this machine.
+    pub(crate) fn is_here(&self, instance: &Instance) -> bool {
+        self.deployment.remote_host(instance).is_none()
     }
 
     /// Checks that generated code is up to date and that variants can be generated.
@@ -276,8 +373,8 @@ impl Network {
         self.check_copies(found);
         self.check_processes(found);
         let mut seen: HashSet<(&Path, Middlewares)> = HashSet::new();
-        for (at, project, variant) in self.built() {
-            let instance = &self.deployment.instances[at];
+        for built in self.built() {
+            let (instance, project, variant) = (built.instance, built.project, built.variant);
             match variant {
                 None => check_folder(instance, project, found),
                 Some(middleware) => {
@@ -294,8 +391,8 @@ impl Network {
     /// was copied.
     fn check_copies(&self, found: &mut Diagnostics) {
         let mut named: BTreeMap<(PathBuf, String), Vec<(&Project, Span)>> = BTreeMap::new();
-        for (at, project, _) in self.built() {
-            let instance = &self.deployment.instances[at];
+        for built in self.built() {
+            let (instance, project) = (built.instance, built.project);
             // A manifest that cannot be read is reported where it is needed.
             let Ok(Some(root)) = Workspaces::root(project.code()) else {
                 continue;
@@ -355,7 +452,7 @@ impl Network {
         let mut notes: HashMap<PathBuf, io::Result<Vec<Note>>> = HashMap::new();
         for (at, place, path) in self.located(profile, found) {
             let instance = &self.deployment.instances[at];
-            let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+            let Some(project) = self.project(at) else {
                 continue;
             };
             let notes = notes
@@ -386,7 +483,7 @@ impl Network {
         let mut reported: HashSet<String> = HashSet::new();
         let mut all = Vec::new();
         for (at, instance) in self.deployment.instances.iter().enumerate() {
-            let Some(project) = self.projects.get(at).and_then(Option::as_ref) else {
+            let Some(project) = self.project(at) else {
                 continue;
             };
             let named = instance.executable.as_ref().or(instance.cdsl.as_ref());
@@ -449,7 +546,7 @@ mod tests {
             render(&sources, &more, Format::Short)
         );
         let mut found = Diagnostics::new();
-        network.check_generated(&mut found);
+        network.programs.check_generated(&mut found);
         render(&sources, &found, Format::Short)
     }
 

@@ -49,175 +49,171 @@ struct End<'a> {
     is_renamed: bool,
 }
 
-impl Network {
-    /// Finds nodes, services and topics that are several by the network and one in ROS 2, and
-    /// connections whose ends are not. `check_generated` reports types that are one.
-    pub(crate) fn check_ros_names(&self, found: &mut Diagnostics) {
-        let nodes = self.ros_nodes();
-        let ends = self.ros_ends(&nodes);
-        let Merged {
-            slots,
-            nodes: merged,
-        } = check_that_no_others_meet(&ends, found);
-        self.check_that_ends_meet(&ends, &slots, found);
-        let mut named: BTreeMap<(Option<i64>, &str), Vec<&Node<'_>>> = BTreeMap::new();
-        for node in &nodes {
-            named
-                .entry((node.domain, &node.name))
-                .or_default()
-                .push(node);
+/// Finds nodes, services and topics that are several by the network and one in ROS 2, and
+/// connections whose ends are not. `check_generated` reports types that are one.
+pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
+    let nodes = nodes(network);
+    let ends = ends(network, &nodes);
+    let Merged {
+        slots,
+        nodes: merged,
+    } = check_that_no_others_meet(&ends, found);
+    check_that_ends_meet(network, &ends, &slots, found);
+    let mut named: BTreeMap<(Option<i64>, &str), Vec<&Node<'_>>> = BTreeMap::new();
+    for node in &nodes {
+        named
+            .entry((node.domain, &node.name))
+            .or_default()
+            .push(node);
+    }
+    for ((_, name), mut same) in named {
+        let first = same[0].at;
+        // This component is reported once, so another name is for the other node.
+        same.retain(|node| !merged.contains(&(first, node.at)));
+        if same.len() > 1 {
+            found.push(one_node(name, &same));
         }
-        for ((_, name), mut same) in named {
-            let first = same[0].at;
-            // This component is reported once, so another name is for the other node.
-            same.retain(|node| !merged.contains(&(first, node.at)));
-            if same.len() > 1 {
-                found.push(one_node(name, &same));
+    }
+}
+
+/// The components that are in ROS 2 under names that are known.
+fn nodes(network: &Network) -> Vec<Node<'_>> {
+    let instances = network.deployment.instances.iter().zip(&network.projects);
+    let nodes = instances
+        .enumerate()
+        .filter_map(|(at, (instance, project))| node(network, at, instance, project.as_deref()?));
+    nodes.collect()
+}
+
+/// The first component on this machine with a slot on the middleware ros2, and the value of
+/// `RMW_IMPLEMENTATION` in its environment.
+pub fn ros_implementation(network: &Network) -> Option<(&Instance, String)> {
+    let mut here = network
+        .deployment
+        .instances
+        .iter()
+        .enumerate()
+        .filter(|(at, instance)| {
+            network.deployment.remote_host(instance).is_none()
+                && network.middlewares_of(*at).contains(&Middleware::Ros2)
+        });
+    let (_, instance) = here.next()?;
+    let mut own = instance.env.iter();
+    let own = own.find(|(name, _)| name.text == RMW);
+    let value = own.map(|(_, value)| value.text.clone());
+    value
+        .or_else(|| std::env::var(RMW).ok())
+        .map(|value| (instance, value))
+}
+
+fn node<'a>(
+    network: &Network,
+    at: usize,
+    instance: &'a Instance,
+    project: &'a Project,
+) -> Option<Node<'a>> {
+    let is_in_ros = network.middlewares_of(at).contains(&Middleware::Ros2);
+    let mut args = instance.args.iter();
+    if !is_in_ros || args.any(|arg| arg.text == RENAMING) {
+        return None;
+    }
+    let value = |key| setting(instance, key).map(|set| &set.value);
+    let own = |key| match value(key) {
+        Some(Value::Text(name)) => Some(name.clone()),
+        _ => None,
+    };
+    let mut env = instance.env.iter();
+    let mut variable = || {
+        let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
+        value.text.parse().ok()
+    };
+    let domain = match value("domain") {
+        Some(Value::Int(domain)) => Some(*domain),
+        _ => variable(),
+    };
+    let (namespace, node_name) = ros::node(
+        network.name(),
+        &process_name(&instance.path),
+        own("namespace"),
+        own("node"),
+    );
+    let rules = match value("remap") {
+        Some(Value::Remappings(rules)) => rules.as_slice(),
+        _ => &[],
+    };
+    let rules = rules
+        .iter()
+        .map(|rule| rule.resolve(&namespace, &node_name));
+    Some(Node {
+        at,
+        instance,
+        project,
+        domain,
+        name: ros::full(&node_name, &namespace, ""),
+        rules: rules.collect(),
+    })
+}
+
+/// The ends of these components in ROS 2, but those that are refused: they are reported, and
+/// they may be meant to meet.
+fn ends<'a>(network: &'a Network, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
+    let diagnostics = network.connections.diagnostics.iter();
+    let refused: BTreeSet<Endpoint> = diagnostics
+        .filter(|t| t.peer.is_some() && t.diagnostic.severity == Severity::Error)
+        .map(|t| t.endpoint)
+        .collect();
+    let mut ends = Vec::new();
+    for node in nodes {
+        let component = &node.project.component;
+        for (slot, index) in component.slots.iter().zip(0..) {
+            let place = Endpoint {
+                instance: node.at,
+                slot: index,
+            };
+            let over = network.middlewares(place);
+            if !over.contains(&Middleware::Ros2) || refused.contains(&place) {
+                continue;
+            }
+            let address = network.addresses.of(place).unwrap_or_default();
+            for operation in &component.library.interface(slot.interface).operations {
+                let address = format!("{address}/{}", operation.name.text);
+                let name =
+                    ros::operation(&address, &slot.path(), &operation.name.text, &node.rules);
+                ends.push(End {
+                    node,
+                    place,
+                    slot,
+                    operation,
+                    is_renamed: name != ros::name(&address),
+                    name,
+                    address,
+                });
             }
         }
     }
+    ends
+}
 
-    /// The components that are in ROS 2 under names that are known.
-    fn ros_nodes(&self) -> Vec<Node<'_>> {
-        let instances = self.deployment.instances.iter().zip(&self.projects);
-        let nodes = instances
-            .enumerate()
-            .filter_map(|(at, (instance, project))| {
-                self.ros_node(at, instance, project.as_deref()?)
-            });
-        nodes.collect()
+/// Finds connections of which one end was renamed, once a connection. Where both were,
+/// a foreign program may be meant to stand between them. Of slots in `reported` another
+/// mistake is known.
+fn check_that_ends_meet(
+    network: &Network,
+    ends: &[End<'_>],
+    reported: &BTreeSet<Endpoint>,
+    found: &mut Diagnostics,
+) {
+    let mut of: BTreeMap<Endpoint, Vec<&End<'_>>> = BTreeMap::new();
+    for end in ends.iter().filter(|end| !reported.contains(&end.place)) {
+        of.entry(end.place).or_default().push(end);
     }
-
-    /// The first component on this machine with a slot on the middleware ros2, and the value of
-    /// `RMW_IMPLEMENTATION` in its environment.
-    pub fn ros_implementation(&self) -> Option<(&Instance, String)> {
-        let mut here = self
-            .deployment
-            .instances
-            .iter()
-            .enumerate()
-            .filter(|(at, instance)| {
-                self.deployment.remote_host(instance).is_none()
-                    && self.middlewares_of(*at).contains(&Middleware::Ros2)
-            });
-        let (_, instance) = here.next()?;
-        let mut own = instance.env.iter();
-        let own = own.find(|(name, _)| name.text == RMW);
-        let value = own.map(|(_, value)| value.text.clone());
-        value
-            .or_else(|| std::env::var(RMW).ok())
-            .map(|value| (instance, value))
-    }
-
-    fn ros_node<'a>(
-        &self,
-        at: usize,
-        instance: &'a Instance,
-        project: &'a Project,
-    ) -> Option<Node<'a>> {
-        let is_in_ros = self.middlewares_of(at).contains(&Middleware::Ros2);
-        let mut args = instance.args.iter();
-        if !is_in_ros || args.any(|arg| arg.text == RENAMING) {
-            return None;
-        }
-        let value = |key| setting(instance, key).map(|set| &set.value);
-        let own = |key| match value(key) {
-            Some(Value::Text(name)) => Some(name.clone()),
-            _ => None,
-        };
-        let mut env = instance.env.iter();
-        let mut variable = || {
-            let (_, value) = env.find(|(name, _)| name.text == "ROS_DOMAIN_ID")?;
-            value.text.parse().ok()
-        };
-        let domain = match value("domain") {
-            Some(Value::Int(domain)) => Some(*domain),
-            _ => variable(),
-        };
-        let (namespace, node_name) = ros::node(
-            self.name(),
-            &process_name(&instance.path),
-            own("namespace"),
-            own("node"),
-        );
-        let rules = match value("remap") {
-            Some(Value::Remappings(rules)) => rules.as_slice(),
-            _ => &[],
-        };
-        let rules = rules
-            .iter()
-            .map(|rule| rule.resolve(&namespace, &node_name));
-        Some(Node {
-            at,
-            instance,
-            project,
-            domain,
-            name: ros::full(&node_name, &namespace, ""),
-            rules: rules.collect(),
-        })
-    }
-
-    /// The ends of these components in ROS 2, but those that are refused: they are reported, and
-    /// they may be meant to meet.
-    fn ros_ends<'a>(&'a self, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
-        let diagnostics = self.connections.diagnostics.iter();
-        let refused: BTreeSet<Endpoint> = diagnostics
-            .filter(|t| t.peer.is_some() && t.diagnostic.severity == Severity::Error)
-            .map(|t| t.endpoint)
-            .collect();
-        let addresses = self.addresses();
-        let mut ends = Vec::new();
-        for node in nodes {
-            let component = &node.project.component;
-            for (slot, index) in component.slots.iter().zip(0..) {
-                let place = Endpoint {
-                    instance: node.at,
-                    slot: index,
-                };
-                let over = self.middlewares(place);
-                if !over.contains(&Middleware::Ros2) || refused.contains(&place) {
-                    continue;
-                }
-                for operation in &component.library.interface(slot.interface).operations {
-                    let address = format!("{}/{}", addresses[&place], operation.name.text);
-                    let name =
-                        ros::operation(&address, &slot.path(), &operation.name.text, &node.rules);
-                    ends.push(End {
-                        node,
-                        place,
-                        slot,
-                        operation,
-                        is_renamed: name != ros::name(&address),
-                        name,
-                        address,
-                    });
-                }
-            }
-        }
-        ends
-    }
-
-    /// Finds connections of which one end was renamed, once a connection. Where both were,
-    /// a foreign program may be meant to stand between them. Of slots in `reported` another
-    /// mistake is known.
-    fn check_that_ends_meet(
-        &self,
-        ends: &[End<'_>],
-        reported: &BTreeSet<Endpoint>,
-        found: &mut Diagnostics,
-    ) {
-        let mut of: BTreeMap<Endpoint, Vec<&End<'_>>> = BTreeMap::new();
-        for end in ends.iter().filter(|end| !reported.contains(&end.place)) {
-            of.entry(end.place).or_default().push(end);
-        }
-        let of = |place| of.get(place).map_or(&[][..], Vec::as_slice);
-        for Connection { consumer, provider } in &self.connections.connections {
-            let mut pairs = of(consumer).iter().zip(of(provider));
-            let parted = pairs
-                .find(|(one, other)| one.name != other.name && one.is_renamed != other.is_renamed);
-            if let Some((one, other)) = parted {
-                found.push(two_names(one, other));
-            }
+    let of = |place| of.get(place).map_or(&[][..], Vec::as_slice);
+    for Connection { consumer, provider } in &network.connections.connections {
+        let mut pairs = of(consumer).iter().zip(of(provider));
+        let parted =
+            pairs.find(|(one, other)| one.name != other.name && one.is_renamed != other.is_renamed);
+        if let Some((one, other)) = parted {
+            found.push(two_names(one, other));
         }
     }
 }

@@ -5,7 +5,6 @@
 //! the member that chooses features. Other components are used in their place.
 
 use crate::error::{Error, cannot, refused};
-use crate::model::Network;
 use crate::variant::{self, Staged, Staging};
 use crate::workspaces::Workspaces;
 use cargo_metadata::Dependency;
@@ -14,7 +13,7 @@ use rc_codegen::{Project, names};
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_syntax::Name;
-use rc_vocabulary::Middlewares;
+use rc_vocabulary::{Middleware, Middlewares};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,9 +27,9 @@ pub(crate) type Members<'n> = BTreeMap<String, (&'n Project, Option<Middlewares>
 
 /// The program of a process: `process-NETWORK-PROCESS`, and `-MIDDLEWARE` if the command line sets
 /// that of all components. No component and no variant has such a name.
-pub(crate) fn program(network: &Network, process: &str) -> String {
-    let mut program = format!("process-{}-{}", network.name(), process.replace('.', "-"));
-    if let Some(middleware) = network.middleware {
+pub(crate) fn program(network: &str, process: &str, middleware: Option<Middleware>) -> String {
+    let mut program = format!("process-{network}-{}", process.replace('.', "-"));
+    if let Some(middleware) = middleware {
         program += "-";
         program += middleware.word();
     }
@@ -164,51 +163,22 @@ fn how_to_have_one(project: &Project) -> String {
 }
 
 /// A component of a process, for the checks.
-struct Checked<'n> {
-    instance: &'n Instance,
-    process: &'n Name,
-    project: &'n Project,
-    needed: Middlewares,
-    variant: Option<Middlewares>,
+pub(crate) struct Member<'n> {
+    pub(crate) instance: &'n Instance,
+    pub(crate) process: &'n Name,
+    pub(crate) project: &'n Project,
+    pub(crate) needed: Middlewares,
+    pub(crate) variant: Option<Middlewares>,
 }
 
-impl Network {
-    /// The word for a component on the command line of a process of several ones; none if it has a
-    /// process of its own.
-    pub fn member_word(&self, at: usize) -> Option<String> {
-        self.deployment.instances[at].process.as_ref()?;
-        let project = self.projects.get(at)?.as_ref()?;
-        Some(project.component.name.text.clone())
-    }
-
-    /// Checks that the components of each process can be linked into one program.
-    pub fn check_processes(&self, found: &mut Diagnostics) {
-        let members = self.built().filter_map(|(at, project, variant)| {
-            let instance = &self.deployment.instances[at];
-            let process = instance.process.as_ref()?;
-            let built = project.is_built_by_cargo();
-            built.then_some(Checked {
-                instance,
-                process,
-                project,
-                needed: self.needed[at],
-                variant,
-            })
-        });
-        let mut processes: BTreeMap<&str, Vec<Checked<'_>>> = BTreeMap::new();
-        for member in members {
-            let of = processes.entry(&member.process.text).or_default();
-            of.push(member);
-        }
-        for members in processes.values() {
-            check_libraries(members, found);
-            check_workspace(members, found);
-            check_middlewares(members, found);
-        }
-    }
+/// Checks that the components of a process can be linked into one program.
+pub(crate) fn check(members: &[Member<'_>], found: &mut Diagnostics) {
+    check_libraries(members, found);
+    check_workspace(members, found);
+    check_middlewares(members, found);
 }
 
-fn check_libraries(members: &[Checked<'_>], found: &mut Diagnostics) {
+fn check_libraries(members: &[Member<'_>], found: &mut Diagnostics) {
     for member in members {
         // A manifest that cannot be read is reported where it is needed, and a component without
         // code where code is.
@@ -225,8 +195,8 @@ fn check_libraries(members: &[Checked<'_>], found: &mut Diagnostics) {
     }
 }
 
-fn check_workspace(members: &[Checked<'_>], found: &mut Diagnostics) {
-    let root = |member: &Checked<'_>| Workspaces::root(member.project.code()).ok().flatten();
+fn check_workspace(members: &[Member<'_>], found: &mut Diagnostics) {
+    let root = |member: &Member<'_>| Workspaces::root(member.project.code()).ok().flatten();
     let Some((first, of_first)) = members.first().and_then(|one| Some((one, root(one)?))) else {
         return;
     };
@@ -251,7 +221,7 @@ fn check_workspace(members: &[Checked<'_>], found: &mut Diagnostics) {
     }
 }
 
-fn check_middlewares(members: &[Checked<'_>], found: &mut Diagnostics) {
+fn check_middlewares(members: &[Member<'_>], found: &mut Diagnostics) {
     for (at, member) in members.iter().enumerate() {
         let mut before = members[..at].iter();
         let other = before

@@ -81,18 +81,10 @@ pub struct Connection {
     pub chains: Vec<String>,
 }
 
-impl Network {
-    /// The name of the machine that an instance runs on.
-    pub fn host_name(&self, at: usize) -> &str {
-        let host = self.deployment.instances[at].host;
-        host.map_or("localhost", |(host, _)| {
-            &self.deployment.hosts[host].name.text
-        })
-    }
-
+impl Host {
     /// The machines with components.
-    pub fn hosts(&self) -> Vec<Host> {
-        let used: BTreeSet<Option<usize>> = self
+    pub fn all(network: &Network) -> Vec<Self> {
+        let used: BTreeSet<Option<usize>> = network
             .deployment
             .instances
             .iter()
@@ -100,8 +92,8 @@ impl Network {
             .collect();
         used.into_iter()
             .map(|host| {
-                let host = host.map(|host| &self.deployment.hosts[host]);
-                Host {
+                let host = host.map(|host| &network.deployment.hosts[host]);
+                Self {
                     name: host.map_or("localhost", |h| &h.name.text).to_owned(),
                     address: host.map_or("localhost", |h| &h.address.text).to_owned(),
                     user: host.and_then(|h| Some(h.user.as_ref()?.text.clone())),
@@ -110,42 +102,48 @@ impl Network {
             .collect()
     }
 
-    /// The other machines with components.
-    pub fn remote_hosts(&self) -> Vec<crate::plan::Host> {
-        let instances = self.deployment.instances.iter();
-        let hosts = instances.filter_map(|instance| self.deployment.remote_host(instance));
-        let hosts: BTreeMap<&str, _> = hosts.map(|host| (host.name.text.as_str(), host)).collect();
-        hosts.into_values().map(crate::plan::Host::from).collect()
+    /// The name of the machine that an instance runs on.
+    pub fn name_of(network: &Network, at: usize) -> &str {
+        let host = network.deployment.instances[at].host;
+        host.map_or("localhost", |(host, _)| {
+            &network.deployment.hosts[host].name.text
+        })
     }
+}
 
+impl End {
     /// An endpoint with its names.
-    pub fn end(&self, end: Endpoint) -> End {
-        End {
-            component: self.deployment.instances[end.instance].path.clone(),
-            slot: self.slot(end).map_or_else(String::new, |s| s.name.clone()),
+    pub fn of(network: &Network, end: Endpoint) -> Self {
+        Self {
+            component: network.deployment.instances[end.instance].path.clone(),
+            slot: network
+                .slot(end)
+                .map_or_else(String::new, |s| s.name.clone()),
             external: false,
             at: (end.instance, end.slot),
         }
     }
+}
 
+impl External {
     /// The peers that are not part of the network. Slots with one address, interface and middleware
     /// share a peer.
-    pub fn externals(&self) -> Vec<External> {
-        let addresses = self.addresses();
-        let mut peers: BTreeMap<(&str, String, &'static str), External> = BTreeMap::new();
-        for end in self.connections.externals.keys() {
-            let (Some(slot), Some(address)) = (self.slot(*end), addresses.get(end)) else {
+    pub fn all(network: &Network) -> Vec<Self> {
+        let mut peers: BTreeMap<(&str, String, &'static str), Self> = BTreeMap::new();
+        for end in network.connections.externals.keys() {
+            let (Some(slot), Some(address)) = (network.slot(*end), network.addresses.of(*end))
+            else {
                 continue;
             };
-            let library = self.projects[end.instance]
+            let library = network.projects[end.instance]
                 .as_ref()
                 .map(|p| &p.component.library);
             let interface = library.map(|library| library.interface_path(slot.interface));
             let interface = interface.unwrap_or_default();
-            let middleware = self.middlewares(*end)[0].word();
+            let middleware = network.middlewares(*end)[0].word();
             let peer = peers.entry((address, interface.clone(), middleware));
-            let peer = peer.or_insert_with(|| External {
-                address: address.clone(),
+            let peer = peer.or_insert_with(|| Self {
+                address: address.to_owned(),
                 interface,
                 middleware,
                 kind: kind(slot),
@@ -155,12 +153,68 @@ impl Network {
         }
         peers.into_values().collect()
     }
+}
+
+impl Connection {
+    /// All connections between a provider and a consumer, including refused ones.
+    pub fn between(network: &Network) -> Vec<(Pair, Self)> {
+        let provides = |end: Endpoint| {
+            let role = network.slot(end).map(|s| s.role);
+            role.map(|r| matches!(r, Role::Implements | Role::Publishes))
+        };
+        let refused = network.connections.diagnostics.iter().filter_map(|found| {
+            let (one, other) = (found.endpoint, found.peer?);
+            match (provides(one)?, provides(other)?) {
+                (false, true) => Some((one, other)),
+                (true, false) => Some((other, one)),
+                _ => None,
+            }
+        });
+        let refused = refused.map(|(consumer, provider)| Pair { consumer, provider });
+        let made: BTreeSet<Pair> = network.connections.connections.iter().copied().collect();
+        let all: BTreeSet<Pair> = refused.chain(made.iter().copied()).collect();
+        all.into_iter()
+            .filter_map(|pair| {
+                let slot = network.slot(pair.provider)?;
+                let component = &network.projects[pair.provider.instance].as_ref()?.component;
+                network.slot(pair.consumer)?;
+                let own = network.connections.transports.get(&pair).copied();
+                let own = own.unwrap_or_else(|| network.middlewares(pair.consumer)[0]);
+                let kind = kind(slot);
+                let (from, to) = match kind {
+                    Kind::Topic => (pair.provider, pair.consumer),
+                    Kind::Call => (pair.consumer, pair.provider),
+                };
+                let connection = Self {
+                    from: End::of(network, from),
+                    to: End::of(network, to),
+                    interface: component.library.interface_path(slot.interface),
+                    kind,
+                    middleware: own.word(),
+                    address: made
+                        .contains(&pair)
+                        .then(|| network.addresses.of(pair.consumer))
+                        .flatten()
+                        .map(str::to_owned),
+                    converts: network
+                        .connections
+                        .conversions
+                        .get(&pair)
+                        .map_or_else(Vec::new, |conversion| {
+                            conversion.members.iter().map(ToString::to_string).collect()
+                        }),
+                    chains: chains_over(network, from, to),
+                };
+                Some((pair, connection))
+            })
+            .collect()
+    }
 
     /// The connections to peers that are not part of the network. In the indices of ends, these
     /// peers follow the instances.
-    pub fn connections_outside(&self) -> Vec<Connection> {
-        let externals = self.externals().into_iter();
-        let externals = externals.zip(self.deployment.instances.len()..);
+    pub fn outside(network: &Network) -> Vec<Self> {
+        let externals = External::all(network).into_iter();
+        let externals = externals.zip(network.deployment.instances.len()..);
         let connections = externals.flat_map(|(peer, at)| {
             let outside = End {
                 component: peer.address.clone(),
@@ -169,12 +223,12 @@ impl Network {
                 at: (at, 0),
             };
             let connection = |consumer: &Endpoint| {
-                let inside = self.end(*consumer);
+                let inside = End::of(network, *consumer);
                 let (from, to) = match peer.kind {
                     Kind::Topic => (outside.clone(), inside),
                     Kind::Call => (inside, outside.clone()),
                 };
-                Connection {
+                Self {
                     from,
                     to,
                     interface: peer.interface.clone(),
@@ -189,74 +243,25 @@ impl Network {
         });
         connections.collect()
     }
+}
 
-    /// The chains with a message between two endpoints.
-    fn chains_over(&self, from: Endpoint, to: Endpoint) -> Vec<String> {
-        let is_at =
-            |port: Port, end: Endpoint| (port.instance, port.slot) == (end.instance, end.slot);
-        let over = self.chains.iter().filter(|chain| {
-            let mut links = chain.path.links.iter();
-            links.any(|link| {
-                link.from.is_some_and(|sender| is_at(sender, from)) && is_at(link.to, to)
-            })
-        });
-        over.map(|chain| self.deployment.chains[chain.declared].path.clone())
-            .collect()
-    }
+/// The other machines with components.
+pub fn remote_hosts(network: &Network) -> Vec<crate::plan::Host> {
+    let instances = network.deployment.instances.iter();
+    let hosts = instances.filter_map(|instance| network.deployment.remote_host(instance));
+    let hosts: BTreeMap<&str, _> = hosts.map(|host| (host.name.text.as_str(), host)).collect();
+    hosts.into_values().map(crate::plan::Host::from).collect()
+}
 
-    /// All connections between a provider and a consumer, including refused ones.
-    pub fn connections_between(&self) -> Vec<(Pair, Connection)> {
-        let provides = |end: Endpoint| {
-            let role = self.slot(end).map(|s| s.role);
-            role.map(|r| matches!(r, Role::Implements | Role::Publishes))
-        };
-        let refused = self.connections.diagnostics.iter().filter_map(|found| {
-            let (one, other) = (found.endpoint, found.peer?);
-            match (provides(one)?, provides(other)?) {
-                (false, true) => Some((one, other)),
-                (true, false) => Some((other, one)),
-                _ => None,
-            }
-        });
-        let refused = refused.map(|(consumer, provider)| Pair { consumer, provider });
-        let made: BTreeSet<Pair> = self.connections.connections.iter().copied().collect();
-        let all: BTreeSet<Pair> = refused.chain(made.iter().copied()).collect();
-        let addresses = self.addresses();
-        all.into_iter()
-            .filter_map(|pair| {
-                let slot = self.slot(pair.provider)?;
-                let component = &self.projects[pair.provider.instance].as_ref()?.component;
-                self.slot(pair.consumer)?;
-                let own = self.connections.transports.get(&pair).copied();
-                let own = own.unwrap_or_else(|| self.middlewares(pair.consumer)[0]);
-                let kind = kind(slot);
-                let (from, to) = match kind {
-                    Kind::Topic => (pair.provider, pair.consumer),
-                    Kind::Call => (pair.consumer, pair.provider),
-                };
-                let connection = Connection {
-                    from: self.end(from),
-                    to: self.end(to),
-                    interface: component.library.interface_path(slot.interface),
-                    kind,
-                    middleware: own.word(),
-                    address: made
-                        .contains(&pair)
-                        .then(|| addresses.get(&pair.consumer).cloned())
-                        .flatten(),
-                    converts: self
-                        .connections
-                        .conversions
-                        .get(&pair)
-                        .map_or_else(Vec::new, |conversion| {
-                            conversion.members.iter().map(ToString::to_string).collect()
-                        }),
-                    chains: self.chains_over(from, to),
-                };
-                Some((pair, connection))
-            })
-            .collect()
-    }
+/// The chains with a message between two endpoints.
+fn chains_over(network: &Network, from: Endpoint, to: Endpoint) -> Vec<String> {
+    let is_at = |port: Port, end: Endpoint| (port.instance, port.slot) == (end.instance, end.slot);
+    let over = network.chains.iter().filter(|chain| {
+        let mut links = chain.path.links.iter();
+        links.any(|link| link.from.is_some_and(|sender| is_at(sender, from)) && is_at(link.to, to))
+    });
+    over.map(|chain| network.deployment.chains[chain.declared].path.clone())
+        .collect()
 }
 
 fn kind(slot: &Slot) -> Kind {

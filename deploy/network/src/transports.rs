@@ -126,7 +126,7 @@ impl Network {
         let options = ends.filter_map(|end| {
             let slot = self.slot(end).filter(|slot| slot.backend.is_none())?;
             let words = self.middlewares(end);
-            if words == [self.needed[at].main()] {
+            if words == [self.programs.needed(at).main()] {
                 return None;
             }
             let words: Vec<&str> = words.iter().map(|one| one.word()).collect();

@@ -44,7 +44,7 @@ pub(super) fn generate_stale(input: &Input) -> Result<(), Failure> {
     let Some(network) = network.filter(|_| !found.has_errors()) else {
         return Ok(());
     };
-    let generated = network.generate_stale(&mut sources, &loader)?;
+    let generated = network.programs.generate_stale(&mut sources, &loader)?;
     for component in &generated.components {
         print_note(&format_args!("generated {}", component.display()));
     }
@@ -73,8 +73,8 @@ pub(super) fn examine(input: &Input, unbuilt: bool) -> impl FnOnce(&Network, &mu
     move |network, found| {
         if !unbuilt {
             machine::check(network, false, found);
-            network.check_generated(found);
-            network.check_programs(input.profile, found);
+            network.programs.check_generated(found);
+            network.programs.check_programs(input.profile, found);
         }
     }
 }

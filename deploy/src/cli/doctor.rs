@@ -6,6 +6,7 @@ use super::output::{Failure, show, system};
 use crate::doctor::{Grade, Machine, of_host};
 use crate::process::identity::{Identity, Mark};
 use rc_deploy_client::Format;
+use rc_deploy_network::topology::remote_hosts;
 
 /// Examines this machine, and the other machines of a network.
 pub(super) fn doctor(input: Option<&Input>, format: Format) -> Result<u8, Failure> {
@@ -21,7 +22,7 @@ pub(super) fn doctor(input: Option<&Input>, format: Format) -> Result<u8, Failur
         let network = load(input, rc_diagnostics::Format::Human, |_, _| {})?;
         let own = Identity::own().ok_or_else(|| system(&"/proc cannot be read"))?;
         let mark = Mark::new(network.name(), own);
-        let hosts = network.remote_hosts();
+        let hosts = remote_hosts(&network);
         findings.extend(hosts.iter().map(|host| of_host(host, &mark)));
     }
     let worst = findings.iter().map(|finding| finding.grade).max();

@@ -16,7 +16,7 @@ pub(super) fn export(
     dry_run: bool,
 ) -> Result<u8, Failure> {
     let network = load(input, rc_diagnostics::Format::Human, |network, found| {
-        network.check_locations(input.profile, found);
+        network.programs.check_locations(input.profile, found);
     })?;
     let plan = network.plan(input.profile)?;
     let user = (

@@ -38,6 +38,7 @@ use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::{Common, Tool};
 use rc_deploy_client::{Format, connection, logs, states, status};
+use rc_deploy_network::preview::Preview;
 use rc_deploy_terminal::SideView;
 use rc_management::lifecycle::Transition;
 use rc_management::supervisor::Verb;
@@ -89,11 +90,11 @@ fn run(command: Command) -> Result<u8, Failure> {
             let network = description::load(&input, human, |network, found| {
                 examine(network, found);
                 if unbuilt {
-                    network.ask_no_cargo();
-                    network.check_manifests(input.profile, found);
+                    network.programs.ask_no_cargo();
+                    network.programs.check_manifests(input.profile, found);
                 }
             })?;
-            let preview = network.preview(input.profile)?;
+            let preview = Preview::of(&network, input.profile)?;
             show(format, &preview, ToString::to_string)
         }
         Command::Graph {

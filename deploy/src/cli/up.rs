@@ -6,10 +6,10 @@ use super::arguments::Input;
 use super::command::Cli;
 use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, system};
-use crate::Options;
 use crate::guard::services;
 use crate::process::machine;
 use crate::process::own_program::own_program;
+use crate::{Options, Service};
 use rc_deploy_client::error::print_error;
 use rc_deploy_client::status;
 use rc_deploy_network::{Network, Next, Profile};
@@ -39,21 +39,23 @@ pub(super) fn up(
     let network = if build.is_some() {
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
-            network.check_generated(found);
-            network.check_interpreters(Next::IsBuilt, found);
+            network.programs.check_generated(found);
+            network.programs.check_interpreters(Next::IsBuilt, found);
         })?;
         cargo_build(&network, input.profile)?;
         let mut found = Diagnostics::new();
-        network.check_programs(input.profile, &mut found);
+        network.programs.check_programs(input.profile, &mut found);
         if found.is_empty() {
             network
         } else {
-            load(input, human, |n, f| n.check_programs(input.profile, f))?
+            load(input, human, |n, f| {
+                n.programs.check_programs(input.profile, f);
+            })?
         }
     } else {
         load(input, human, |network, found| {
             machine::check(network, true, found);
-            network.check_programs(input.profile, found);
+            network.programs.check_programs(input.profile, found);
         })?
     };
     let plan = network.plan(input.profile)?;
@@ -78,8 +80,8 @@ pub(super) fn up(
         return Ok(outcome.exit_code());
     }
     let options = Options {
-        hold: network.services(None),
-        services: network.services_elsewhere(),
+        hold: Service::all(&network, None),
+        services: Service::elsewhere(&network),
         ..options.clone()
     };
     let name = plan.network.clone();
@@ -112,7 +114,7 @@ fn check_sockets<'n>(
 }
 
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
-    for build in network.builds(profile)? {
+    for build in network.programs.builds(profile)? {
         let build = build?;
         if build.args.is_empty() {
             build.finish()?;

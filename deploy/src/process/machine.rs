@@ -1,6 +1,6 @@
 //! Checks what a network needs of this machine before anything starts.
 
-use rc_deploy_network::Network;
+use rc_deploy_network::{Network, ros_implementation};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};
 
 /// The implementations of ROS 2 that do not speak DDS.
@@ -8,7 +8,7 @@ pub(crate) const NOT_DDS: [&str; 2] = ["rmw_zenoh_cpp", "rmw_email_cpp"];
 
 /// Warns once if nodes of ROS 2 in this environment do not speak DDS, as components do.
 fn check_ros(network: &Network, found: &mut Diagnostics) {
-    if let Some((instance, implementation)) = network.ros_implementation()
+    if let Some((instance, implementation)) = ros_implementation(network)
         && NOT_DDS.contains(&implementation.as_str())
     {
         let message = format!(

@@ -146,8 +146,8 @@ fn check(files: &[Block<'_>], example: &Block<'_>) -> (Vec<&'static str>, bool, 
                 .expect("a file");
         found.extend(more);
         if let Some(network) = network {
-            network.check_executables(Profile::Dev, &mut found);
-            network.check_generated(&mut found);
+            network.programs.check_executables(Profile::Dev, &mut found);
+            network.programs.check_generated(&mut found);
         }
     } else {
         rcgen::check::file(&path, false, &mut sources, &loader, &[], &mut found).expect("a file");

@@ -56,7 +56,7 @@ fn findings(further: &[(&str, &str)], content: &str) -> Vec<String> {
         network::load(&path, &network::Overrides::default(), &mut sources, &loader)
             .expect("a file");
     let network = network.expect("a network");
-    network.check_generated(&mut found);
+    network.programs.check_generated(&mut found);
     rc_deploy::process::machine::check(&network, false, &mut found);
     let reported = render(&sources, &found, Format::Short);
     let reported = reported.replace(&format!("{}/", folder.path().display()), "");

@@ -32,7 +32,10 @@ fn program(network: &Network, component: &str) -> PathBuf {
     let mut instances = network.deployment.instances.iter();
     let at = instances.position(|instance| instance.path == component);
     let at = at.expect("a component");
-    let program = network.executable(at, Profile::Dev).expect("a place");
+    let program = network
+        .programs
+        .executable(at, Profile::Dev)
+        .expect("a place");
     let program = program.expect("a place");
     assert!(
         program.exists(),
@@ -63,8 +66,8 @@ fn the_program_of_a_process_has_the_notes_of_all_its_components() {
     assert_eq!(notes("left"), eyes);
     assert_eq!(notes("east"), ["neighbour dds"]);
     let mut found = Diagnostics::new();
-    network.check_executables(Profile::Dev, &mut found);
-    network.check_processes(&mut found);
+    network.programs.check_executables(Profile::Dev, &mut found);
+    network.programs.check_processes(&mut found);
     assert_eq!(render(&sources, &found, Format::Short), "");
 }
 
@@ -79,7 +82,10 @@ fn the_program_of_a_process_runs_its_components_with_the_arguments_of_the_plan()
     let mut probe = Command::new(program(&network, "left"));
     let mut components = plan.components.iter().enumerate();
     while let Some((at, component)) = components.find(|(_, component)| ours(component)) {
-        let word = network.member_word(at).expect("a component of a process");
+        let word = network
+            .programs
+            .member_word(at)
+            .expect("a component of a process");
         let args = component.thread_arguments(&word, &[]);
         // The network of this test alone.
         let args = args

@@ -1,18 +1,29 @@
-//! What follows what in a network: connections, and the reactions of components.
+//! The flow of messages in a network: connections, and the reactions of components.
 
-use super::{ASSUMED_BUDGET, Port, nanoseconds};
+use super::{ASSUMED_BUDGET, Port};
 use crate::bounds::{Rate, Way};
 use crate::model::Network;
 use rc_cdsl::model::{Component, Reaction, Role, Step};
 use rc_ddsl::Endpoint;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 /// Whether messages of a slot are received or sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Direction {
     In,
     Out,
+}
+
+impl Direction {
+    /// Whether a component receives what it sees on a slot of this role.
+    fn of(role: Role) -> Self {
+        match role {
+            Role::Implements | Role::SubscribesTo => Self::In,
+            Role::Requires | Role::Publishes => Self::Out,
+        }
+    }
 }
 
 /// A slot, as far as messages flow through it.
@@ -29,11 +40,11 @@ pub(crate) struct FlowSlot {
 #[derive(Debug)]
 pub(crate) struct FlowComponent {
     pub(crate) slots: Vec<FlowSlot>,
-    /// What it receives.
+    /// The operations that it receives.
     pub(crate) handlers: Vec<Port>,
-    /// What follows each cause. `None`: everything follows everything, through `compute()`.
+    /// Its reactions. `None`: every message may follow every other one, through `compute()`.
     reactions: Option<Vec<FlowReaction>>,
-    /// What it sends.
+    /// The operations that it sends.
     outputs: Vec<Port>,
     period: u64,
 }
@@ -340,4 +351,8 @@ fn ports_of(at: usize, component: &Component, step: &Step) -> Vec<Port> {
         })
     });
     ports.collect()
+}
+
+pub(super) fn nanoseconds(time: Duration) -> u64 {
+    time.as_nanos().try_into().unwrap_or(u64::MAX)
 }

@@ -38,7 +38,7 @@ pub struct ChainReport {
 pub struct HopReport {
     /// Full name of the component.
     pub component: String,
-    /// What it receives: `SLOT.OPERATION`.
+    /// The operation that it receives: `SLOT.OPERATION`.
     pub receives: String,
     /// `handler`, or `compute` if it waits for a period.
     pub reacts_in: &'static str,
@@ -93,7 +93,7 @@ pub(super) fn slow_chain(network: &Network, checked: &CheckedChain) -> Option<Di
     Some(warning.help(advice(network, checked, costs)))
 }
 
-/// What makes a chain slow, and what helps.
+/// The largest cost of a chain, with advice.
 fn advice(network: &Network, checked: &CheckedChain, costs: &[Cost]) -> String {
     let links = checked.path.links.iter().zip(costs);
     let parts = links.flat_map(|(link, cost)| {
@@ -154,23 +154,21 @@ pub(super) fn stale_chain(network: &Network, checked: &CheckedChain) -> Option<D
     Some(Diagnostic::warning("stale-chain", chain.name.span, message).help(help))
 }
 
-impl Network {
-    /// The chains, for people.
-    pub fn chain_reports(&self) -> Vec<ChainReport> {
-        self.chains
-            .iter()
-            .map(|chain| self.chain_report(chain))
-            .collect()
+impl ChainReport {
+    /// The chains of a network.
+    pub fn all(network: &Network) -> Vec<Self> {
+        let chains = network.chains.iter();
+        chains.map(|chain| Self::of(network, chain)).collect()
     }
 
-    fn chain_report(&self, checked: &CheckedChain) -> ChainReport {
-        let chain = &self.deployment.chains[checked.declared];
+    fn of(network: &Network, checked: &CheckedChain) -> Self {
+        let chain = &network.deployment.chains[checked.declared];
         let path = &checked.path;
         let hops = path.links.iter().enumerate().map(|(at, link)| {
             let cost = checked.costs.as_ref().and_then(|costs| costs.get(at));
             HopReport {
-                component: self.deployment.instances[link.to.instance].path.clone(),
-                receives: message_name(self, link.to),
+                component: network.deployment.instances[link.to.instance].path.clone(),
+                receives: message_name(network, link.to),
                 reacts_in: match link.way {
                     Way::Handler => "handler",
                     Way::Compute => "compute",
@@ -182,9 +180,10 @@ impl Network {
         });
         let first = path.links.first().map(|link| link.from.unwrap_or(link.to));
         let last = path.sent.or(path.links.last().map(|link| link.to));
-        let name = |port: Option<Port>| port.map_or_else(String::new, |port| self.port_name(port));
+        let name =
+            |port: Option<Port>| port.map_or_else(String::new, |port| network.port_name(port));
         let in_ms = |time: Duration| time.as_secs_f64() * 1e3;
-        ChainReport {
+        Self {
             name: chain.path.clone(),
             from: name(first),
             to: name(last),
@@ -193,55 +192,55 @@ impl Network {
             worst_ms: checked.worst().map(in_ms),
             oldest_ms: checked.oldest.map(in_ms),
             hops: hops.collect(),
-            notes: self.chain_notes(checked),
+            notes: notes(network, checked),
         }
     }
+}
 
-    /// What the worst case of a chain depends on.
-    fn chain_notes(&self, checked: &CheckedChain) -> Vec<String> {
-        let chain = &self.deployment.chains[checked.declared];
-        let names = |all: Vec<usize>| {
-            let names = all
-                .iter()
-                .map(|at| self.deployment.instances[*at].path.as_str());
-            names.collect::<Vec<_>>().join(", ")
-        };
-        let on = |is_meant: &dyn Fn(usize) -> bool| {
-            let mut all: Vec<usize> = Vec::new();
-            for link in &checked.path.links {
-                let at = link.to.instance;
-                if is_meant(at) && !all.contains(&at) {
-                    all.push(at);
-                }
+/// The assumptions behind the worst case of a chain.
+fn notes(network: &Network, checked: &CheckedChain) -> Vec<String> {
+    let chain = &network.deployment.chains[checked.declared];
+    let names = |all: Vec<usize>| {
+        let names = all
+            .iter()
+            .map(|at| network.deployment.instances[*at].path.as_str());
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let on = |is_meant: &dyn Fn(usize) -> bool| {
+        let mut all: Vec<usize> = Vec::new();
+        for link in &checked.path.links {
+            let at = link.to.instance;
+            if is_meant(at) && !all.contains(&at) {
+                all.push(at);
             }
-            all
-        };
-        let mut notes = Vec::new();
-        if !checked.assumed.is_empty() {
-            notes.push(format!(
-                "budgets are assumed: {}",
-                names(checked.assumed.clone())
-            ));
         }
-        if chain.transport.is_none() {
-            notes.push("transport is assumed".to_owned());
-        }
-        let simulated = on(&|at| self.clock(at).kind != "system");
-        if !simulated.is_empty() {
-            notes.push(format!(
-                "periods follow the network's time: {}",
-                names(simulated)
-            ));
-        }
-        let managed = on(&|at| {
-            let project = self.projects[at].as_deref();
-            project.is_some_and(|project| project.component.managed)
-        });
-        if !managed.is_empty() {
-            notes.push(format!("holds while active: {}", names(managed)));
-        }
-        notes
+        all
+    };
+    let mut notes = Vec::new();
+    if !checked.assumed.is_empty() {
+        notes.push(format!(
+            "budgets are assumed: {}",
+            names(checked.assumed.clone())
+        ));
     }
+    if chain.transport.is_none() {
+        notes.push("transport is assumed".to_owned());
+    }
+    let simulated = on(&|at| network.clocks[at].kind != "system");
+    if !simulated.is_empty() {
+        notes.push(format!(
+            "periods follow the network's time: {}",
+            names(simulated)
+        ));
+    }
+    let managed = on(&|at| {
+        let project = network.projects[at].as_deref();
+        project.is_some_and(|project| project.component.managed)
+    });
+    if !managed.is_empty() {
+        notes.push(format!("holds while active: {}", names(managed)));
+    }
+    notes
 }
 
 impl fmt::Display for ChainReport {

@@ -2,6 +2,7 @@
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
+use super::ChainReport;
 use crate::{Overrides, load};
 use expect_test::{Expect, expect};
 use rc_codegen::FileLoader;
@@ -118,7 +119,7 @@ fn check(components: &str, body: &str, expected: &Expect) -> String {
     let text = render(&sources, &found, Format::Short);
     let shown = text.replace(&format!("{}/", folder.path().display()), "");
     expected.assert_eq(&shown);
-    let reports = network.expect("a network").chain_reports();
+    let reports = ChainReport::all(&network.expect("a network"));
     reports.iter().map(ToString::to_string).collect()
 }
 

@@ -1,10 +1,10 @@
 //! The builds of cargo and cmake that make the programs of a network.
 
-use super::package;
+use super::{Programs, package};
 use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
-use crate::model::{Network, Profile};
+use crate::model::Profile;
 use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-impl Network {
+impl Programs {
     /// The builds that the network needs: a cargo command for each workspace, and for each
     /// middleware of its variants. A variant is generated when its build is requested, and locked
     /// as long as the [`Build`] exists.
@@ -28,8 +28,8 @@ impl Network {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
         let mut scripts: BTreeMap<PathBuf, BTreeMap<String, (&Project, _)>> = BTreeMap::new();
         let mut processes: BTreeMap<&str, Members<'_>> = BTreeMap::new();
-        for (at, project, variant) in self.built() {
-            let instance = &self.deployment.instances[at];
+        for built in self.built() {
+            let (instance, project, variant) = (built.instance, built.project, built.variant);
             if let Some(process) = instance.process.as_ref()
                 && project.is_built_by_cargo()
             {
@@ -119,7 +119,7 @@ impl Network {
         let target = target.map_err(cannot("prepare the build"))?;
         let dependencies = self.workspaces.dependencies(&root);
         let dependencies = dependencies.map_err(cannot("prepare the build"))?;
-        let program = shared_process::program(self, process);
+        let program = self.shared_program(process);
         let staged = shared_process::stage(&root, &target, &program, members, &dependencies)?;
         let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
             .map(Into::into)

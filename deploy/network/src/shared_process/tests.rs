@@ -2,6 +2,7 @@
 
 use crate::load::{Overrides, load};
 use crate::model::{Network, Profile};
+use crate::workspaces::Workspaces;
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::path::Path;
@@ -73,17 +74,24 @@ fn a_process_is_one_program_that_links_each_component_once() {
     camera[1].1 += "\n[lib]\nname = \"eye\"\n";
     let folder = workspace(&[component("lidar", &library), camera], NETWORK);
     let (network, _) = network(folder.path());
-    network.ask_no_cargo();
-    let target = network.workspaces.target(folder.path()).expect("a folder");
-    let executable = |at| network.executable(at, Profile::Dev).expect("a place");
+    network.programs.ask_no_cargo();
+    let workspaces = Workspaces::default();
+    workspaces.unasked.set(true);
+    let target = workspaces.target(folder.path()).expect("a folder");
+    let executable = |at| {
+        network
+            .programs
+            .executable(at, Profile::Dev)
+            .expect("a place")
+    };
     let program = target.join("debug/process-robot-eyes");
     assert_eq!(executable(0), Some(program.clone()));
     assert_eq!(executable(2), Some(program));
     assert_eq!(executable(3), Some(target.join("debug/camera")));
-    assert_eq!(network.member_word(1).as_deref(), Some("lidar"));
-    assert_eq!(network.member_word(3), None);
+    assert_eq!(network.programs.member_word(1).as_deref(), Some("lidar"));
+    assert_eq!(network.programs.member_word(3), None);
     let build = || {
-        let builds = network.builds(Profile::Dev).expect("builds");
+        let builds = network.programs.builds(Profile::Dev).expect("builds");
         let builds: Vec<_> = builds.map(|build| build.expect("a build")).collect();
         let args: Vec<String> = builds
             .iter()
@@ -147,7 +155,7 @@ fn components_that_cannot_be_linked_are_refused() {
         let folder = workspace(components, NETWORK);
         let (network, sources) = network(folder.path());
         let mut found = Diagnostics::new();
-        network.check_processes(&mut found);
+        network.programs.check_processes(&mut found);
         render(&sources, &found, Format::Short)
     };
     let library = [("src/lib.rs", LIBRARY)];
@@ -188,7 +196,7 @@ fn components_that_cannot_be_linked_are_refused() {
     );
     let (network, sources) = network(folder.path());
     let mut all = Diagnostics::new();
-    network.check_processes(&mut all);
+    network.programs.check_processes(&mut all);
     let said = render(&sources, &all, Format::Short);
     assert_eq!(
         said.matches("error[process-middlewares]").count(),

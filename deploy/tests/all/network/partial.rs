@@ -4,6 +4,7 @@
 
 use rc_codegen::FileLoader;
 use rc_deploy_graph::{Graph, GraphFormat};
+use rc_deploy_network::preview::Preview;
 use rc_deploy_network::{self as network, Network, Overrides, Profile};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rc_test_site::site::{CommandOutput, Site};
@@ -83,7 +84,7 @@ fn values_reach_the_component_and_the_command_line_comes_first() {
         ]
     );
     assert_eq!(output(&network, "--bind"), ["Laser=n/Laser"]);
-    let preview = network.preview(Profile::Dev).expect("a plan");
+    let preview = Preview::of(&network, Profile::Dev).expect("a plan");
     let text = preview.to_string();
     assert!(
         text.contains("parameters     gains = [0.5,2], high = 10,"),

@@ -3,6 +3,7 @@
 use super::load;
 use expect_test::expect_file;
 use rc_deploy_graph::{Graph, GraphFormat};
+use rc_deploy_network::preview::Preview;
 use rc_deploy_network::{Network, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_middleware::RunDirectory;
@@ -38,7 +39,7 @@ fn pictures_of_the_shipped_networks() {
 
 /// Replaces paths, so that the text is the same on every machine.
 fn stable(text: &str, network: &Network) -> String {
-    let executable = network.executable(0, Profile::Release);
+    let executable = network.programs.executable(0, Profile::Release);
     let executable = executable.expect("cargo").expect("a program");
     let target = executable.ancestors().nth(2).expect("a target folder");
     let root = Path::new("..").canonicalize().expect("the project");
@@ -58,7 +59,7 @@ fn stable(text: &str, network: &Network) -> String {
 fn plans_of_the_shipped_networks() {
     for name in NETWORKS {
         let (network, _, _) = shipped(name);
-        let preview = network.preview(Profile::Release).expect("a plan");
+        let preview = Preview::of(&network, Profile::Release).expect("a plan");
         let text = stable(&preview.to_string(), &network);
         expect_file![format!("../../../golden/{name}.plan.txt")].assert_eq(&text);
         let json = serde_json::to_string_pretty(&preview).expect("JSON");
