@@ -93,7 +93,7 @@ impl Lock {
     }
 
     fn acquire_file(network: &str, deadline: Instant) -> Result<Self, Error> {
-        let mut stopped = None;
+        let mut wait = GuardWait::until(deadline);
         loop {
             let directory =
                 RunDirectory::open(network).context("make the run directory of the network")?;
@@ -155,20 +155,7 @@ impl Lock {
                     return Err(error).context(format!("lock {}", path.display()));
                 }
             }
-            let now = Instant::now();
-            let is_stopped = guard.is_some_and(|guard| guard.is_stopped());
-            let since = *stopped.get_or_insert(now);
-            if !is_stopped {
-                stopped = None;
-            }
-            if now >= deadline || (is_stopped && now >= since + STOPPED_PATIENCE) {
-                return Err(Error::CleaningUp {
-                    network: network.to_owned(),
-                    guard: guard.map(|guard| guard.pid),
-                    is_stopped,
-                });
-            }
-            std::thread::sleep(LOOK);
+            wait.pause(network, guard)?;
         }
     }
 
@@ -332,13 +319,48 @@ fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
+/// The wait for a guard that cleans up.
+struct GuardWait {
+    deadline: Instant,
+    /// When the guard was first seen to be stopped.
+    stopped: Option<Instant>,
+}
+
+impl GuardWait {
+    fn until(deadline: Instant) -> Self {
+        Self {
+            deadline,
+            stopped: None,
+        }
+    }
+
+    /// Waits until the next look. Fails behind the deadline, or if the guard stays stopped.
+    fn pause(&mut self, network: &str, guard: Option<Identity>) -> Result<(), Error> {
+        let now = Instant::now();
+        let is_stopped = guard.is_some_and(|guard| guard.is_stopped());
+        let since = *self.stopped.get_or_insert(now);
+        if !is_stopped {
+            self.stopped = None;
+        }
+        if now >= self.deadline || (is_stopped && now >= since + STOPPED_PATIENCE) {
+            return Err(Error::CleaningUp {
+                network: network.to_owned(),
+                guard: guard.map(|guard| guard.pid),
+                is_stopped,
+            });
+        }
+        std::thread::sleep(LOOK);
+        Ok(())
+    }
+}
+
 /// Takes the abstract socket of a network, or returns why another `up` does not see the network.
 /// Waits for a guard that still cleans up.
 fn await_name(
     network: &str,
     deadline: Instant,
 ) -> Result<(Option<Listener>, Option<String>), Error> {
-    let mut stopped = None;
+    let mut wait = GuardWait::until(deadline);
     loop {
         match take_name(network).context("take the abstract socket of the network")? {
             Name::Acquired(socket) => return Ok((Some(socket), None)),
@@ -353,21 +375,7 @@ fn await_name(
             }
             Name::Guard => {}
         }
-        let now = Instant::now();
-        let guard = guard_of(network);
-        let is_stopped = guard.is_some_and(|guard| guard.is_stopped());
-        let since = *stopped.get_or_insert(now);
-        if !is_stopped {
-            stopped = None;
-        }
-        if now >= deadline || (is_stopped && now >= since + STOPPED_PATIENCE) {
-            return Err(Error::CleaningUp {
-                network: network.to_owned(),
-                guard: guard.map(|guard| guard.pid),
-                is_stopped,
-            });
-        }
-        std::thread::sleep(LOOK);
+        wait.pause(network, guard_of(network))?;
     }
 }
 

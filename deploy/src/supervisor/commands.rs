@@ -162,7 +162,9 @@ impl Commands {
             match verb {
                 // At most two transitions.
                 Verb::Lifecycle(_) => component.ready * 2,
-                _ => component.stop + KILL_LIMIT + component.ready,
+                Verb::Start | Verb::Stop | Verb::Restart => {
+                    component.stop + KILL_LIMIT + component.ready
+                }
             }
         };
         let limits: Duration = members.iter().map(limit).sum();

@@ -1,5 +1,4 @@
-//! What follows when a component ends, or does not start: events, its restart policy, and the end
-//! of the network.
+//! What follows when a component ends: events, its restart policy, and the end of the network.
 
 use crate::supervisor::restart::Next;
 use crate::supervisor::supervise::{StopReason, Supervisor};
@@ -7,34 +6,8 @@ use rc_management::event::{Event, Severity};
 use std::time::Duration;
 
 impl Supervisor<'_> {
-    /// The process of a unit could not be started.
-    pub(super) fn not_started(&mut self, i: usize, reason: &str) {
-        let unit = &self.units[i];
-        // A unit that has run before is restarted by its policy: the user may be building its
-        // program.
-        if !unit.is_restarted() {
-            return self.fail(i, reason);
-        }
-        let text = unit.failure(reason);
-        for &j in self.order.mates(i) {
-            self.commands.failed(j, reason);
-        }
-        unit.process_event(self.report, Severity::Error, "start-failed", text);
-        let next = self.follow(i, Duration::ZERO, true);
-        self.follow_up(i, next, true);
-    }
-
-    /// Stops the network: a component did not get ready.
-    pub(super) fn fail(&mut self, i: usize, reason: &str) {
-        let unit = &self.units[i];
-        let text = unit.failure(reason);
-        unit.event(self.report, Severity::Error, "start-failed", text.clone());
-        let message = format!("{}: {text}", unit.name());
-        self.stop(StopReason::Failed(message), "a component did not start");
-    }
-
     /// Decides what follows an end of the process of a unit, for all of its units alike.
-    fn follow(&mut self, i: usize, ran: Duration, failed: bool) -> Next {
+    pub(super) fn follow(&mut self, i: usize, ran: Duration, failed: bool) -> Next {
         let mut next = Next::Nothing;
         for &j in self.order.mates(i) {
             next = self.units[j].follow(ran, failed);
@@ -133,7 +106,7 @@ impl Supervisor<'_> {
     }
 
     /// Restarts or gives up a unit that has ended.
-    fn follow_up(&mut self, i: usize, next: Next, failed: bool) {
+    pub(super) fn follow_up(&mut self, i: usize, next: Next, failed: bool) {
         let unit = &self.units[i];
         match next {
             Next::Nothing if failed => self.failed.push(unit.process_name().to_owned()),

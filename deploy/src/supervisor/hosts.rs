@@ -56,9 +56,9 @@ impl Supervisor<'_> {
             "host-lost" | "host-unreachable" => {
                 // Its other conditions are unknown until its next agent tells them.
                 self.troubles.forget_all_but("host-lost", name);
-                self.troubles.begin("host-lost", name, &text);
+                self.troubles.note("host-lost", name, &text);
             }
-            "host-back" => drop(self.troubles.end("host-lost", name)),
+            "host-back" => drop(self.troubles.remove("host-lost", name)),
             _ => {}
         }
         self.network_event(severity, code, text);
@@ -73,9 +73,9 @@ impl Supervisor<'_> {
         let name = self.hosts.name(h).to_owned();
         let text = format!("host {name}: {text}");
         if begins {
-            self.trouble_of(&name, severity, begin, &text);
+            self.troubles.begin_of(&name, severity, begin, &text);
         } else {
-            self.no_trouble_of(&name, begin, end, &text);
+            self.troubles.end_of(&name, begin, end, &text);
         }
     }
 
@@ -153,7 +153,8 @@ impl Supervisor<'_> {
             self.hosts.close(h, &name);
             let path = self.network_guard.directory().socket(&process_name(&name));
             let text = format!("{} is not needed any more", path.display());
-            self.no_trouble_of(&path.to_string_lossy(), "not-written", "written", &text);
+            self.troubles
+                .end_of(&path.to_string_lossy(), "not-written", "written", &text);
         }
         if let Some(process) = self.units[i].remote_process() {
             process.ended(exit);
@@ -244,11 +245,13 @@ impl Supervisor<'_> {
         match written {
             Ok(()) => {
                 let text = format!("wrote to {shown}");
-                self.no_trouble_of(&about, "not-written", "written", &text);
+                self.troubles
+                    .end_of(&about, "not-written", "written", &text);
             }
             Err(error) => {
                 let text = format!("cannot write to {shown}: {error}{}", advice(&error));
-                self.trouble_of(&about, Severity::Warning, "not-written", &text);
+                self.troubles
+                    .begin_of(&about, Severity::Warning, "not-written", &text);
             }
         }
     }

@@ -50,7 +50,7 @@ impl Unit {
                 }
                 let severity = match state {
                     State::Emergency => Severity::Warning,
-                    _ => Severity::Info,
+                    State::Starting | State::Running | State::Stopping => Severity::Info,
                 };
                 self.event(report, severity, "state", state.to_string());
             }

@@ -11,7 +11,6 @@ mod followers;
 mod health;
 mod hosts;
 mod lifecycle_control;
-mod lifecycles;
 mod memory_growth;
 mod messages;
 mod network_logs;
@@ -23,6 +22,7 @@ mod renewal;
 mod requests;
 pub(crate) mod restart;
 mod start_order;
+mod start_scheduler;
 mod starts;
 mod supervise;
 #[cfg(test)]

@@ -53,7 +53,8 @@ impl Supervisor<'_> {
              a component that starts would not find those that run, so all restart in order"
         );
         let (about, text) = self.of_place(place, &text);
-        self.trouble_of(&about, Severity::Error, "memory-lost", &text);
+        self.troubles
+            .begin_of(&about, Severity::Error, "memory-lost", &text);
         self.renewal.restarting.insert(place);
         let mut members = self.hosts.members(place);
         let runs = |i: &usize| !self.units[*i].is_gone();
@@ -92,7 +93,9 @@ impl Supervisor<'_> {
             recorder.renew();
         }
         match self.network_guard.begin_anew(cleanup) {
-            Ok(()) => self.no_trouble("guard-lost", "guard-back", "a new guard runs"),
+            Ok(()) => self
+                .troubles
+                .end("guard-lost", "guard-back", "a new guard runs"),
             Err(error) => {
                 let text = error.to_string();
                 self.stop(StopReason::Failed(text), "it has no guard");
@@ -111,7 +114,8 @@ impl Supervisor<'_> {
                 self.renewal.restarting.remove(&place);
                 let text = "all components have restarted with new shared memory";
                 let (about, text) = self.of_place(place, text);
-                self.no_trouble_of(&about, "memory-lost", "memory-back", &text);
+                self.troubles
+                    .end_of(&about, "memory-lost", "memory-back", &text);
             }
         }
     }

@@ -117,6 +117,19 @@ impl Supervisor<'_> {
         self.commands.take(request, verb, members, &mut self.units);
     }
 
+    /// Stops a component, with all of its process, because a chain is late.
+    pub(super) fn stop_late(&mut self, name: &str) {
+        let Some(i) = self.units.iter().position(|unit| unit.name() == name) else {
+            return;
+        };
+        let mates = self.order.mates(i).iter();
+        let names: Vec<String> = mates.map(|&i| self.units[i].name().to_owned()).collect();
+        let request = ClientRequest::own(Request::Stop {
+            names: names.clone(),
+        });
+        self.take_command(request, Verb::Stop, &names);
+    }
+
     /// The managed components that `names` mean; without names, all of them.
     fn managed(&self, names: &[String], all: &[&str]) -> Result<BTreeSet<usize>, String> {
         let is_managed = |i: &usize| self.units[*i].is_managed();

@@ -4,6 +4,7 @@
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::plan::{self, Plan, reachable};
 use rc_deploy_network::services::Service;
+use rc_management::lifecycle::LifecycleState;
 use std::collections::{BTreeSet, HashMap};
 
 /// Which units wait for which, and which are in one process. It does not change while the network
@@ -70,6 +71,49 @@ impl StartOrder {
         let all = 0..self.needs.len();
         all.filter(|&i| needed.is_disjoint(&self.mates[i]))
             .collect()
+    }
+
+    /// Whether it is the turn of a managed unit to be taken to `goal`. `is_up`: the network was up
+    /// before.
+    pub(super) fn may_go(
+        &self,
+        i: usize,
+        goal: LifecycleState,
+        units: &[Unit],
+        is_up: bool,
+    ) -> bool {
+        let active = LifecycleState::Active;
+        if goal == active {
+            let all_configured = is_up || self.are_configured(units);
+            let needs = self.needs(i);
+            return all_configured && needs.iter().all(|&j| units[j].lets_others_work());
+        }
+        if units[i].lifecycle_state() != Some(active) {
+            return true;
+        }
+        // Dependents that are to be deactivated, too, go first.
+        let dependents = self.dependents(i);
+        let mut waiting = dependents.filter(|&k| {
+            let unit = &units[k];
+            let goal = unit.lifecycle_goal();
+            let goes_on = match unit.lifecycle_state() {
+                Some(LifecycleState::Active) => true,
+                Some(LifecycleState::Inactive) => goal == Some(LifecycleState::Unconfigured),
+                Some(
+                    LifecycleState::Unconfigured
+                    | LifecycleState::Finalized
+                    | LifecycleState::Configuring
+                    | LifecycleState::CleaningUp
+                    | LifecycleState::Activating
+                    | LifecycleState::Deactivating
+                    | LifecycleState::ShuttingDown
+                    | LifecycleState::ErrorProcessing,
+                )
+                | None => unit.is_in_transition(),
+            };
+            unit.is_alive() && goes_on && goal != Some(active)
+        });
+        waiting.next().is_none()
     }
 
     /// Whether all are configured that have to be before the first one is activated.

@@ -1,199 +1,12 @@
-//! Which components start now: those whose needs are ready, a few at a time.
+//! Starts components, and sends managed ones the goals whose turn it is.
 
-use crate::guard::network_guard::NetworkGuard;
-use crate::process::identity::Mark;
-use crate::process::orphans::OrphanSweeps;
-use crate::remote::Hosts;
-use crate::supervisor::start_order::StartOrder;
-use crate::supervisor::supervise::Supervisor;
+use crate::supervisor::start_scheduler::Situation;
+use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::process_name;
-use std::collections::{BTreeSet, HashMap};
-use std::sync::LazyLock;
-use std::time::Instant;
-
-/// How many components of a machine start at once, for each processor. More would only delay each
-/// other, the supervisor, and those that run.
-const STARTS_PER_PROCESSOR: usize = 4;
-/// How many components one turn of the loop starts: each takes a millisecond or more. Between two
-/// turns, clients are served.
-const STARTS: usize = 2;
-/// How many components of a machine start at once. Other machines count as this one.
-pub(super) static LIMIT: LazyLock<usize> = LazyLock::new(|| {
-    STARTS_PER_PROCESSOR * std::thread::available_parallelism().map_or(1, usize::from)
-});
-
-/// Lets a few components start at a time: a few in a turn of the loop, a few on each machine.
-#[derive(Debug)]
-struct StartQuota {
-    /// How many start at once on a machine.
-    limit: usize,
-    /// The ends of the times for which starts count, of each machine. `None` is this one.
-    starting: HashMap<Option<usize>, Vec<Instant>>,
-    /// How many have started in this turn.
-    started: usize,
-    /// When a component may start that waits for the starts of others, or for the next turn.
-    next: Option<Instant>,
-}
-
-impl StartQuota {
-    /// At most `limit` components start at once on a machine.
-    fn new(limit: usize) -> Self {
-        Self {
-            limit,
-            starting: HashMap::new(),
-            started: 0,
-            next: None,
-        }
-    }
-
-    /// Begins a turn. `starting` has the machine of each component that starts, and until when it
-    /// counts.
-    fn begin_turn(&mut self, starting: impl IntoIterator<Item = (Option<usize>, Instant)>) {
-        self.starting.clear();
-        self.started = 0;
-        self.next = None;
-        for (machine, end) in starting {
-            self.starting.entry(machine).or_default().push(end);
-        }
-    }
-
-    /// Whether no more component starts in this turn.
-    fn is_used_up(&self) -> bool {
-        self.started >= STARTS
-    }
-
-    /// Whether a component of this machine may start now. If not, [`Self::next`] says when one may.
-    fn has_room(&mut self, machine: Option<usize>) -> bool {
-        let beside = self.starting.entry(machine).or_default();
-        if beside.len() < self.limit {
-            return true;
-        }
-        self.next = beside.iter().copied().chain(self.next).min();
-        false
-    }
-
-    /// Notes a start. It counts until `end`; `None` if the component could not be started.
-    fn note(&mut self, machine: Option<usize>, end: Option<Instant>) {
-        self.started += 1;
-        self.starting.entry(machine).or_default().extend(end);
-    }
-
-    /// Ends a turn. More components may start at once if some have, also those that waited for one
-    /// that could not be started.
-    fn end_turn(&mut self, now: Instant) {
-        if self.started > 0 {
-            self.next = Some(now);
-        }
-    }
-
-    /// When a component may start that waits.
-    fn next(&self) -> Option<Instant> {
-        self.next
-    }
-}
-
-/// Decides which processes start now.
-#[derive(Debug)]
-pub(super) struct StartScheduler {
-    quota: StartQuota,
-    /// What earlier runs of components have left is killed before their next start.
-    sweeps: OrphanSweeps,
-}
-
-/// What decides about starts beside the scheduler.
-#[derive(Clone, Copy)]
-struct Situation<'a> {
-    order: &'a StartOrder,
-    units: &'a [Unit],
-    hosts: &'a Hosts,
-    guard: &'a NetworkGuard,
-}
-
-impl<'a> Situation<'a> {
-    fn new(
-        order: &'a StartOrder,
-        units: &'a [Unit],
-        hosts: &'a Hosts,
-        guard: &'a NetworkGuard,
-    ) -> Self {
-        Self {
-            order,
-            units,
-            hosts,
-            guard,
-        }
-    }
-}
-
-impl StartScheduler {
-    pub(super) fn new() -> Self {
-        Self {
-            quota: StartQuota::new(*LIMIT),
-            sweeps: OrphanSweeps::default(),
-        }
-    }
-
-    /// When the scheduler has to be asked again.
-    pub(super) fn deadline(&self) -> Option<Instant> {
-        let both = self.quota.next().into_iter().chain(self.sweeps.deadline());
-        both.min()
-    }
-
-    /// Looks for what a run of a component has left. Until then the component does not start again.
-    pub(super) fn sweep(&mut self, component: &str, mark: &Mark, run: String) {
-        self.sweeps.begin(component, mark, run);
-    }
-
-    /// The components whose sweeps are over, with the numbers of killed processes.
-    pub(super) fn swept(&mut self) -> Vec<(String, usize)> {
-        self.sweeps.done()
-    }
-
-    fn begin_turn(&mut self, now: Instant, at: Situation<'_>) {
-        let leaders = at
-            .units
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| at.order.leads(*i));
-        let starting = leaders.filter_map(|(i, unit)| Some((at.hosts.of(i), unit.starting()?)));
-        self.quota
-            .begin_turn(starting.filter(|(_, end)| now < *end));
-    }
-
-    /// The first unit from `from` on whose process may start, if one more may in this turn.
-    fn next_start(&mut self, from: usize, at: Situation<'_>) -> Option<usize> {
-        if self.quota.is_used_up() {
-            return None;
-        }
-        let mut all = from..at.units.len();
-        all.find(|&i| self.may_start(i, at) && self.quota.has_room(at.hosts.of(i)))
-    }
-
-    /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
-    /// one process, the first one stands for all.
-    fn may_start(&self, i: usize, at: Situation<'_>) -> bool {
-        let name = at.units[i].process_name();
-        at.order.leads(i)
-            && at
-                .order
-                .mates(i)
-                .iter()
-                .all(|&j| lets_its_process_start(j, at))
-            && !self.sweeps.hold_back(name)
-            && (at.hosts.of(i).is_some() || at.guard.lets_start(name))
-            && at.hosts.lets_start(i)
-    }
-}
-
-/// Whether a unit does not hold its process back.
-fn lets_its_process_start(i: usize, at: Situation<'_>) -> bool {
-    let unit = &at.units[i];
-    let mut needs = at.order.needs_outside(i);
-    needs.all(|j| at.units[j].lets_start(unit))
-        && unit.is_due()
-        && (at.hosts.of(i).is_some() || at.guard.lets_start(unit.name()))
-}
+use rc_management::event::Severity;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 impl Supervisor<'_> {
     /// The processes that have ended for good, or that a command has stopped.
@@ -215,52 +28,109 @@ impl Supervisor<'_> {
             };
             self.start(i);
             let (machine, end) = (self.hosts.of(i), self.units[i].starting());
-            self.starts.quota.note(machine, end);
+            self.starts.started(machine, end);
             from = i + 1;
         }
-        self.starts.quota.end_turn(now);
+        self.starts.end_turn(now);
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::time::Duration;
-
-    #[test]
-    fn a_turn_starts_a_few() {
-        let mut quota = StartQuota::new(10);
-        let now = Instant::now();
-        quota.begin_turn([]);
-        for _ in 0..STARTS {
-            assert!(!quota.is_used_up() && quota.has_room(None));
-            quota.note(None, None);
+    /// Starts the process of a unit.
+    pub(super) fn start(&mut self, i: usize) {
+        let gone = self.gone();
+        let mates = self.order.mates(i);
+        for &j in mates {
+            self.units[j].event(self.report, Severity::Info, "starting", "starting");
         }
-        assert!(quota.is_used_up());
-        quota.end_turn(now);
-        assert_eq!(quota.next(), Some(now), "the others are not forgotten");
-        quota.begin_turn([]);
-        quota.end_turn(now);
-        assert_eq!(quota.next(), None);
+        let mark = self.network_guard.mark();
+        let started = if self.units[i].component.thread.is_none() {
+            self.units[i].start(mark, &gone)
+        } else {
+            let inside = |j: usize| -> Vec<String> {
+                let after = self.order.needs_inside(j);
+                let names = after.map(|k| process_name(&self.plan.components[k].name));
+                names.collect()
+            };
+            let units = self.units.iter_mut().enumerate();
+            let threads = units.filter(|(j, _)| mates.contains(j));
+            let mut threads: Vec<_> = threads.map(|(j, unit)| (unit, inside(j))).collect();
+            Unit::start_threads(&mut threads, mark, &gone)
+        };
+        match started {
+            Ok(()) => {
+                if let Some(process) = self.units[i].registered() {
+                    self.network_guard.started(process);
+                }
+            }
+            Err(reason) => self.not_started(i, &reason),
+        }
     }
 
-    #[test]
-    fn each_machine_has_a_limit() {
-        let mut quota = StartQuota::new(2);
+    /// The process of a unit could not be started.
+    pub(super) fn not_started(&mut self, i: usize, reason: &str) {
+        let unit = &self.units[i];
+        // A unit that has run before is restarted by its policy: the user may be building its
+        // program.
+        if !unit.is_restarted() {
+            return self.fail(i, reason);
+        }
+        let text = unit.failure(reason);
+        for &j in self.order.mates(i) {
+            self.commands.failed(j, reason);
+        }
+        unit.process_event(self.report, Severity::Error, "start-failed", text);
+        let next = self.follow(i, Duration::ZERO, true);
+        self.follow_up(i, next, true);
+    }
+
+    /// Stops the network: a component did not get ready.
+    pub(super) fn fail(&mut self, i: usize, reason: &str) {
+        let unit = &self.units[i];
+        let text = unit.failure(reason);
+        unit.event(self.report, Severity::Error, "start-failed", text.clone());
+        let message = format!("{}: {text}", unit.name());
+        self.stop(StopReason::Failed(message), "a component did not start");
+    }
+
+    /// Sends managed units the goals whose turn it is.
+    pub(super) fn advance_lifecycles(&mut self) {
         let now = Instant::now();
-        let after = |seconds| now + Duration::from_secs(seconds);
-        quota.begin_turn([(None, after(3)), (None, after(2)), (Some(0), after(9))]);
-        assert!(!quota.has_room(None));
-        assert_eq!(
-            quota.next(),
-            Some(after(2)),
-            "when the first one counts no more"
-        );
-        assert!(quota.has_room(Some(0)) && quota.has_room(Some(1)));
-        quota.note(Some(0), Some(after(1)));
-        assert!(!quota.has_room(Some(0)));
-        assert_eq!(quota.next(), Some(after(1)));
-        quota.end_turn(now);
-        assert_eq!(quota.next(), Some(now));
+        if self.ending.is_some() {
+            // A goal that is late must not wake the loop again.
+            for unit in &mut self.units {
+                unit.missed_goal(now);
+            }
+            return;
+        }
+        for i in 0..self.units.len() {
+            if let Some(reason) = self.units[i].missed_goal(now) {
+                self.lifecycle_missed(i, &reason);
+            } else if let Some(goal) = self.units[i].next_goal()
+                && self.order.may_go(i, goal, &self.units, self.is_up)
+            {
+                let limit = self.units[i].component.ready;
+                self.units[i].send_goal(goal, limit);
+            }
+        }
+    }
+
+    /// A unit has not come to its goal. The first start of a network is all or nothing; after that,
+    /// its command or its restart policy decides.
+    fn lifecycle_missed(&mut self, i: usize, reason: &str) {
+        let unit = &mut self.units[i];
+        if unit.is_asked_to_stop() {
+            return;
+        }
+        let is_first = !unit.has_settled() && !self.commands.changes_lifecycle(i);
+        if is_first && !unit.is_restarted() {
+            return self.fail(i, reason);
+        }
+        self.commands.failed(i, reason);
+        let unit = &mut self.units[i];
+        unit.event(self.report, Severity::Warning, "not-changed", reason);
+        if is_first {
+            unit.ask_to_stop();
+        } else {
+            unit.abandon_goal();
+        }
     }
 }

@@ -8,7 +8,7 @@ use crate::log::reporter::Reporter;
 use crate::process::memory::MemoryRounds;
 use crate::process::signals::Signals;
 use crate::remote::{HostSource, Hosts};
-use crate::supervisor::chains::ChainWatch;
+use crate::supervisor::chains::{self, ChainWatch};
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
@@ -18,13 +18,12 @@ use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
 use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{StartOrder, in_order_of_start};
-use crate::supervisor::starts::StartScheduler;
+use crate::supervisor::start_scheduler::StartScheduler;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Plan;
-use rc_deploy_network::process_name;
 use rc_files::Disk;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
@@ -77,7 +76,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) hosts: Hosts,
     pub(super) network_guard: NetworkGuard,
     /// The conditions of the network as a whole, and when its files are looked at.
-    pub(super) troubles: NetworkTroubles,
+    pub(super) troubles: NetworkTroubles<'p>,
     look: Instant,
     pub(super) renewal: Renewal,
     pub(super) control: Control,
@@ -105,10 +104,9 @@ impl<'p> Supervisor<'p> {
         report: &'p Reporter,
     ) -> Result<Self, Error> {
         let by_name = lock.take_socket();
-        let mut troubles = NetworkTroubles::default();
+        let mut troubles = NetworkTroubles::new(report);
         if let Some(text) = lock.take_unseen() {
-            troubles.begin("unseen", "", &text);
-            report.event(Event::network(Severity::Warning, "unseen", text));
+            troubles.begin(Severity::Warning, "unseen", &text);
         }
         let log_directory = logs::open_directory(&plan.network)?;
         let guard_log = logs::file(&log_directory, logs::GUARD);
@@ -201,7 +199,7 @@ impl<'p> Supervisor<'p> {
             if !alive && !to_come && self.leave_hosts() {
                 return self.finish(cleanup);
             }
-            self.save();
+            self.troubles.save(&mut self.network_guard);
             self.control.send_events(&self.report.journal());
             for (source, events) in self.wait() {
                 self.dispatch(source, events);
@@ -218,37 +216,6 @@ impl<'p> Supervisor<'p> {
         message: impl Into<String>,
     ) {
         self.report.event(Event::network(severity, code, message));
-    }
-
-    /// Starts the process of a unit.
-    pub(super) fn start(&mut self, i: usize) {
-        let gone = self.gone();
-        let mates = self.order.mates(i);
-        for &j in mates {
-            self.units[j].event(self.report, Severity::Info, "starting", "starting");
-        }
-        let mark = self.network_guard.mark();
-        let started = if self.units[i].component.thread.is_none() {
-            self.units[i].start(mark, &gone)
-        } else {
-            let inside = |j: usize| -> Vec<String> {
-                let after = self.order.needs_inside(j);
-                let names = after.map(|k| process_name(&self.plan.components[k].name));
-                names.collect()
-            };
-            let units = self.units.iter_mut().enumerate();
-            let threads = units.filter(|(j, _)| mates.contains(j));
-            let mut threads: Vec<_> = threads.map(|(j, unit)| (unit, inside(j))).collect();
-            Unit::start_threads(&mut threads, mark, &gone)
-        };
-        match started {
-            Ok(()) => {
-                if let Some(process) = self.units[i].registered() {
-                    self.network_guard.started(process);
-                }
-            }
-            Err(reason) => self.not_started(i, &reason),
-        }
     }
 
     pub(super) fn stop(&mut self, ending: StopReason, why: &str) {
@@ -377,11 +344,25 @@ impl<'p> Supervisor<'p> {
                 self.network_guard.turn();
                 self.check_memory();
             }
-            Source::Chains => self.chains_changed(),
+            Source::Chains => self.take_changes_of_chains(),
             Source::Host(h, HostSource::Link) => self.read_host(h),
             Source::Host(h, HostSource::Socket(number)) => self.hosts.turn_socket(h, number),
             Source::Link(i) => self.units[i].read_link(self.report),
             Source::Process(i) => self.unit_ended(i),
+        }
+    }
+
+    fn take_changes_of_chains(&mut self) {
+        let Some(chains) = &self.chains else { return };
+        let late = chains.take_changes(chains::Situation {
+            plan: self.plan,
+            report: self.report,
+            troubles: &mut self.troubles,
+            directory: self.network_guard.directory(),
+            is_ending: self.ending.is_some(),
+        });
+        for name in late {
+            self.stop_late(&name);
         }
     }
 
@@ -410,7 +391,7 @@ impl<'p> Supervisor<'p> {
                 self.network_event(Severity::Warning, "guard-ended", text);
             }
             Some(GuardChange::Lost(text)) => {
-                self.trouble(Severity::Error, "guard-lost", &text);
+                self.troubles.begin(Severity::Error, "guard-lost", &text);
             }
             None => {}
         }
@@ -424,28 +405,30 @@ impl<'p> Supervisor<'p> {
         self.network_guard.check(now);
         if now >= self.look {
             self.look = now + LOOK;
-            self.restore_files();
-            self.restore_logs();
-            self.look_at_recordings();
-            self.look_for_name();
+            let (guard, control) = (&mut self.network_guard, &mut self.control);
+            self.troubles.restore_files(guard, control);
+            self.troubles.restore_logs(&mut self.logs);
+            self.troubles.look_at_recordings(&mut self.logs);
+            self.troubles.look_for_name(&self.plan.network, control);
         }
         let disk = self.logs.check(now, self.report);
-        self.disk_changed(disk);
+        self.troubles.disk_changed(&self.logs, disk);
         let mark = self.network_guard.mark();
         let recorder = self.recorder.as_mut();
         match recorder.and_then(|recorder| recorder.check(now, mark)) {
             Some(RecorderChange::Ended(text)) => {
-                self.trouble(Severity::Warning, "recorder-ended", &text);
+                self.troubles
+                    .begin(Severity::Warning, "recorder-ended", &text);
             }
             Some(RecorderChange::Back) => {
                 let text = "the recorder of the ring runs again";
-                self.no_trouble("recorder-ended", "recorder-back", text);
+                self.troubles.end("recorder-ended", "recorder-back", text);
             }
             None => {}
         }
         if self.rounds.is_due(now) {
             let disk = self.logs.check_disk();
-            self.disk_changed(disk);
+            self.troubles.disk_changed(&self.logs, disk);
             let pause = self.rounds.pause;
             for (i, unit) in self.units.iter_mut().enumerate() {
                 // The memory of a process is told once.

@@ -1,70 +1,101 @@
 //! What is done about a chain that is late.
 
-use super::{News, NewsSender};
-use crate::supervisor::control::ClientRequest;
-use crate::supervisor::supervise::Supervisor;
+use super::join::Change;
+use super::{CONDITIONS, ChainWatch, News, NewsSender};
+use crate::log::reporter::Reporter;
+use crate::supervisor::network_troubles::NetworkTroubles;
+use rc_deploy_network::plan::Plan;
 use rc_deploy_network::planned_chain::LateAction;
 use rc_deploy_network::process_name;
 use rc_management::component;
 use rc_management::event::{Event, Severity};
-use rc_management::supervisor::{Request, Verb};
 use rc_management::{CallError, Client};
+use rc_middleware::RunDirectory;
 use std::path::Path;
 use std::time::Duration;
 
 /// How long a component may take to do what it is asked.
 const LIMIT: Duration = Duration::from_secs(5);
 
-impl Supervisor<'_> {
-    /// Reports a condition of a chain, and acts if it is the first one.
-    pub(super) fn chain_begins(&mut self, chain: usize, code: &'static str, text: &str) {
-        let plan = self.plan;
-        let chain = &plan.chains[chain];
-        let codes = super::CONDITIONS;
-        let is_first = !codes
-            .iter()
-            .any(|code| self.troubles.holds(code, &chain.name));
+/// The supervisor's part in what is done about chains.
+pub(in crate::supervisor) struct Situation<'s, 'p> {
+    pub(in crate::supervisor) plan: &'p Plan,
+    pub(in crate::supervisor) report: &'p Reporter,
+    pub(in crate::supervisor) troubles: &'s mut NetworkTroubles<'p>,
+    pub(in crate::supervisor) directory: &'s RunDirectory,
+    /// Whether the network ends: then messages stop for a good reason.
+    pub(in crate::supervisor) is_ending: bool,
+}
+
+impl ChainWatch {
+    /// Reports what has changed of the chains. Returns the components to stop, because a chain is
+    /// late.
+    pub(in crate::supervisor) fn take_changes(&self, mut at: Situation<'_, '_>) -> Vec<String> {
+        self.reporter.wake.clear();
+        let mut late = Vec::new();
+        let is_ending = at.is_ending;
+        for news in self.news.try_iter().filter(|_| !is_ending) {
+            match news {
+                News::Changed(chain, Change::Begun { code, text }) => {
+                    late.extend(self.begins(&mut at, chain, code, &text));
+                }
+                News::Changed(chain, Change::Ended { code, text }) => {
+                    at.troubles.remove(code, &at.plan.chains[chain].name);
+                    if !text.is_empty() {
+                        let event = Event::network(Severity::Info, "chain-in-time", text);
+                        at.report.event(event);
+                    }
+                }
+                News::Done(event) => at.report.event(event),
+            }
+        }
+        late
+    }
+
+    /// Reports a condition of a chain, and acts if it is the first one. Returns the component to
+    /// stop.
+    fn begins(
+        &self,
+        at: &mut Situation<'_, '_>,
+        chain: usize,
+        code: &'static str,
+        text: &str,
+    ) -> Option<String> {
+        let chain = &at.plan.chains[chain];
+        let mut codes = CONDITIONS.iter();
+        let is_first = !codes.any(|code| at.troubles.holds(code, &chain.name));
         let severity = match chain.late {
             LateAction::Event => Severity::Info,
-            _ => Severity::Warning,
+            LateAction::Warn
+            | LateAction::Stop(_)
+            | LateAction::Emergency(_)
+            | LateAction::Fire { .. } => Severity::Warning,
         };
-        self.trouble_of(&chain.name, severity, code, text);
+        at.troubles.begin_of(&chain.name, severity, code, text);
         if !is_first {
-            return;
+            return None;
         }
         match &chain.late {
             LateAction::Warn | LateAction::Event => {}
-            LateAction::Stop(name) => self.stop_late(name),
+            LateAction::Stop(name) => return Some(name.clone()),
             LateAction::Emergency(name) => {
                 let request = component::Request::Emergency { active: true };
-                self.ask_late(name, request, "its emergency");
+                self.ask(at.directory, name, request, "its emergency");
             }
             LateAction::Fire { component, event } => {
                 let what = format!("the event `{event}`");
                 let event = event.clone();
-                self.ask_late(component, component::Request::Fire { event }, &what);
+                let request = component::Request::Fire { event };
+                self.ask(at.directory, component, request, &what);
             }
         }
-    }
-
-    /// Stops a component, with all of its process.
-    fn stop_late(&mut self, name: &str) {
-        let Some(i) = self.units.iter().position(|unit| unit.name() == name) else {
-            return;
-        };
-        let mates = self.order.mates(i).iter();
-        let names: Vec<String> = mates.map(|&i| self.units[i].name().to_owned()).collect();
-        let request = ClientRequest::own(Request::Stop {
-            names: names.clone(),
-        });
-        self.take_command(request, Verb::Stop, &names);
+        None
     }
 
     /// Asks a component, without waiting for its answer.
-    fn ask_late(&mut self, name: &str, request: component::Request, what: &str) {
-        let Some(watch) = &self.chains else { return };
-        let socket = self.network_guard.directory().socket(&process_name(name));
-        let reporter = watch.reporter.clone();
+    fn ask(&self, directory: &RunDirectory, name: &str, request: component::Request, what: &str) {
+        let socket = directory.socket(&process_name(name));
+        let reporter = self.reporter.clone();
         let (name, what) = (name.to_owned(), what.to_owned());
         let thread = std::thread::Builder::new().name("late".to_owned());
         let started = {

@@ -10,12 +10,12 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use crate::supervisor::supervise::Supervisor;
+pub(super) use actions::Situation;
 use collector::Collector;
 use join::Change;
 use rc_deploy_network::plan::Plan;
 use rc_management::chains::Chains;
-use rc_management::event::{Event, Severity};
+use rc_management::event::Event;
 use rc_middleware::{RunDirectory, WakeEvent};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -89,32 +89,5 @@ impl ChainWatch {
     pub(super) fn status(&self) -> Chains {
         let collector = self.collector.lock();
         collector.unwrap_or_else(PoisonError::into_inner).status()
-    }
-}
-
-impl Supervisor<'_> {
-    /// Reports what has changed of the chains.
-    pub(super) fn chains_changed(&mut self) {
-        let Some(watch) = &self.chains else { return };
-        watch.reporter.wake.clear();
-        let news: Vec<News> = watch.news.try_iter().collect();
-        for news in news {
-            // While the network ends, messages stop for a good reason.
-            if self.ending.is_some() {
-                continue;
-            }
-            match news {
-                News::Changed(chain, Change::Begun { code, text }) => {
-                    self.chain_begins(chain, code, &text);
-                }
-                News::Changed(chain, Change::Ended { code, text }) => {
-                    self.troubles.end(code, &self.plan.chains[chain].name);
-                    if !text.is_empty() {
-                        self.network_event(Severity::Info, "chain-in-time", text);
-                    }
-                }
-                News::Done(event) => self.report.event(event),
-            }
-        }
     }
 }

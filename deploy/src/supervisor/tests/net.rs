@@ -117,6 +117,16 @@ impl Net {
         }
     }
 
+    pub(super) fn look_at_recordings(&mut self) {
+        let Supervisor { troubles, logs, .. } = &mut **self;
+        troubles.look_at_recordings(logs);
+    }
+
+    pub(super) fn restore_logs(&mut self) {
+        let Supervisor { troubles, logs, .. } = &mut **self;
+        troubles.restore_logs(logs);
+    }
+
     /// A network with a connected machine for each component without one.
     pub(super) fn connected(components: Vec<Component>) -> Self {
         let placed = |component: Component| match component.host {

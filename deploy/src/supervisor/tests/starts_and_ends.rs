@@ -2,7 +2,7 @@
 
 use super::net::{Net, after, on, with_policy};
 use super::{component, exit};
-use crate::supervisor::starts::LIMIT;
+use crate::supervisor::start_scheduler::LIMIT;
 use crate::supervisor::supervise::StopReason;
 use crate::supervisor::unit::Phase;
 use rc_deploy_network::plan::{Component, Policy};
