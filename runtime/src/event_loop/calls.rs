@@ -1,7 +1,7 @@
 //! The loop's part in calls that the worker starts, and that end between two turns.
 
 use super::report::{End, Handled};
-use super::{EventLoop, HANDLERS_A_TURN, LOG_PAUSE};
+use super::{EventLoop, HANDLERS_A_TURN};
 use crate::component::Component;
 use crate::slots::{OpenSlot, SlotTable};
 use rc_management::component::Role;
@@ -134,8 +134,7 @@ impl EventLoop<'_> {
     }
 
     fn warn_of_deadline(&mut self, at: usize) {
-        if self.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
-            self.logged = Some(Instant::now());
+        if self.logged.allows(Instant::now()) {
             tracing::warn!(
                 "slot {}: a call ended at its deadline, which the clock of the system measures: the \
                  next run may differ",
@@ -183,14 +182,14 @@ impl EventLoop<'_> {
         }
         let took = start.elapsed();
         self.calls.ended_in_turn += 1;
-        self.handled.push(Handled {
+        let message = Handled {
             slot,
             took,
             lost: 0,
             end: End::Handled,
-        });
-        if self.is_overrun(took) && self.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
-            self.logged = Some(Instant::now());
+        };
+        self.handled.push(message, start);
+        if self.is_overrun(took) && self.logged.allows(Instant::now()) {
             tracing::warn!(
                 "slot {}: a handler took {took:?}, longer than the period of {:?}",
                 name.name,

@@ -12,32 +12,31 @@ mod network_time;
 mod peers;
 mod port;
 mod report;
+mod serving;
+mod sweep;
+mod timer;
 
 use crate::commands::CommandQueue;
-use crate::component::{Body, Component};
+use crate::component::Component;
 use crate::ports::{Connections, Receiver};
 use crate::status::{Activity, Shared};
 use crate::time::TimeRole;
 use crate::worker_error::WorkerError;
 use calls::Calls;
 use network_time::stamp;
+use peers::PeerCounts;
 use port::Port;
 pub(crate) use port::{answer, receive};
 use rc_management::component::State;
-use rc_management::observation::TappedKind;
-use rc_middleware::Header;
-use rc_middleware::backend::Profile;
-use rc_middleware::typed::HandlerError;
-use report::{Handled, NotHandled};
+use report::{HandledMessages, LogLimit};
 use rustix::event::{Timespec, epoll};
-use rustix::time::{
-    Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, timerfd_create, timerfd_settime,
-};
 use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use sweep::{Look, Sweep};
+use timer::Timer;
 
 /// The most handlers that run in a turn, before a `compute()` that is due.
 const HANDLERS_A_TURN: usize = 64;
@@ -48,16 +47,11 @@ const HANDLING_A_TURN: Duration = Duration::from_millis(100);
 /// The longest wait. The heartbeat reports the age of the last turn, and a backend may lose a
 /// wake-up (iceoryx2 0.10 does, rarely), so the loop looks at every port this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
-/// Every so many of these looks, the loop also clears wake-ups that the descriptor of a port does
-/// not show, which costs kernel calls: announcements without a message can be among them.
-const LOOKS_UNTIL_CLEARED: u32 = 20;
 /// The shortest time between two log messages about the same port, or about `compute()`.
 const LOG_PAUSE: Duration = Duration::from_secs(1);
 /// The longest time for which the status does not count a message that was handled without any
 /// trouble.
 const COUNT_INTERVAL: Duration = Duration::from_millis(100);
-/// The interval at which the loop counts peers.
-const PEERS_INTERVAL: Duration = Duration::from_secs(1);
 
 const TIMER: u64 = u64::MAX;
 const WAKE_EVENT: u64 = u64::MAX - 1;
@@ -74,19 +68,15 @@ pub(crate) struct EventLoop<'a> {
     ports: Vec<Port>,
     calls: Calls,
     epoll: OwnedFd,
-    timer: OwnedFd,
+    timer: Timer,
     period: Duration,
     first_port: usize,
     /// The messages of this turn, which the status does not count yet.
-    handled: Vec<Handled>,
-    /// When the handler of the first one of them began.
-    handled_since: Instant,
-    peers_at: Option<Instant>,
-    swept: Instant,
-    /// Looks at all ports since wake-ups were cleared.
-    looks: u32,
+    handled: HandledMessages,
+    peers: PeerCounts,
+    sweep: Sweep,
     fatal: Option<String>,
-    logged: Option<Instant>,
+    logged: LogLimit,
     /// This component's part in the time of its network.
     role: TimeRole,
     /// When the loop began: the zero of [`stamp`] where the system's clock rules.
@@ -107,10 +97,7 @@ impl<'a> EventLoop<'a> {
     ) -> io::Result<Self> {
         let shared = component.core().shared.clone();
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
-        let timer = timerfd_create(
-            TimerfdClockId::Monotonic,
-            TimerfdFlags::CLOEXEC | TimerfdFlags::NONBLOCK,
-        )?;
+        let timer = Timer::new()?;
         let watch = |fd: rustix::fd::BorrowedFd<'_>, data: u64| {
             epoll::add(
                 &epoll,
@@ -119,7 +106,7 @@ impl<'a> EventLoop<'a> {
                 epoll::EventFlags::IN,
             )
         };
-        watch(timer.as_fd(), TIMER)?;
+        watch(timer.descriptor(), TIMER)?;
         watch(shared.wake_event.as_fd(), WAKE_EVENT)?;
         for (at, (_, receiver)) in receivers.iter().enumerate() {
             match receiver {
@@ -144,6 +131,7 @@ impl<'a> EventLoop<'a> {
             .collect();
         let period = component.core().period();
         let calls = Calls::new(component, connections.slots());
+        let now = Instant::now();
         Ok(Self {
             calls,
             component,
@@ -155,15 +143,13 @@ impl<'a> EventLoop<'a> {
             timer,
             period,
             first_port: 0,
-            handled: Vec::with_capacity(HANDLERS_A_TURN),
-            handled_since: Instant::now(),
-            peers_at: None,
-            swept: Instant::now(),
-            looks: 0,
+            handled: HandledMessages::new(now),
+            peers: PeerCounts::default(),
+            sweep: Sweep::new(now),
             fatal: None,
-            logged: None,
+            logged: LogLimit::default(),
             role,
-            began: Instant::now(),
+            began: now,
             rounds: 0,
             waits_since: None,
         })
@@ -173,7 +159,8 @@ impl<'a> EventLoop<'a> {
     /// failed.
     pub(crate) fn run(&mut self) -> Result<(), String> {
         if !matches!(self.role, TimeRole::Follower(_)) {
-            self.arm(Duration::from_nanos(1))
+            self.timer
+                .set(Duration::from_nanos(1), self.period)
                 .map_err(|e| format!("the timer cannot be set: {e}"))?;
         }
         self.enter(State::Running);
@@ -201,7 +188,10 @@ impl<'a> EventLoop<'a> {
             self.take_failure();
             self.tell_time(now);
             self.apply_period();
-            self.update_peers(now);
+            if self.peers.are_due(now) {
+                let counts = self.count_peers(now);
+                peers::note(counts, self.connections, &self.shared);
+            }
         }
         self.enter(State::Stopping);
         // No call starts any more, so this ends.
@@ -224,19 +214,6 @@ impl<'a> EventLoop<'a> {
     fn enter(&mut self, state: State) {
         self.shared.status().state = state;
         tracing::debug!("{}", state.word());
-    }
-
-    fn arm(&self, first: Duration) -> io::Result<()> {
-        let spec = |d: Duration| Timespec {
-            tv_sec: d.as_secs() as i64,
-            tv_nsec: i64::from(d.subsec_nanos()),
-        };
-        let timing = Itimerspec {
-            it_interval: spec(self.period),
-            it_value: spec(first),
-        };
-        timerfd_settime(&self.timer, TimerfdTimerFlags::empty(), &timing)?;
-        Ok(())
     }
 
     /// Waits for an event. Returns whether a `compute()` is due.
@@ -279,7 +256,7 @@ impl<'a> EventLoop<'a> {
         let mut due = false;
         for event in events {
             match event.data.u64() {
-                TIMER => due = self.tick(),
+                TIMER => due = self.take_period(),
                 WAKE_EVENT => self.shared.wake_event.clear(),
                 CALLS => {}
                 at if at >= TIME => self.role.wake((at - TIME) as usize),
@@ -299,175 +276,40 @@ impl<'a> EventLoop<'a> {
     /// Makes the loop look at every port, once in the time of the longest wait. Says whether it
     /// does now.
     fn wake_all(&mut self, now: Instant) -> bool {
-        let sweep = now.saturating_duration_since(self.swept) >= LONGEST_WAIT;
-        if sweep {
-            self.swept = now;
-            self.looks = (self.looks + 1) % LOOKS_UNTIL_CLEARED;
-            for port in self.ports.iter_mut().filter(|port| !port.ready) {
-                if self.looks == 0 {
-                    port.wake(false);
-                } else {
-                    port.look();
-                }
+        let Some(look) = self.sweep.due(now) else {
+            return false;
+        };
+        for port in self.ports.iter_mut().filter(|port| !port.ready) {
+            match look {
+                Look::WakeUps => port.wake(false),
+                Look::Messages => port.look(),
             }
         }
-        sweep
+        true
     }
 
-    fn tick(&mut self) -> bool {
-        let mut expirations = [0_u8; 8];
-        if rustix::io::read(&self.timer, &mut expirations).is_err() {
+    /// Counts the periods that were missed. Returns whether one is over.
+    fn take_period(&mut self) -> bool {
+        let Some(over) = self.timer.take() else {
             return false;
-        }
-        let missed = u64::from_ne_bytes(expirations).saturating_sub(1);
-        if missed > 0 {
-            self.shared.status().overruns += missed;
+        };
+        if over > 1 {
+            self.shared.status().overruns += over - 1;
         }
         true
+    }
+
+    /// Counts the peers of each slot.
+    fn count_peers(&mut self, now: Instant) -> Vec<usize> {
+        let here = stamp(&self.role, self.began, now);
+        let slots = self.connections.slots().len();
+        peers::count(&mut self.ports, &*self.component, slots, here)
     }
 
     fn enter_emergency(&mut self, reason: &str) {
         if self.component.core().state() != State::Emergency {
             tracing::error!("emergency: {reason}");
             self.enter(State::Emergency);
-        }
-    }
-
-    /// Serves ready ports within the bound of a turn, one message each in rotation.
-    fn serve(&mut self, now: Instant) {
-        let mut start = now;
-        let count = self.ports.len();
-        let mut left = HANDLERS_A_TURN;
-        let gated = self.is_gated();
-        let is_lockstep = self.role.is_lockstep();
-        self.first_port = if self.first_port + 1 < count && !is_lockstep {
-            self.first_port + 1
-        } else {
-            0
-        };
-        'turn: while left > 0 && self.ports.iter().any(|p| p.may_be_served(gated)) {
-            for at in (self.first_port..count).chain(0..self.first_port) {
-                if self.shared.wake_event.is_stopping() {
-                    break 'turn;
-                }
-                if left > 0 && self.ports[at].may_be_served(gated) {
-                    start = self.serve_port(at, start);
-                    left -= 1;
-                    if !is_lockstep && start.saturating_duration_since(now) >= HANDLING_A_TURN {
-                        break 'turn;
-                    }
-                }
-            }
-        }
-        self.count_handled();
-    }
-
-    /// Serves one message of a port, if there is one. `start` is the time now; returns the time
-    /// afterwards.
-    fn serve_port(&mut self, at: usize, start: Instant) -> Instant {
-        let idle = self.idle_state();
-        let Self {
-            component,
-            ports,
-            connections,
-            ..
-        } = self;
-        let (taps, hops) = (connections.taps(), connections.hops());
-        let port = &mut ports[at];
-        let slot = port.slot;
-        let of = &port.of;
-        let keeps = port.keeps(&**component);
-        let mut result: Result<(), NotHandled> = Ok(());
-        let mut lost = 0;
-        let gaps = &mut port.gaps;
-        let (spin, polls) = (&mut port.spin, port.spin_until.is_some());
-        // Before the handler, whose time is not that of the poll.
-        let mut came = || {
-            if polls {
-                spin.came(Instant::now());
-            }
-        };
-        let taken = match &mut port.receiver {
-            Receiver::Server { port, counter } => {
-                port.serve_message(&mut |header, message, reply| {
-                    came();
-                    counter.next();
-                    if idle.is_none() {
-                        hops.request(slot, of, &header, message.begin());
-                    }
-                    result = taps.serve(slot, header, &message, reply, |reply| {
-                        answer(*component, of, idle, header, &message, reply)
-                    });
-                    hops.handled();
-                })
-            }
-            Receiver::Subscriber {
-                port, operation, ..
-            } => {
-                let mut take = |header: Header, body: Body<'_>| {
-                    came();
-                    lost = gaps.note(&header);
-                    let kind = (TappedKind::Sample, Some(*operation));
-                    if taps.is_on(slot) {
-                        taps.copy(slot, kind, header, Profile::Rpc, body.memory());
-                    }
-                    if idle.is_some() {
-                        return;
-                    }
-                    hops.sample(slot, *operation, &header);
-                    let received = receive(*component, of, *operation, header, body);
-                    hops.handled();
-                    result = received.map_err(Into::into);
-                };
-                if keeps && port.can_keep() {
-                    port.receive_kept(&mut |header, sample| take(header, Body::Kept(sample)))
-                } else {
-                    port.receive_message(&mut |header, message| take(header, message.into()))
-                }
-            }
-        };
-        let now = Instant::now();
-        match taken {
-            Ok(false) => port.rest(now),
-            Ok(true) => {
-                port.received(now);
-                port.last_sample = Some(stamp(&self.role, self.began, now));
-                let spin = port.spin.begin(now);
-                port.spin_until = (!spin.is_zero()).then(|| now + spin);
-                self.handled(at, start, now, lost, result);
-            }
-            Err(error) => {
-                // A message that cannot be read does not hold up later ones, and a port that has no
-                // others does not keep the loop busy.
-                port.failures += 1;
-                if port.failures % HANDLERS_A_TURN == 0 {
-                    port.receiver.acknowledge(false);
-                    port.ready = false;
-                    port.spin_until = None;
-                }
-                let error = HandlerError(error.to_string());
-                self.handled(at, start, now, lost, Err(error.into()));
-            }
-        }
-        // The time of a look is not that of the next handler.
-        now
-    }
-
-    /// Notes topics that exceed their deadline. A sample that has come and waits to be handled
-    /// counts as received.
-    fn check_deadlines(&mut self, now: Instant) {
-        let late =
-            |port: &&Port| !port.ready && port.deadline.is_some() && port.last_sample.is_some();
-        for port in self.ports.iter().filter(late) {
-            if let (Receiver::Subscriber { operation, .. }, Some(last_sample), Some(deadline)) =
-                (&port.receiver, port.last_sample, port.deadline)
-            {
-                let silence = stamp(&self.role, self.began, now) - last_sample;
-                if silence > deadline {
-                    let mut status = self.shared.status();
-                    status.delta.silent(port.slot, *operation, silence);
-                }
-            }
         }
     }
 
@@ -517,7 +359,7 @@ impl<'a> EventLoop<'a> {
         hops.end(true);
         let took = start.elapsed();
         let is_overrun = self.is_overrun(took);
-        let may_log = {
+        {
             let mut status = self.shared.status();
             status.compute.count(took, result.is_ok());
             if is_overrun {
@@ -527,12 +369,10 @@ impl<'a> EventLoop<'a> {
             if let Err(WorkerError::Failed(message)) = &result {
                 status.last_error = Some(message.clone());
             }
-            self.logged
-                .is_none_or(|last: Instant| last.elapsed() >= LOG_PAUSE)
-        };
+        }
         let slow = is_overrun && result.is_ok();
-        if may_log && (slow || matches!(result, Err(WorkerError::Failed(_)))) {
-            self.logged = Some(Instant::now());
+        let is_news = slow || matches!(result, Err(WorkerError::Failed(_)));
+        if is_news && self.logged.allows(Instant::now()) {
             if slow {
                 tracing::warn!(
                     "compute() took {took:?}, longer than its period of {:?}",
@@ -572,7 +412,7 @@ impl<'a> EventLoop<'a> {
             let now = follower.now();
             return follower.schedule.set_period(now, self.period);
         }
-        if let Err(error) = self.arm(self.period) {
+        if let Err(error) = self.timer.set(self.period, self.period) {
             self.fatal = Some(format!("the period cannot be set: {error}"));
         }
     }

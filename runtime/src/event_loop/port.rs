@@ -1,11 +1,12 @@
 //! The receiving ends that the loop serves.
 
-use super::report::NotHandled;
+use super::report::{LogLimit, NotHandled};
 use crate::clock::Time;
 use crate::component::{Body, Component, Sample};
 use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
+use crate::status::Shared;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Message, Reply, Spin};
 use std::sync::Arc;
@@ -43,7 +44,7 @@ pub(super) struct Port {
     pub(super) spin_until: Option<Instant>,
     /// How long it polls after a message.
     pub(super) spin: Spin,
-    pub(super) logged: Option<Instant>,
+    logged: LogLimit,
     /// The longest time between two samples of a topic.
     pub(super) deadline: Option<Duration>,
     /// When the last sample came, or the first publisher, as a `stamp`.
@@ -72,7 +73,7 @@ impl Port {
             burst_until: None,
             spin_until: None,
             spin,
-            logged: None,
+            logged: LogLimit::default(),
             last_sample: None,
         }
     }
@@ -143,6 +144,28 @@ impl Port {
         } else {
             self.receiver.acknowledge(self.woken);
             self.acknowledged = true;
+        }
+    }
+}
+
+impl Port {
+    /// Logs a failure of the port, at most once in the pause.
+    pub(super) fn log_failure(&mut self, shared: &Shared, now: Instant, message: String) {
+        self.warn(now, &message);
+        shared.status().last_error = Some(message);
+    }
+
+    /// Logs that the state of the component refuses a request, at most once in the pause. This is no
+    /// error of the component.
+    pub(super) fn log_refusal(&mut self, shared: &Shared, now: Instant, reason: &str) {
+        let count = shared.status().slots[self.slot].refused;
+        let message = format!("a request is refused, number {count}: {reason}");
+        self.warn(now, &message);
+    }
+
+    fn warn(&mut self, now: Instant, message: &str) {
+        if self.logged.allows(now) {
+            tracing::warn!("slot {}: {message}", self.of.name);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Results of messages: counts for the status, and lines of the log.
 
-use super::{COUNT_INTERVAL, EventLoop, LOG_PAUSE};
-use crate::status::Activity;
+use super::{COUNT_INTERVAL, HANDLERS_A_TURN, LOG_PAUSE};
+use crate::status::{Activity, Shared};
 use rc_middleware::typed::HandlerError;
 use std::time::{Duration, Instant};
 
@@ -56,98 +56,103 @@ impl NotHandled {
     }
 }
 
-impl EventLoop<'_> {
-    /// Notes a message that was handled from `start` until `now`. The status counts an overrun, a
-    /// loss and an error at once, for the turn may go on for long, or never end.
-    pub(super) fn handled(
-        &mut self,
-        at: usize,
-        start: Instant,
-        now: Instant,
-        lost: u64,
-        result: Result<(), NotHandled>,
-    ) {
-        let took = now.saturating_duration_since(start);
-        if self.handled.is_empty() {
-            self.handled_since = start;
-        }
-        self.handled.push(Handled {
-            slot: self.ports[at].slot,
-            took,
-            lost,
-            end: result
-                .as_ref()
-                .map_or_else(NotHandled::end, |()| End::Handled),
-        });
-        let waited = now.saturating_duration_since(self.handled_since);
-        let is_overrun = self.is_overrun(took);
-        if is_overrun || lost > 0 || result.is_err() || waited >= COUNT_INTERVAL {
-            self.count_handled();
-        }
-        if is_overrun {
-            let message = format!(
-                "a handler took {took:?}, longer than the period of {:?}",
-                self.period
-            );
-            self.log_failure(at, &message);
-        }
-        match result {
-            Ok(()) => {}
-            Err(NotHandled::Failed(error)) => {
-                self.log_failure(at, &format!("a message was not handled: {error}"));
-            }
-            Err(NotHandled::Refused(reason)) => self.log_refusal(at, &reason),
+/// The messages of a turn that the status does not count yet.
+pub(super) struct HandledMessages {
+    all: Vec<Handled>,
+    /// When the handler of the first one of them began.
+    since: Instant,
+}
+
+impl HandledMessages {
+    /// No message, with room for those of a turn.
+    pub(super) fn new(now: Instant) -> Self {
+        Self {
+            all: Vec::with_capacity(HANDLERS_A_TURN),
+            since: now,
         }
     }
 
-    /// Adds the handled messages to the status: one lock for many messages, not one a message.
-    pub(super) fn count_handled(&mut self) {
-        if self.handled.is_empty() {
+    /// Adds a message whose handler began at `start`.
+    pub(super) fn push(&mut self, message: Handled, start: Instant) {
+        if self.all.is_empty() {
+            self.since = start;
+        }
+        self.all.push(message);
+    }
+
+    /// Whether the oldest message has waited for its count as long as one may.
+    pub(super) fn is_due(&self, now: Instant) -> bool {
+        !self.all.is_empty() && now.saturating_duration_since(self.since) >= COUNT_INTERVAL
+    }
+
+    /// Adds the messages to the status: one lock for many messages, not one a message. A handler may
+    /// take no longer than `limit`.
+    pub(super) fn count(&mut self, shared: &Shared, limit: Option<Duration>) {
+        if self.all.is_empty() {
             return;
         }
-        let keeps_period = self.role.keeps_period();
-        let mut status = self.shared.status();
-        for Handled {
-            slot,
-            took,
-            lost,
-            end,
-        } in self.handled.drain(..)
-        {
-            let counters = &mut status.slots[slot];
-            match end {
+        let mut status = shared.status();
+        for message in self.all.drain(..) {
+            let counters = &mut status.slots[message.slot];
+            match message.end {
                 End::Refused => counters.refused += 1,
                 End::Handled | End::Failed => {
-                    counters.handled(took, lost, end == End::Handled);
+                    let is_handled = message.end == End::Handled;
+                    counters.handled(message.took, message.lost, is_handled);
                 }
             }
-            if keeps_period && took > self.period {
-                status.delta.overrun(Activity::Handler(slot), took);
+            if limit.is_some_and(|limit| message.took > limit) {
+                let handler = Activity::Handler(message.slot);
+                status.delta.overrun(handler, message.took);
             }
         }
     }
+}
 
-    /// Logs a failure at a port, at most once a second.
-    fn log_failure(&mut self, at: usize, message: &str) {
-        self.shared.status().last_error = Some(message.to_owned());
-        self.warn(at, message);
-    }
+/// Log messages about one thing, at most one in [`LOG_PAUSE`].
+#[derive(Debug, Default)]
+pub(super) struct LogLimit(Option<Instant>);
 
-    /// Logs that the state of the component refuses a request, at most once a second. This is no
-    /// error of the component.
-    fn log_refusal(&mut self, at: usize, reason: &str) {
-        let count = self.shared.status().slots[self.ports[at].slot].refused;
-        self.warn(
-            at,
-            &format!("a request is refused, number {count}: {reason}"),
-        );
-    }
-
-    fn warn(&mut self, at: usize, message: &str) {
-        let port = &mut self.ports[at];
-        if port.logged.is_none_or(|last| last.elapsed() >= LOG_PAUSE) {
-            port.logged = Some(Instant::now());
-            tracing::warn!("slot {}: {message}", port.of.name);
+impl LogLimit {
+    /// Whether a message may be logged now, which then is.
+    pub(super) fn allows(&mut self, now: Instant) -> bool {
+        let pause = |last: Instant| now.saturating_duration_since(last);
+        let allows = self.0.is_none_or(|last| pause(last) >= LOG_PAUSE);
+        if allows {
+            self.0 = Some(now);
         }
+        allows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_message_a_pause_is_logged() {
+        let now = Instant::now();
+        let mut limit = LogLimit::default();
+        let times = [0, 1, 999, 1000, 1001, 2000].map(Duration::from_millis);
+        let allowed = times.map(|after| limit.allows(now + after));
+        assert_eq!(allowed, [true, false, false, true, false, true]);
+    }
+
+    #[test]
+    fn messages_are_counted_when_the_first_one_has_waited() {
+        let now = Instant::now();
+        let mut messages = HandledMessages::new(now);
+        assert!(!messages.is_due(now + COUNT_INTERVAL));
+        let handled = || Handled {
+            slot: 0,
+            took: Duration::ZERO,
+            lost: 0,
+            end: End::Handled,
+        };
+        let start = now + Duration::from_secs(1);
+        messages.push(handled(), start);
+        messages.push(handled(), start + COUNT_INTERVAL);
+        assert!(!messages.is_due(start + COUNT_INTERVAL / 2));
+        assert!(messages.is_due(start + COUNT_INTERVAL));
     }
 }
