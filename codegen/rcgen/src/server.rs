@@ -4,14 +4,21 @@
 //! [`rc_files::unsaved`], which holds the texts that are open. A change checks its file first, then
 //! each file that read it; a further message goes first. What a request needs is checked before it
 //! is answered, so no edit has a place of an earlier text.
+//!
+//! `Server` takes messages and decides the order of checks. Its parts own their state: `Editor`
+//! the open texts, `Folders` the files to find, `KnownFiles` the names, `Findings` the
+//! diagnostics, `Networks` the connections, `Workers` the code. Answers read the parts.
 
 mod actions;
 mod completion;
 mod context;
 mod documents;
+mod editor;
 mod findings;
+mod folders;
 mod hints;
 mod hover;
+mod known_files;
 mod layout;
 mod names;
 mod navigation;
@@ -25,22 +32,22 @@ mod signature;
 mod structure;
 mod tokens;
 mod wire;
+mod workers;
 
-use crate::check::{self, Model};
+use editor::Editor;
 use findings::{Findings, Phase};
-use names::Names;
-use networks::{Wired, Wiring};
-use place::{Encoding, Text};
+use folders::Folders;
+use known_files::KnownFiles;
+use networks::{Networks, Wiring};
 use queue::Queue;
-use rc_codegen::FileLoader;
 use rc_ddsl::Deployment;
-use rc_diagnostics::{Diagnostics, Severity, SourceId, SourceMap};
+use rc_diagnostics::SourceMap;
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
+use std::collections::BTreeSet;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
-use std::time::SystemTime;
+use workers::Workers;
 
 /// How many messages wait; each has a limit.
 const MESSAGES: usize = 4;
@@ -76,7 +83,7 @@ pub fn run(include: &[PathBuf]) -> io::Result<bool> {
         }
     });
     let mut server = Server {
-        include: include.to_vec(),
+        files: KnownFiles::new(include),
         ..Server::default()
     };
     let ended = server.serve(&messages);
@@ -93,60 +100,21 @@ enum Stage {
     ShutDown,
 }
 
-/// An open text.
-struct Document {
-    /// The path of its file when it was opened.
-    path: PathBuf,
-    text: Text,
-    version: Value,
-}
-
-/// What is known of a file that was read.
-struct Looked {
-    names: Names,
-    sources: SourceMap,
-    /// The file of each source.
-    keys: HashMap<SourceId, PathBuf>,
-    found: Diagnostics,
-    network: Option<Box<Deployment>>,
-}
-
 #[derive(Default)]
 struct Server {
     stage: Stage,
-    include: Vec<PathBuf>,
-    encoding: Encoding,
-    /// Whether the editor watches files, if it is asked to.
-    watches: bool,
-    /// Whether the editor compares the version of a text with that of its edits.
-    versions: bool,
-    /// Open texts, by the address that the editor has for them.
-    open: BTreeMap<String, Document>,
+    editor: Editor,
     findings: Findings,
-    /// The names of all checked files.
-    names: BTreeMap<PathBuf, Names>,
-    /// Those that a file had when it could be read, where it cannot be read now.
-    last: BTreeMap<PathBuf, Names>,
-    /// Those of files outside of the folders, and when each had changed last.
-    elsewhere: BTreeMap<PathBuf, (Option<SystemTime>, Names)>,
-    /// The pieces of workers, by the `.cdsl`.
-    workers: BTreeMap<PathBuf, navigation::Worker>,
-    /// Networks whose components are being read, and what was found last.
-    wirings: VecDeque<Wiring>,
-    wired: BTreeMap<PathBuf, Wired>,
+    files: KnownFiles,
+    workers: Workers,
+    networks: Networks,
+    folders: Folders,
     /// Files to check.
     waiting: Queue,
     /// Those of them whose own text has changed.
     dirty: BTreeSet<PathBuf>,
-    /// The folders that the editor opened: how the system names them, and how the editor does.
-    roots: Vec<(PathBuf, PathBuf)>,
     /// Whether all files of the folders were checked once.
     settled: bool,
-    /// How a link in these folders names a file, where it has another path.
-    links: BTreeMap<PathBuf, PathBuf>,
-    /// Folders in which files to check are looked for, and the files that were found.
-    folders: VecDeque<PathBuf>,
-    found: BTreeSet<PathBuf>,
 }
 
 impl Server {
@@ -157,7 +125,7 @@ impl Server {
         let mut taken = 0;
         loop {
             self.settled |= self.waiting.is_empty() && self.folders.is_empty();
-            let busy = !self.settled || !self.waiting.is_empty() || !self.wirings.is_empty();
+            let busy = !self.settled || !self.waiting.is_empty() || self.networks.is_waiting();
             let message = if !busy {
                 messages.recv().ok()
             } else if taken >= MESSAGES_BETWEEN {
@@ -217,8 +185,8 @@ impl Server {
                 self.stage = Stage::ShutDown;
                 self.waiting.clear();
                 self.dirty.clear();
-                self.folders.clear();
-                self.wirings.clear();
+                self.folders.stop();
+                self.networks.stop();
                 Ok(Value::Null)
             }
             (Stage::Initialized, _) => self.request(method, parameters)?,
@@ -234,23 +202,12 @@ impl Server {
 
     fn initialize(&mut self, parameters: &Value) -> Value {
         self.stage = Stage::Initialized;
-        let client = &parameters["capabilities"];
-        self.encoding = Encoding::of(&client["general"]["positionEncodings"]);
-        let watching = &client["workspace"]["didChangeWatchedFiles"];
-        self.watches = watching["dynamicRegistration"] == true;
-        self.versions = client["workspace"]["workspaceEdit"]["documentChanges"] == true;
-        let folders = parameters["workspaceFolders"].as_array();
-        let folders = folders.into_iter().flatten().map(|folder| &folder["uri"]);
-        let root = [&parameters["rootUri"]];
-        let roots = folders.chain(root);
-        let roots: BTreeMap<PathBuf, PathBuf> = roots
-            .filter_map(|uri| place::path(uri.as_str()?))
-            .map(|path| (key(&path), path))
-            .collect();
-        self.folders = roots.values().cloned().collect();
-        self.roots = roots.into_iter().collect();
+        self.editor = Editor::of(parameters);
+        for folder in self.editor.folders() {
+            self.folders.push(folder);
+        }
         self.settled = false;
-        requests::capabilities(self.encoding)
+        requests::capabilities(self.editor.encoding())
     }
 
     /// Checks a file, or else looks into a folder, or else reads a component of a network.
@@ -258,72 +215,68 @@ impl Server {
         if let Some(path) = self.waiting.pop() {
             return self.check(&path);
         }
-        if let Some(folder) = self.folders.pop_front() {
-            self.look_into(&folder);
-            return Ok(());
+        if self.folders.is_empty() {
+            return self.wire();
         }
-        self.wire()
+        for (path, found) in self.folders.look_into_next() {
+            self.editor.link(&path, &found);
+            self.waiting.push(&path);
+        }
+        Ok(())
     }
 
-    /// Reads a file with all that it names. A file that is gone, or no text, has no findings and no
-    /// names.
-    fn look_at(&self, path: &Path) -> Looked {
-        let mut sources = SourceMap::new();
-        let mut found = Diagnostics::new();
-        let loader = FileLoader::new(&self.include);
-        let include = &self.include;
-        let model = check::file(path, false, &mut sources, &loader, include, &mut found);
-        let model = model.ok().flatten();
-        let mut known = Keys::default();
-        let ids = sources.ids();
-        let keys = ids.map(|id| (id, known.of(sources.path(id)))).collect();
-        let mut names = Names::of(path, &sources, &keys, known, model.as_ref(), &loader);
-        names.has_mistake = found.iter().any(|one| {
-            one.severity == Severity::Error
-                && keys.get(&one.span.source).is_some_and(|key| key == path)
-        });
-        let network = match model {
-            Some(Model::Network(network)) => Some(network),
-            _ => None,
+    /// Reads the next component of a network. Behind the last one, connects them.
+    fn wire(&mut self) -> io::Result<()> {
+        let Some(wiring) = self.networks.read_next(&self.files.loader()) else {
+            return Ok(());
         };
-        Looked {
-            names,
-            sources,
-            keys,
-            found,
-            network,
+        let (wired, sources, found) = wiring.connected();
+        let path = wiring.path.as_path();
+        let files = self.editor.addressed(&wiring.sources_files);
+        let check = (path, Phase::Network);
+        let encoding = self.editor.encoding();
+        let changed = self
+            .findings
+            .checked(check, sources, &files, &found, encoding);
+        self.networks.put(path, wired);
+        for target in changed {
+            self.publish(&target)?;
         }
+        Ok(())
+    }
+
+    /// Makes the connections of all networks known, unless they were known a moment ago.
+    fn know_networks(&mut self) -> io::Result<()> {
+        if !self.networks.are_known() {
+            while self.networks.is_waiting() {
+                self.wire()?;
+            }
+        }
+        Ok(())
     }
 
     fn check(&mut self, path: &Path) -> io::Result<()> {
         self.dirty.remove(path);
-        let looked = self.look_at(path);
-        let files = self.addressed(&looked.keys);
+        let looked = self.files.look_at(path);
+        let files = self.editor.addressed(&looked.keys);
         let check = (path, Phase::File);
         let (sources, found) = (&looked.sources, &looked.found);
+        let encoding = self.editor.encoding();
         let mut changed = self
             .findings
-            .checked(check, sources, &files, found, self.encoding);
+            .checked(check, sources, &files, found, encoding);
         let names = looked.names;
         // A network that no other one imports any more has connections of its own.
-        let before = self.names.get(path).map(|names| names.networks.clone());
+        let before = self.files.get(path).map(|names| names.networks.clone());
         let parts = before.unwrap_or_default().into_iter();
         let parts: Vec<PathBuf> = parts
             .filter(|part| !names.networks.contains(part))
             .collect();
         if looked.keys.is_empty() {
-            self.names.remove(path);
-            self.last.remove(path);
-            self.found.remove(path);
+            self.files.remove(path);
+            self.folders.forget(path);
         } else {
-            let readable = !names.places.is_empty();
-            let before = self.names.insert(path.to_path_buf(), names);
-            let before = before.filter(|names| !readable && !names.places.is_empty());
-            if readable {
-                self.last.remove(path);
-            } else if let Some(before) = before {
-                self.last.insert(path.to_path_buf(), before);
-            }
+            self.files.put(path, names);
         }
         if path.extension().is_some_and(|ending| ending == "ddsl") {
             let network = looked.network.filter(|_| !found.has_errors());
@@ -340,70 +293,47 @@ impl Server {
         Ok(())
     }
 
-    /// The files of sources, each with its address.
-    fn addressed(&self, keys: &HashMap<SourceId, PathBuf>) -> HashMap<SourceId, (PathBuf, String)> {
-        let files = keys.iter();
-        files
-            .map(|(id, path)| (*id, (path.clone(), self.address(path))))
-            .collect()
+    /// A network was checked: its connections are computed as soon as nothing else waits. Those of a
+    /// network with errors, or of one that is a part of another one, have no findings. Returns the files
+    /// whose findings changed.
+    fn begin_wiring(
+        &mut self,
+        path: &Path,
+        network: Option<Box<Deployment>>,
+        sources: SourceMap,
+    ) -> BTreeSet<PathBuf> {
+        let parts = self.files.get(path).map(|names| names.networks.clone());
+        let mut unconnected = parts.unwrap_or_default();
+        let mut all = self.files.iter();
+        let is_part =
+            all.any(|(own, names)| own != path && names.networks.iter().any(|part| part == path));
+        match network.filter(|_| !is_part) {
+            Some(deployment) => {
+                let wiring = Wiring::new(path, sources, *deployment);
+                self.networks.begin(wiring);
+            }
+            None => unconnected.push(path.to_path_buf()),
+        }
+        let mut changed = BTreeSet::new();
+        for network in unconnected {
+            self.networks.forget(&network);
+            changed.extend(self.findings.unchecked(&network));
+        }
+        changed
     }
 
     fn publish(&self, path: &Path) -> io::Result<()> {
         let diagnostics = self.findings.of(path);
         let mut is_open = false;
-        for (uri, document) in &self.open {
-            if document.path == path {
-                is_open = true;
-                publish_at(uri, &document.version, &diagnostics)?;
-            }
+        for (uri, version) in self.editor.open_as(path) {
+            is_open = true;
+            publish_at(uri, version, &diagnostics)?;
         }
         if is_open {
             return Ok(());
         }
-        publish_at(&self.address(path), &Value::Null, &diagnostics)
+        publish_at(&self.editor.address(path), &Value::Null, &diagnostics)
     }
-
-    /// The address of a file for the editor: that of its open text, or where it is in the folders that
-    /// the editor opened.
-    fn address(&self, path: &Path) -> String {
-        let mut open = self.open.iter();
-        if let Some((uri, _)) = open.find(|(_, document)| document.path == path) {
-            return uri.clone();
-        }
-        match self.links.get(path) {
-            Some(link) => place::uri(link),
-            None => place::uri(&self.address_in_roots(path)),
-        }
-    }
-
-    /// The path of a file below a folder as the editor named the folder.
-    fn address_in_roots(&self, path: &Path) -> PathBuf {
-        let below = self.roots.iter().find_map(|(real, given)| {
-            let rest = path.strip_prefix(real).ok()?;
-            Some(given.join(rest))
-        });
-        below.unwrap_or_else(|| path.to_path_buf())
-    }
-}
-
-/// The keys of paths, as of one check: the system is asked once for each.
-#[derive(Debug, Default)]
-struct Keys(HashMap<PathBuf, PathBuf>);
-
-impl Keys {
-    fn of(&mut self, path: &Path) -> PathBuf {
-        if let Some(known) = self.0.get(path) {
-            return known.clone();
-        }
-        let key = key(path);
-        self.0.insert(path.to_path_buf(), key.clone());
-        key
-    }
-}
-
-/// One path for all that lead to a file.
-fn key(path: &Path) -> PathBuf {
-    rc_files::unsaved::key(path)
 }
 
 /// Publishes the findings of a file, of a version of its text if it is open.

@@ -1,63 +1,67 @@
 //! Layout and mends of an open text.
 
-use super::findings::{self, Place};
-use super::{Document, Server};
+use super::editor::{Document, Editor};
+use super::findings::{Findings, Place, together};
 use crate::format::laid_out;
 use rc_diagnostics::SourceMap;
 use serde_json::{Value, json};
 use std::path::Path;
 
-impl Server {
-    /// The edit that lays out an open file. Nothing if it has errors, as with `rcgen fmt`.
-    pub(super) fn format(&self, uri: &str) -> Value {
-        let Some(Document { path, text, .. }) = self.open.get(uri) else {
-            return Value::Null;
-        };
-        let mut sources = SourceMap::new();
-        let source = sources.add(path, text.as_str());
-        match laid_out(path, &sources, source) {
-            Some(Ok(formatted)) if formatted == text.as_str() => json!([]),
-            Some(Ok(formatted)) => {
-                json!([{ "range": text.whole(self.encoding), "newText": formatted }])
-            }
-            Some(Err(_)) | None => Value::Null,
+/// The edit that lays out an open file. Nothing if it has errors, as with `rcgen fmt`.
+pub(super) fn format(editor: &Editor, uri: &str) -> Value {
+    let Some(Document { path, text, .. }) = editor.at(uri) else {
+        return Value::Null;
+    };
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text.as_str());
+    match laid_out(path, &sources, source) {
+        Some(Ok(formatted)) if formatted == text.as_str() => json!([]),
+        Some(Ok(formatted)) => {
+            json!([{ "range": text.whole(editor.encoding()), "newText": formatted }])
         }
+        Some(Err(_)) | None => Value::Null,
     }
+}
 
-    /// The mends of the findings in a range, and one for all that are certain.
-    pub(super) fn actions(&self, uri: &str, path: &Path, range: &Value, context: &Value) -> Value {
-        let kinds = context["only"].as_array();
-        let wanted = |kind: &str| {
-            let holds = |only: &str| {
-                let rest = kind.strip_prefix(only);
-                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            kinds.is_none_or(|kinds| kinds.iter().filter_map(Value::as_str).any(holds))
+/// The mends of the findings in a range, and one for all that are certain.
+pub(super) fn actions(
+    findings: &Findings,
+    uri: &str,
+    path: &Path,
+    range: &Value,
+    context: &Value,
+) -> Value {
+    let kinds = context["only"].as_array();
+    let wanted = |kind: &str| {
+        let holds = |only: &str| {
+            let rest = kind.strip_prefix(only);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        let edit = |edits: Vec<Value>| json!({ "changes": { uri: edits } });
-        let mut actions = Vec::new();
-        let mut certain = Vec::new();
-        for (diagnostic, mend) in self.findings.mends(path) {
-            if mend.certain {
-                certain.push(mend.edit.clone());
-            }
-            if wanted("quickfix") && Place::meet(&diagnostic["range"], range) {
-                actions.push(json!({
-                    "title": mend.title,
-                    "kind": "quickfix",
-                    "diagnostics": [diagnostic],
-                    "isPreferred": mend.certain,
-                    "edit": edit(vec![mend.edit]),
-                }));
-            }
+        kinds.is_none_or(|kinds| kinds.iter().filter_map(Value::as_str).any(holds))
+    };
+    let edit = |edits: Vec<Value>| json!({ "changes": { uri: edits } });
+    let mut actions = Vec::new();
+    let mut certain = Vec::new();
+    for (diagnostic, mend) in findings.mends(path) {
+        if mend.certain {
+            certain.push(mend.edit.clone());
         }
-        if wanted("source.fixAll") && !certain.is_empty() {
+        if wanted("quickfix") && Place::meet(&diagnostic["range"], range) {
             actions.push(json!({
-                "title": "Make all certain mends",
-                "kind": "source.fixAll",
-                "edit": edit(findings::together(certain)),
+                "title": mend.title,
+                "kind": "quickfix",
+                "diagnostics": [diagnostic],
+                "isPreferred": mend.certain,
+                "edit": edit(vec![mend.edit]),
             }));
         }
-        json!(actions)
     }
+    if wanted("source.fixAll") && !certain.is_empty() {
+        actions.push(json!({
+            "title": "Make all certain mends",
+            "kind": "source.fixAll",
+            "edit": edit(together(certain)),
+        }));
+    }
+    json!(actions)
 }

@@ -1,5 +1,5 @@
-//! What may stand at a cursor, also in a text with errors: the tokens before the cursor say which kind
-//! of thing, and the names of all files say which ones there are.
+//! Suggestions at a cursor, also in a text with errors. The tokens before the cursor decide the kind,
+//! the names of all files the choice.
 
 mod configurations;
 mod keywords;
@@ -7,17 +7,18 @@ mod languages;
 mod networks;
 
 use super::context::Context;
+use super::editor::Editor;
+use super::known_files::{KnownFiles, key};
 use super::names::{Kind, Names};
 use super::place::Text;
-use super::{Server, key};
 use keywords::{INSIDE, Keyword, STATEMENTS};
-use rc_codegen::{FileLoader, load, paths};
+use rc_codegen::{load, paths};
 use rc_syntax::Loader;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// How many suggestions are sent.
+/// The most suggestions of an answer.
 const MOST: usize = 1_000;
 
 /// How the protocol numbers the kinds of suggestions.
@@ -36,7 +37,7 @@ const STRUCT: u8 = 22;
 struct Item {
     label: String,
     kind: u8,
-    /// What it is, in one line.
+    /// A description in one line.
     detail: String,
     /// Its documentation.
     doc: String,
@@ -63,14 +64,19 @@ struct Target<'a> {
     names: &'a Names,
 }
 
-impl Server {
+/// Finds suggestions in the known files.
+pub(super) struct Completion<'s> {
+    pub(super) files: &'s KnownFiles,
+    pub(super) editor: &'s Editor,
+}
+
+impl Completion<'_> {
     /// The suggestions at a position of an open file.
-    pub(super) fn completion(&self, path: &Path, position: &Value) -> Value {
-        let document = self.open.values().find(|document| document.path == path);
-        let Some(document) = document else {
+    pub(super) fn at(&self, path: &Path, position: &Value) -> Value {
+        let Some(document) = self.editor.document(path) else {
             return Value::Null;
         };
-        let Some(cursor) = document.text.byte(self.encoding, position) else {
+        let Some(cursor) = document.text.byte(self.editor.encoding(), position) else {
             return Value::Null;
         };
         let text = document.text.as_str();
@@ -78,7 +84,7 @@ impl Server {
         let target = Target {
             path,
             text,
-            names: self.readable(path).unwrap_or(&none),
+            names: self.files.readable(path).unwrap_or(&none),
         };
         let ending = path
             .extension()
@@ -103,7 +109,7 @@ impl Server {
         let mut seen = BTreeSet::new();
         items.retain(|item| !item.label.is_empty() && seen.insert(item.label.clone()));
         items.truncate(MOST);
-        let range = document.text.range(self.encoding, start, cursor);
+        let range = self.editor.range(&document.text, start, cursor);
         let items = items.into_iter().enumerate();
         let items: Vec<Value> = items
             .map(|(at, item)| self.shown(&document.text, &range, at, item))
@@ -125,24 +131,10 @@ impl Server {
             value["documentation"] = json!({ "kind": "markdown", "value": item.doc });
         }
         if let Some((at, new)) = item.import {
-            let range = text.range(self.encoding, at, at);
+            let range = self.editor.range(text, at, at);
             value["additionalTextEdits"] = json!([{ "range": range, "newText": new }]);
         }
         value
-    }
-
-    /// The names of a file, or those that it had when it could be read.
-    pub(super) fn readable(&self, path: &Path) -> Option<&Names> {
-        let names = self.names.get(path);
-        let names = names.filter(|names| !names.places.is_empty());
-        names.or_else(|| self.last.get(path))
-    }
-
-    /// The names of files with an ending, without those that come with the program.
-    fn files(&self, ending: &str) -> impl Iterator<Item = (&PathBuf, &Names)> {
-        let of = move |path: &Path| path.extension().is_some_and(|e| e == ending);
-        let files = self.names.keys().filter(move |path| of(path));
-        files.filter_map(|path| Some((path, self.readable(path)?)))
     }
 
     /// Files below the folder of the text: what continues the path `written`, and folders.
@@ -169,7 +161,9 @@ impl Server {
             Some(Item::new(FILE, label, ""))
         });
         // A component lies in a folder of its own, which nobody likes to type.
-        let known = endings.iter().flat_map(|ending| self.files(ending));
+        let known = endings
+            .iter()
+            .flat_map(|ending| self.files.with_ending(ending));
         let known = known.filter(|(path, _)| *path != target.path);
         let known = known.map(|(path, _)| {
             let label = paths::relative(own, path).display().to_string();
@@ -205,7 +199,7 @@ fn of(keywords: &[Keyword]) -> Vec<Item> {
         .collect()
 }
 
-/// What a file declares of a kind.
+/// The declarations of a kind in a file.
 fn items_of(names: &Names, kind: Kind, of: u8) -> Vec<Item> {
     let declared = names.declarations(kind).into_iter();
     declared

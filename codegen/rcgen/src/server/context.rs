@@ -1,4 +1,4 @@
-//! Where a cursor is in a text, also in a broken one: the blocks around it and the statement before it.
+//! The context of a cursor, also in a broken text: the blocks around it and the statement before it.
 
 use rc_syntax::{Token, TokenKind, tokens};
 
@@ -20,7 +20,7 @@ impl Block<'_> {
     }
 }
 
-/// Where the cursor is.
+/// The context of a cursor.
 #[derive(Debug, Default)]
 pub(super) struct Context<'a> {
     /// The blocks around it, the outermost first. The first one is the file.
@@ -29,7 +29,7 @@ pub(super) struct Context<'a> {
     pub(super) statement: Vec<&'a str>,
     /// The content of the string in which it is, as far as the cursor.
     pub(super) string: Option<&'a str>,
-    /// Where the word or the content of the string begins.
+    /// Begin of the word, or of the content of the string.
     pub(super) start: usize,
 }
 

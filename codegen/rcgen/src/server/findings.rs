@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-/// How many findings of a file are shown, how many places of each, and how long their texts are.
+/// Limits: findings of a file, places of a finding, bytes of a text.
 const MOST: usize = 200;
 const LABELS: usize = 12;
 const LONGEST: usize = 4_000;
@@ -28,7 +28,7 @@ struct Finding {
     mend: Option<Mend>,
 }
 
-/// What one check gave.
+/// The result of one check.
 #[derive(Debug, Default)]
 struct Checked {
     reads: BTreeSet<PathBuf>,
@@ -36,7 +36,7 @@ struct Checked {
     found: Vec<(PathBuf, String)>,
 }
 
-/// What a check is about.
+/// The subject of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Phase {
     /// A file, as `rcgen check` judges it.

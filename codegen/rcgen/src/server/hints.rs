@@ -1,187 +1,184 @@
-//! What a text does not say, beside it: hints behind names, and lenses above declarations.
+//! Hints behind names, and lenses above declarations.
 
-use super::Server;
-use super::names::Kind;
-use rc_codegen::{FileLoader, Project, stubs};
+use super::editor::Editor;
+use super::known_files::KnownFiles;
+use super::names::{Kind, Names};
+use super::networks::{Networks, Wired};
+use rc_codegen::{Project, stubs};
 use rc_diagnostics::SourceMap;
 use rc_vocabulary::Language;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use std::io;
 use std::path::Path;
 
-/// How many hints are sent.
+/// The most hints of an answer.
 const MOST: usize = 5_000;
 
-impl Server {
-    /// The hints in a range of an open file: sizes and types on the wire in interfaces, the quality of
-    /// service that a slot has by default, and in networks what a connection passes over, with its address.
-    pub(super) fn hints(&mut self, path: &Path, range: &Value) -> io::Result<Value> {
-        if path.extension().is_some_and(|ending| ending == "ddsl") {
-            self.know_networks()?;
-        }
-        let Some(names) = self.names.get(path) else {
-            return Ok(Value::Null);
-        };
-        let text = &names.text;
-        let Some((start, end)) = text.bytes(self.encoding, range) else {
-            return Ok(Value::Null);
-        };
-        let mut hints: Vec<(usize, String)> = names.hints.clone();
-        hints.extend(self.connections_of(path));
-        hints.retain(|(at, _)| start <= *at && *at <= end);
-        hints.sort();
-        hints.truncate(MOST);
-        let hints = hints.into_iter().map(|(at, label)| {
-            let place = text.range(self.encoding, at, at);
-            json!({ "position": place["start"], "label": label, "paddingLeft": true })
-        });
-        Ok(json!(hints.collect::<Vec<_>>()))
+/// The hints in a range of an open file: sizes and types on the wire in interfaces, the quality of
+/// service that a slot has by default, and in networks what a connection passes over, with its address.
+pub(super) fn hints(
+    files: &KnownFiles,
+    networks: &Networks,
+    editor: &Editor,
+    path: &Path,
+    range: &Value,
+) -> Value {
+    let Some(names) = files.get(path) else {
+        return Value::Null;
+    };
+    let text = &names.text;
+    let Some((start, end)) = text.bytes(editor.encoding(), range) else {
+        return Value::Null;
+    };
+    let mut hints: Vec<(usize, String)> = names.hints.clone();
+    if let Some(wired) = networks.get(path) {
+        hints.extend(connections_of(names, wired));
     }
+    hints.retain(|(at, _)| start <= *at && *at <= end);
+    hints.sort();
+    hints.truncate(MOST);
+    let hints = hints.into_iter().map(|(at, label)| {
+        let place = editor.range(text, at, at);
+        json!({ "position": place["start"], "label": label, "paddingLeft": true })
+    });
+    json!(hints.collect::<Vec<_>>())
+}
 
-    /// Behind each `bind` of a network, the middleware and the address of the connection.
-    fn connections_of(&self, path: &Path) -> Vec<(usize, String)> {
-        let (Some(names), Some(wired)) = (self.names.get(path), self.wired.get(path)) else {
-            return Vec::new();
-        };
-        let binds = names.binds.iter();
-        binds
-            .filter_map(|bind| {
-                let joined = wired.connections.iter().find(|joined| {
-                    bind.consumer.is(&joined.consumer.path)
-                        && bind.provider.is(&joined.provider.path)
-                })?;
-                let middleware = joined.middleware.unwrap_or_default();
-                Some((bind.end, format!("{middleware} at {}", joined.address)))
-            })
-            .collect()
+/// Behind each `bind` of a network, the middleware and the address of the connection.
+fn connections_of(names: &Names, wired: &Wired) -> Vec<(usize, String)> {
+    let binds = names.binds.iter();
+    binds
+        .filter_map(|bind| {
+            let joined = wired.connections.iter().find(|joined| {
+                bind.consumer.is(&joined.consumer.path) && bind.provider.is(&joined.provider.path)
+            })?;
+            let middleware = joined.middleware.unwrap_or_default();
+            Some((bind.end, format!("{middleware} at {}", joined.address)))
+        })
+        .collect()
+}
+
+/// The lenses of an open file: what may be done with it, and what is known of its declarations.
+pub(super) fn lenses(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
+    let Some(names) = files.get(path) else {
+        return Value::Null;
+    };
+    let mut places = names.places.iter().filter(|place| place.declares);
+    let whole = |kind: Kind| {
+        move |place: &&super::names::Place| place.symbols.iter().any(|symbol| symbol.kind == kind)
+    };
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let (kind, ending) = match ending {
+        Some("cdsl") => (Kind::Component, "cdsl"),
+        Some("ddsl") => (Kind::Network, "ddsl"),
+        Some("idsl") => (Kind::Interface, "idsl"),
+        _ => return json!([]),
+    };
+    if ending == "idsl" {
+        return lenses_of_interfaces(files, editor, path);
     }
+    let Some(place) = places.find(whole(kind)) else {
+        return json!([]);
+    };
+    let range = editor.range(&names.text, place.start, place.end);
+    let uri = editor.address(path);
+    let lens = |title: &str, command: &str, arguments: Value| {
+        let command = json!({ "title": title, "command": command, "arguments": arguments });
+        json!({ "range": range, "command": command })
+    };
+    if ending == "ddsl" {
+        return json!([
+            lens("Check", "rcgen.checkNetwork", json!([uri])),
+            lens("Run", "rcgen.up", json!([uri])),
+            lens("Stop", "rcgen.down", json!([uri])),
+        ]);
+    }
+    let mut lenses = vec![lens("Generate", "rcgen.generate", json!([uri]))];
+    let networks = networks_with(files, editor, path);
+    if !networks.is_empty() {
+        let title = counted(networks.len(), "network uses", "networks use");
+        let position = &range["start"];
+        let arguments = json!([uri, position, networks]);
+        lenses.push(lens(
+            &format!("{title} this"),
+            "rcgen.showPlaces",
+            arguments,
+        ));
+    }
+    let missing = missing(files, path);
+    if missing > 0 {
+        let title = counted(missing, "handler missing", "handlers missing");
+        lenses.push(lens(&title, "rcgen.missing", json!([uri])));
+    }
+    json!(lenses)
+}
 
-    /// The lenses of an open file: what may be done with it, and what is known of its declarations.
-    pub(super) fn lenses(&mut self, path: &Path) -> Value {
-        let Some(names) = self.names.get(path) else {
-            return Value::Null;
-        };
-        let mut places = names.places.iter().filter(|place| place.declares);
-        let whole = |kind: Kind| {
-            move |place: &&super::names::Place| {
-                place.symbols.iter().any(|symbol| symbol.kind == kind)
+/// For each interface, the slots that use it.
+fn lenses_of_interfaces(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
+    let Some(names) = files.get(path) else {
+        return Value::Null;
+    };
+    let places = names.places.iter().filter(|place| place.declares);
+    let lenses = places.filter_map(|place| {
+        let mut symbols = place.symbols.iter();
+        let interface = symbols.find(|symbol| symbol.kind == Kind::Interface)?;
+        let mut users = Vec::new();
+        for (file, names) in files.iter() {
+            let uses = names
+                .places
+                .iter()
+                .filter(|one| one.symbols.contains(interface));
+            if file != path {
+                users
+                    .extend(uses.map(|one| editor.location(file, &names.text, one.start, one.end)));
             }
-        };
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        let (kind, ending) = match ending {
-            Some("cdsl") => (Kind::Component, "cdsl"),
-            Some("ddsl") => (Kind::Network, "ddsl"),
-            Some("idsl") => (Kind::Interface, "idsl"),
-            _ => return json!([]),
-        };
-        if ending == "idsl" {
-            return self.lenses_of_interfaces(path);
         }
-        let Some(place) = places.find(whole(kind)) else {
-            return json!([]);
-        };
-        let range = names.text.range(self.encoding, place.start, place.end);
-        let uri = self.address(path);
-        let lens = |title: &str, command: &str, arguments: Value| {
+        let title = counted(users.len(), "slot", "slots");
+        let range = editor.range(&names.text, place.start, place.end);
+        let arguments = json!([editor.address(path), range["start"], users]);
+        (!users.is_empty()).then(|| {
+            let command = "rcgen.showPlaces";
             let command = json!({ "title": title, "command": command, "arguments": arguments });
             json!({ "range": range, "command": command })
-        };
-        if ending == "ddsl" {
-            return json!([
-                lens("Check", "rcgen.checkNetwork", json!([uri])),
-                lens("Run", "rcgen.up", json!([uri])),
-                lens("Stop", "rcgen.down", json!([uri])),
-            ]);
-        }
-        let mut lenses = vec![lens("Generate", "rcgen.generate", json!([uri]))];
-        let networks = self.networks_with(path);
-        if !networks.is_empty() {
-            let title = counted(networks.len(), "network uses", "networks use");
-            let position = &range["start"];
-            let arguments = json!([uri, position, networks]);
-            lenses.push(lens(
-                &format!("{title} this"),
-                "rcgen.showPlaces",
-                arguments,
-            ));
-        }
-        let missing = self.missing(path);
-        if missing > 0 {
-            let title = counted(missing, "handler missing", "handlers missing");
-            lenses.push(lens(&title, "rcgen.missing", json!([uri])));
-        }
-        json!(lenses)
-    }
+        })
+    });
+    json!(lenses.collect::<Vec<_>>())
+}
 
-    /// Which components have a slot of each interface.
-    fn lenses_of_interfaces(&self, path: &Path) -> Value {
-        let Some(names) = self.names.get(path) else {
-            return Value::Null;
-        };
-        let places = names.places.iter().filter(|place| place.declares);
-        let lenses = places.filter_map(|place| {
+/// The places of networks that have a component, one of each network.
+fn networks_with(files: &KnownFiles, editor: &Editor, cdsl: &Path) -> Vec<Value> {
+    let mut seen = BTreeSet::new();
+    let networks = files.iter().filter_map(|(path, names)| {
+        let mut instances = names.instances.iter();
+        let uses = instances.any(|(_, file)| file == cdsl);
+        let is_new = uses && seen.insert(path.clone());
+        let mut places = names.places.iter();
+        let place = places.find(|place| {
             let mut symbols = place.symbols.iter();
-            let interface = symbols.find(|symbol| symbol.kind == Kind::Interface)?;
-            let mut users = Vec::new();
-            for (file, names) in &self.names {
-                let uses = names
-                    .places
-                    .iter()
-                    .filter(|one| one.symbols.contains(interface));
-                if file != path {
-                    users.extend(
-                        uses.map(|one| self.location(file, &names.text, one.start, one.end)),
-                    );
-                }
-            }
-            let title = counted(users.len(), "slot", "slots");
-            let range = names.text.range(self.encoding, place.start, place.end);
-            let arguments = json!([self.address(path), range["start"], users]);
-            (!users.is_empty()).then(|| {
-                let command = "rcgen.showPlaces";
-                let command = json!({ "title": title, "command": command, "arguments": arguments });
-                json!({ "range": range, "command": command })
-            })
+            symbols.any(|symbol| symbol.kind == Kind::File && symbol.file == cdsl)
         });
-        json!(lenses.collect::<Vec<_>>())
-    }
+        let (start, end) = place.map_or((0, 0), |place| (place.start, place.end));
+        is_new.then(|| editor.location(path, &names.text, start, end))
+    });
+    networks.collect()
+}
 
-    /// The places of networks that have a component, one of each network.
-    fn networks_with(&self, cdsl: &Path) -> Vec<Value> {
-        let mut seen = BTreeSet::new();
-        let networks = self.names.iter().filter_map(|(path, names)| {
-            let mut instances = names.instances.iter();
-            let uses = instances.any(|(_, file)| file == cdsl);
-            let is_new = uses && seen.insert(path.clone());
-            let mut places = names.places.iter();
-            let place = places.find(|place| {
-                let mut symbols = place.symbols.iter();
-                symbols.any(|symbol| symbol.kind == Kind::File && symbol.file == cdsl)
-            });
-            let (start, end) = place.map_or((0, 0), |place| (place.start, place.end));
-            is_new.then(|| self.location(path, &names.text, start, end))
-        });
-        networks.collect()
+/// The number of handlers that the worker of a component lacks.
+fn missing(files: &KnownFiles, cdsl: &Path) -> usize {
+    let mut sources = SourceMap::new();
+    let loader = files.loader();
+    let Ok((Some(project), found)) = Project::load(cdsl, &mut sources, &loader) else {
+        return 0;
+    };
+    // Those of Python need its interpreter.
+    let is_rust = project.language() == Some(Language::Rust);
+    if found.has_errors() || !is_rust || !project.code().join("src").is_dir() {
+        return 0;
     }
-
-    /// How many handlers the worker of a component lacks.
-    fn missing(&self, cdsl: &Path) -> usize {
-        let mut sources = SourceMap::new();
-        let loader = FileLoader::new(&self.include);
-        let Ok((Some(project), found)) = Project::load(cdsl, &mut sources, &loader) else {
-            return 0;
-        };
-        // Those of Python need its interpreter.
-        let is_rust = project.language() == Some(Language::Rust);
-        if found.has_errors() || !is_rust || !project.code().join("src").is_dir() {
-            return 0;
-        }
-        let folder = project.code().to_path_buf();
-        let missing = stubs::of(&project, &folder, &mut sources);
-        let missing = missing.ok().and_then(|(missing, _)| missing);
-        missing.map_or(0, |missing| missing.count())
-    }
+    let folder = project.code().to_path_buf();
+    let missing = stubs::of(&project, &folder, &mut sources);
+    let missing = missing.ok().and_then(|(missing, _)| missing);
+    missing.map_or(0, |missing| missing.count())
 }
 
 fn counted(count: usize, one: &str, many: &str) -> String {

@@ -1,9 +1,10 @@
 //! What the thing at a position is: its declaration, the size of a type, the peers of a slot, where a
 //! parameter is read, and the pages of findings.
 
+use super::Server;
 use super::findings::Place;
+use super::known_files::key;
 use super::names::{Kind, Symbol};
-use super::{Server, key};
 use crate::explain;
 use rc_codegen::source_files;
 use serde_json::{Value, json};
@@ -11,22 +12,22 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How many connections of a slot are listed, and how many places of a parameter.
+/// The most listed connections of a slot, and places of a parameter.
 const MOST: usize = 50;
 
-/// How many files of a worker are searched for a parameter, and how long each is, in bytes.
+/// Limits of the search for a parameter: files of a worker, bytes of a file.
 const MOST_FILES: usize = 200;
 const LONGEST: u64 = 1 << 20;
 
 impl Server {
-    /// What the names at a position mean, and the pages of the findings there.
+    /// The meanings of the names at a position, and the pages of the findings there.
     pub(super) fn hover(&mut self, path: &Path, position: &Value) -> io::Result<Value> {
         let mut parts = Vec::new();
-        for place in self.places(path, position) {
+        for place in self.files.places(path, position, self.editor.encoding()) {
             let symbols = if place.declares {
                 place.symbols
             } else {
-                self.resolved(&place.symbols).into_iter().collect()
+                self.files.resolved(&place.symbols).into_iter().collect()
             };
             for symbol in symbols {
                 parts.extend(self.described(&symbol)?);
@@ -43,8 +44,8 @@ impl Server {
 
     /// A symbol for people, in Markdown.
     fn described(&mut self, symbol: &Symbol) -> io::Result<Option<String>> {
-        self.know(&symbol.file);
-        let names = self.known(&symbol.file);
+        self.files.know(&symbol.file);
+        let names = self.files.known(&symbol.file);
         let declared = names.and_then(|names| names.declared(symbol.kind, &symbol.name));
         let (Some(names), Some((written, doc))) = (names, declared) else {
             return Ok(None);
@@ -77,10 +78,10 @@ impl Server {
         Ok(Some(lines.join("\n\n")))
     }
 
-    /// Who is at the other end of a slot, in each network with its component: lines of a list.
+    /// The peers of a slot in each network, as lines of a list.
     fn peers(&self, slot: &Symbol) -> Vec<String> {
         let mut lines = Vec::new();
-        for wired in self.wired.values() {
+        for wired in self.networks.wired() {
             let network = &wired.network;
             let own = wired.ends.iter().filter(|end| end.slot == *slot);
             for end in own.take(MOST) {
@@ -112,9 +113,9 @@ impl Server {
         lines
     }
 
-    /// Where the workers of the components with a parameter name it: lines of a list.
+    /// The places of workers that read a parameter, as lines of a list.
     fn read_at(&self, parameter: &Symbol) -> Vec<String> {
-        let users = self.names.iter();
+        let users = self.files.iter();
         let users = users.filter(|(_, names)| names.parameters.contains(&parameter.file));
         let mut lines = Vec::new();
         for (cdsl, _) in users {
@@ -128,7 +129,7 @@ impl Server {
                 for (number, line) in text.lines().enumerate() {
                     if lines.len() < MOST && reads(line, &parameter.name) {
                         let number = number + 1;
-                        let uri = self.address(&key(&file));
+                        let uri = self.editor.address(&key(&file));
                         let name = file.strip_prefix(folder).unwrap_or(&file).display();
                         lines.push(format!("- [{name}:{number}]({uri}#L{number})"));
                     }

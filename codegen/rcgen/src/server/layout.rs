@@ -1,6 +1,6 @@
 //! Layout of a part of an open text: only white space between its words changes.
 
-use super::Server;
+use super::editor::Editor;
 use super::place::Text;
 use super::structure::Structure;
 use crate::format::laid_out;
@@ -12,50 +12,47 @@ use std::path::Path;
 /// The signs behind which an editor asks for layout.
 pub(super) const SIGNS: [&str; 2] = [";", "}"];
 
-impl Server {
-    /// The edits that lay out a range of an open file, as `rcgen fmt` does the whole of it. Nothing if the
-    /// file has errors.
-    pub(super) fn format_range(&self, path: &Path, range: &Value) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let range = document.text.bytes(self.encoding, range);
-        range.map_or(Value::Null, |(start, end)| {
-            self.format_between(path, &document.text, start, end)
-        })
-    }
+/// The edits that lay out a range of an open file, as `rcgen fmt` does the whole of it. Nothing if the
+/// file has errors.
+pub(super) fn format_range(editor: &Editor, path: &Path, range: &Value) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let range = document.text.bytes(editor.encoding(), range);
+    range.map_or(Value::Null, |(start, end)| {
+        format_between(editor, path, &document.text, start, end)
+    })
+}
 
-    /// The edits that lay out the statement, or the block, that the sign before a position ends.
-    pub(super) fn format_behind(&self, path: &Path, position: &Value) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let text = document.text.as_str();
-        let byte = document.text.byte(self.encoding, position);
-        let sign = byte.and_then(|byte| text[..byte].char_indices().next_back());
-        let Some((at, _)) = sign.filter(|(_, sign)| SIGNS.contains(&sign.to_string().as_str()))
-        else {
-            return Value::Null;
-        };
-        let (start, end) = Structure::of(text).ended_by(at);
-        self.format_between(path, &document.text, start, end)
-    }
+/// The edits that lay out the statement, or the block, that the sign before a position ends.
+pub(super) fn format_behind(editor: &Editor, path: &Path, position: &Value) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let text = document.text.as_str();
+    let byte = document.text.byte(editor.encoding(), position);
+    let sign = byte.and_then(|byte| text[..byte].char_indices().next_back());
+    let Some((at, _)) = sign.filter(|(_, sign)| SIGNS.contains(&sign.to_string().as_str())) else {
+        return Value::Null;
+    };
+    let (start, end) = Structure::of(text).ended_by(at);
+    format_between(editor, path, &document.text, start, end)
+}
 
-    fn format_between(&self, path: &Path, text: &Text, start: usize, end: usize) -> Value {
-        if Language::of(path).is_none() {
-            return Value::Null;
-        }
-        let mut sources = SourceMap::new();
-        let source = sources.add(path, text.as_str());
-        let Some(Ok(formatted)) = laid_out(path, &sources, source) else {
-            return Value::Null;
-        };
-        let edits = changes(text.as_str(), &formatted, start, end).into_iter();
-        let edits = edits.map(|(start, end, new)| {
-            json!({ "range": text.range(self.encoding, start, end), "newText": new })
-        });
-        json!(edits.collect::<Vec<_>>())
+fn format_between(editor: &Editor, path: &Path, text: &Text, start: usize, end: usize) -> Value {
+    if Language::of(path).is_none() {
+        return Value::Null;
     }
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text.as_str());
+    let Some(Ok(formatted)) = laid_out(path, &sources, source) else {
+        return Value::Null;
+    };
+    let edits = changes(text.as_str(), &formatted, start, end).into_iter();
+    let edits = edits.map(
+        |(start, end, new)| json!({ "range": editor.range(text, start, end), "newText": new }),
+    );
+    json!(edits.collect::<Vec<_>>())
 }
 
 /// The changes of white space between the words of a part of a text, and before it: bytes, and what is there

@@ -4,7 +4,7 @@ mod libraries;
 mod networks;
 mod parameters;
 
-use super::Keys;
+use super::known_files::Keys;
 use super::place::Text;
 use crate::check::Model;
 use rc_cdsl::model::{Role, Slot};
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// ones, so a text of 1 MB could name more than a machine has.
 const MOST_BYTES: usize = 32 << 20;
 
-/// What a name stands for.
+/// The kind of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Kind {
     /// A file as a whole.
@@ -69,7 +69,7 @@ pub(super) struct Place {
     /// The range of bytes.
     pub(super) start: usize,
     pub(super) end: usize,
-    /// What it may mean: the first one that exists.
+    /// Its possible meanings. The first one that exists counts.
     pub(super) symbols: Vec<Symbol>,
     pub(super) declares: bool,
 }
@@ -105,11 +105,11 @@ impl SlotOf {
 pub(super) struct BindName {
     pub(super) consumer: SlotOf,
     pub(super) provider: SlotOf,
-    /// Where it ends.
+    /// Its end.
     pub(super) end: usize,
 }
 
-/// What a group of a network consists of.
+/// The contents of a group of a network.
 #[derive(Debug, Default)]
 pub(super) struct GroupName {
     /// The files of the components directly in it.
@@ -147,7 +147,7 @@ pub(super) struct Names {
     pub(super) networks: Vec<PathBuf>,
     /// The sizes of types, for people.
     pub(super) sizes: HashMap<String, String>,
-    /// What the text does not say, each behind a byte: sizes, numbers of enumerators, quality of service.
+    /// Hints, each behind a byte: sizes, numbers of enumerators, quality of service.
     pub(super) hints: Vec<(usize, String)>,
 }
 
@@ -284,7 +284,7 @@ struct Collector<'a> {
     names: Names,
     /// The places that declare something: a model may have a declaration twice.
     seen: HashSet<Span>,
-    /// How many more bytes the names may take.
+    /// The bytes that are left for names.
     left: usize,
     keys: Keys,
 }

@@ -1,21 +1,20 @@
 //! The connections of networks. `rcdeploy check` reads all components of a network at once; here they are
 //! read one after another, and a message of the editor goes first.
 
-use super::findings::Phase;
+use super::known_files::Keys;
 use super::names::{Kind, Symbol};
-use super::{Keys, Server};
 use rc_cdsl::Component;
 use rc_codegen::{FileLoader, Project, paths};
 use rc_ddsl::{Connection, Deployment, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
-use std::collections::{BTreeSet, HashMap};
-use std::io;
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// A network whose components are being read.
 pub(super) struct Wiring {
-    path: PathBuf,
+    /// The `.ddsl`.
+    pub(super) path: PathBuf,
     sources: SourceMap,
     deployment: Deployment,
     /// The components that were read, in the order of the instances.
@@ -23,7 +22,7 @@ pub(super) struct Wiring {
     known: HashMap<PathBuf, Option<Rc<Component>>>,
     /// The file of each instance, and of each source.
     files: Vec<Option<PathBuf>>,
-    sources_files: HashMap<SourceId, PathBuf>,
+    pub(super) sources_files: HashMap<SourceId, PathBuf>,
     keys: Keys,
     found: Diagnostics,
 }
@@ -39,7 +38,7 @@ pub(super) struct End {
     pub(super) interface: String,
 }
 
-/// What joins two slots.
+/// A connection of two slots.
 #[derive(Clone, Debug)]
 pub(super) struct Joined {
     pub(super) consumer: End,
@@ -59,76 +58,65 @@ pub(super) struct Wired {
     pub(super) ends: Vec<End>,
 }
 
-impl Server {
-    /// A network was checked: its connections are computed as soon as nothing else waits. Those of a
-    /// network with errors, or of one that is a part of another one, have no findings. Returns the files
-    /// whose findings changed.
-    pub(super) fn begin_wiring(
-        &mut self,
-        path: &Path,
-        network: Option<Box<Deployment>>,
-        sources: SourceMap,
-    ) -> BTreeSet<PathBuf> {
-        self.wirings.retain(|wiring| wiring.path != path);
-        let mut changed = BTreeSet::new();
-        let parts = self.names.get(path).map(|names| names.networks.clone());
-        for part in parts.unwrap_or_default() {
-            self.wirings.retain(|wiring| wiring.path != part);
-            changed.extend(self.findings.unchecked(&part));
-            self.wired.remove(&part);
-        }
-        if let Some(deployment) = network.filter(|_| !self.is_part(path)) {
-            self.wirings
-                .push_back(Wiring::new(path, sources, *deployment));
-        } else {
-            changed.extend(self.findings.unchecked(path));
-            self.wired.remove(path);
-        }
-        changed
+/// The networks: those whose components are being read, and what was found last.
+#[derive(Default)]
+pub(super) struct Networks {
+    wirings: VecDeque<Wiring>,
+    wired: BTreeMap<PathBuf, Wired>,
+}
+
+impl Networks {
+    /// Whether a network waits for its connections.
+    pub(super) fn is_waiting(&self) -> bool {
+        !self.wirings.is_empty()
     }
 
-    /// Whether another network imports this one.
-    fn is_part(&self, path: &Path) -> bool {
-        let mut networks = self.names.iter();
-        networks.any(|(own, names)| own != path && names.networks.iter().any(|part| part == path))
+    /// Whether the connections of all networks were known a moment ago.
+    pub(super) fn are_known(&self) -> bool {
+        let mut waiting = self.wirings.iter();
+        waiting.all(|wiring| self.wired.contains_key(&wiring.path))
     }
 
-    /// Reads the next component of a network. Behind the last one, connects them.
-    pub(super) fn wire(&mut self) -> io::Result<()> {
-        let loader = FileLoader::new(&self.include);
-        let Some(wiring) = self.wirings.front_mut() else {
-            return Ok(());
-        };
-        if wiring.read_next(&loader) {
-            return Ok(());
-        }
-        let Some(wiring) = self.wirings.pop_front() else {
-            return Ok(());
-        };
-        let (wired, sources, found) = wiring.connected();
-        let path = wiring.path.as_path();
-        let files = self.addressed(&wiring.sources_files);
-        let check = (path, Phase::Network);
-        let changed = self
-            .findings
-            .checked(check, sources, &files, &found, self.encoding);
-        self.wired.insert(path.to_path_buf(), wired);
-        for target in changed {
-            self.publish(&target)?;
-        }
-        Ok(())
+    /// Reads no further component.
+    pub(super) fn stop(&mut self) {
+        self.wirings.clear();
     }
 
-    /// Makes the connections of all networks known, unless they were known a moment ago.
-    pub(super) fn know_networks(&mut self) -> io::Result<()> {
-        let known = |wiring: &Wiring| self.wired.contains_key(&wiring.path);
-        if self.wirings.iter().all(known) {
-            return Ok(());
+    /// Forgets the connections of a network that has errors, or is a part of another one.
+    pub(super) fn forget(&mut self, network: &Path) {
+        self.wirings.retain(|wiring| wiring.path != network);
+        self.wired.remove(network);
+    }
+
+    /// Computes the connections of a network as soon as nothing else waits. Until then, those that
+    /// it had are known.
+    pub(super) fn begin(&mut self, wiring: Wiring) {
+        self.wirings.retain(|other| other.path != wiring.path);
+        self.wirings.push_back(wiring);
+    }
+
+    /// Reads the next component of a network. Returns the network behind its last one.
+    pub(super) fn read_next(&mut self, loader: &FileLoader) -> Option<Wiring> {
+        let wiring = self.wirings.front_mut()?;
+        if wiring.read_next(loader) {
+            return None;
         }
-        while !self.wirings.is_empty() {
-            self.wire()?;
-        }
-        Ok(())
+        self.wirings.pop_front()
+    }
+
+    /// Takes the connections of a network.
+    pub(super) fn put(&mut self, network: &Path, wired: Wired) {
+        self.wired.insert(network.to_path_buf(), wired);
+    }
+
+    /// The connections of a network.
+    pub(super) fn get(&self, network: &Path) -> Option<&Wired> {
+        self.wired.get(network)
+    }
+
+    /// The connections of all networks.
+    pub(super) fn wired(&self) -> impl Iterator<Item = &Wired> {
+        self.wired.values()
     }
 }
 

@@ -1,18 +1,19 @@
 //! The symbols of a file and of all files, what may be folded, and the ranges around a position.
 
-use super::Server;
+use super::editor::Editor;
+use super::known_files::KnownFiles;
 use super::names::{Kind, Names};
 use super::place::Text;
 use super::structure::{self, Structure};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// How many symbols of all files are sent, and how many folds and positions of one.
+/// Limits of an answer: symbols of all files, folds of a file, positions.
 const MOST: usize = 500;
 const MOST_FOLDS: usize = 5_000;
 const MOST_POSITIONS: usize = 100;
 
-/// How many symbols of one file are sent.
+/// The most symbols of one file.
 const MOST_SYMBOLS: usize = 2_000;
 
 /// How deep symbols and ranges lie in each other: both become values that are written by recursion.
@@ -29,153 +30,151 @@ struct Node {
     children: Vec<Node>,
 }
 
-impl Server {
-    /// The symbols of an open file, as a tree.
-    pub(super) fn symbols_of(&self, path: &Path) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let text = document.text.as_str();
-        let names = self.names.get(path);
-        let names = names.filter(|names| names.text.as_str() == text);
-        let mut nodes = names.map_or_else(Vec::new, declared);
-        if nodes.is_empty() {
-            nodes = blocks(path, text);
-        }
-        let nodes = tree(nodes);
-        let shown = nodes.iter().map(|node| self.node(&document.text, node));
-        json!(shown.collect::<Vec<_>>())
+/// The symbols of an open file, as a tree.
+pub(super) fn symbols_of(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let text = document.text.as_str();
+    let names = files.get(path);
+    let names = names.filter(|names| names.text.as_str() == text);
+    let mut nodes = names.map_or_else(Vec::new, declared);
+    if nodes.is_empty() {
+        nodes = blocks(path, text);
     }
-
-    fn node(&self, text: &Text, node: &Node) -> Value {
-        let range = |(start, end)| text.range(self.encoding, start, end);
-        let children = node.children.iter().map(|child| self.node(text, child));
-        json!({
-            "name": node.name,
-            "detail": node.detail,
-            "kind": node.kind,
-            "range": range(node.range),
-            "selectionRange": range(node.own),
-            "children": children.collect::<Vec<_>>(),
-        })
-    }
-
-    /// The symbols of all files whose names have the letters of `query` in their order: those that begin
-    /// with it first.
-    pub(super) fn symbols_like(&self, query: &str) -> Value {
-        let mut found = Vec::new();
-        for (path, names) in &self.names {
-            let file = path.file_name().unwrap_or_default().to_string_lossy();
-            for place in names.places.iter().filter(|place| place.declares) {
-                let mut symbols = place.symbols.iter();
-                let Some(symbol) = symbols.find(|symbol| symbol.kind != Kind::File) else {
-                    continue;
-                };
-                let (around, name) = match symbol.name.rsplit_once('.') {
-                    Some((around, name)) => (format!("{around} in {file}"), name),
-                    None => (file.to_string(), symbol.name.as_str()),
-                };
-                let name = name.split('#').next().unwrap_or(name);
-                if let Some(rank) = rank(name, query) {
-                    found.push((rank, name, path, place, around, symbol.kind, names));
-                }
-            }
-        }
-        found.sort_by_key(|(rank, name, path, place, ..)| (*rank, *name, *path, place.start));
-        let shown = found.iter().take(MOST);
-        let shown = shown.map(|(_, name, path, place, around, kind, names)| {
-            json!({
-                "name": name,
-                "kind": number(*kind),
-                "containerName": around,
-                "location": self.location(path, &names.text, place.start, place.end),
-            })
-        });
-        json!(shown.collect::<Vec<_>>())
-    }
-
-    /// What may be folded in an open file.
-    pub(super) fn folds(&self, path: &Path) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let text = document.text.as_str();
-        let with_braces = crate::languages::Language::of(path).is_some();
-        let mut folds = if with_braces {
-            Structure::of(text).folds()
-        } else {
-            let blocks = structure::blocks(path, text).into_iter();
-            blocks.map(|block| (block.start, block.end, None)).collect()
-        };
-        folds.truncate(MOST_FOLDS);
-        let lines = folds.into_iter().filter_map(|(start, end, kind)| {
-            let (from, to) = (document.text.line(start), document.text.line(end));
-            let mut fold = json!({ "startLine": from, "endLine": to });
-            if let Some(kind) = kind {
-                fold["kind"] = json!(kind);
-            }
-            (from < to).then_some(fold)
-        });
-        json!(lines.collect::<Vec<_>>())
-    }
-
-    /// The ranges around each position of an open file, the shortest first.
-    pub(super) fn selections(&self, path: &Path, positions: &Value) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let text = document.text.as_str();
-        let with_braces = crate::languages::Language::of(path).is_some();
-        let positions = positions.as_array().map_or(&[][..], Vec::as_slice);
-        let structure = Structure::of(text);
-        let blocks = structure::blocks(path, text);
-        let ranges = positions.iter().take(MOST_POSITIONS).map(|position| {
-            let byte = document.text.byte(self.encoding, position);
-            let byte = byte.unwrap_or(text.len());
-            let mut parts = if with_braces {
-                structure.around(byte)
-            } else {
-                let mut parts = vec![(0, text.len())];
-                for block in blocks.iter().filter(|b| b.start <= byte && byte <= b.end) {
-                    parts.extend([(block.start, block.end), block.inside, block.name]);
-                }
-                parts.push(word(text, byte));
-                let line = document.text.bytes_of_line(document.text.line(byte));
-                parts.extend(line);
-                parts.retain(|(start, end)| *start <= byte && byte <= *end);
-                parts
-            };
-            parts.sort_by_key(|(start, end)| (end - start, *start));
-            // Each one contains the one before.
-            let mut nested: Vec<(usize, usize)> = Vec::new();
-            for (start, end) in parts {
-                let fits = nested
-                    .last()
-                    .is_none_or(|last| start <= last.0 && last.1 <= end && (start, end) != *last);
-                if fits {
-                    nested.push((start, end));
-                }
-            }
-            nested.truncate(MOST_DEPTH);
-            let outwards = nested.into_iter().rev();
-            outwards.fold(Value::Null, |parent, (start, end)| {
-                let range = document.text.range(self.encoding, start, end);
-                match parent {
-                    Value::Null => json!({ "range": range }),
-                    parent => json!({ "range": range, "parent": parent }),
-                }
-            })
-        });
-        let whole = document.text.whole(self.encoding);
-        let ranges = ranges.map(|range| match range {
-            Value::Null => json!({ "range": whole }),
-            range => range,
-        });
-        json!(ranges.collect::<Vec<_>>())
-    }
+    let nodes = tree(nodes);
+    let nodes = nodes.iter().map(|node| shown(editor, &document.text, node));
+    json!(nodes.collect::<Vec<_>>())
 }
 
-/// What a file declares, each with the range of its declaration.
+fn shown(editor: &Editor, text: &Text, node: &Node) -> Value {
+    let range = |(start, end)| editor.range(text, start, end);
+    let children = node.children.iter().map(|child| shown(editor, text, child));
+    json!({
+        "name": node.name,
+        "detail": node.detail,
+        "kind": node.kind,
+        "range": range(node.range),
+        "selectionRange": range(node.own),
+        "children": children.collect::<Vec<_>>(),
+    })
+}
+
+/// The symbols of all files whose names have the letters of `query` in their order: those that begin
+/// with it first.
+pub(super) fn symbols_like(files: &KnownFiles, editor: &Editor, query: &str) -> Value {
+    let mut found = Vec::new();
+    for (path, names) in files.iter() {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        for place in names.places.iter().filter(|place| place.declares) {
+            let mut symbols = place.symbols.iter();
+            let Some(symbol) = symbols.find(|symbol| symbol.kind != Kind::File) else {
+                continue;
+            };
+            let (around, name) = match symbol.name.rsplit_once('.') {
+                Some((around, name)) => (format!("{around} in {file}"), name),
+                None => (file.to_string(), symbol.name.as_str()),
+            };
+            let name = name.split('#').next().unwrap_or(name);
+            if let Some(rank) = rank(name, query) {
+                found.push((rank, name, path, place, around, symbol.kind, names));
+            }
+        }
+    }
+    found.sort_by_key(|(rank, name, path, place, ..)| (*rank, *name, *path, place.start));
+    let shown = found.iter().take(MOST);
+    let shown = shown.map(|(_, name, path, place, around, kind, names)| {
+        json!({
+            "name": name,
+            "kind": number(*kind),
+            "containerName": around,
+            "location": editor.location(path, &names.text, place.start, place.end),
+        })
+    });
+    json!(shown.collect::<Vec<_>>())
+}
+
+/// The folds of an open file.
+pub(super) fn folds(editor: &Editor, path: &Path) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let text = document.text.as_str();
+    let with_braces = crate::languages::Language::of(path).is_some();
+    let mut folds = if with_braces {
+        Structure::of(text).folds()
+    } else {
+        let blocks = structure::blocks(path, text).into_iter();
+        blocks.map(|block| (block.start, block.end, None)).collect()
+    };
+    folds.truncate(MOST_FOLDS);
+    let lines = folds.into_iter().filter_map(|(start, end, kind)| {
+        let (from, to) = (document.text.line(start), document.text.line(end));
+        let mut fold = json!({ "startLine": from, "endLine": to });
+        if let Some(kind) = kind {
+            fold["kind"] = json!(kind);
+        }
+        (from < to).then_some(fold)
+    });
+    json!(lines.collect::<Vec<_>>())
+}
+
+/// The ranges around each position of an open file, the shortest first.
+pub(super) fn selections(editor: &Editor, path: &Path, positions: &Value) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let text = document.text.as_str();
+    let with_braces = crate::languages::Language::of(path).is_some();
+    let positions = positions.as_array().map_or(&[][..], Vec::as_slice);
+    let structure = Structure::of(text);
+    let blocks = structure::blocks(path, text);
+    let ranges = positions.iter().take(MOST_POSITIONS).map(|position| {
+        let byte = document.text.byte(editor.encoding(), position);
+        let byte = byte.unwrap_or(text.len());
+        let mut parts = if with_braces {
+            structure.around(byte)
+        } else {
+            let mut parts = vec![(0, text.len())];
+            for block in blocks.iter().filter(|b| b.start <= byte && byte <= b.end) {
+                parts.extend([(block.start, block.end), block.inside, block.name]);
+            }
+            parts.push(word(text, byte));
+            let line = document.text.bytes_of_line(document.text.line(byte));
+            parts.extend(line);
+            parts.retain(|(start, end)| *start <= byte && byte <= *end);
+            parts
+        };
+        parts.sort_by_key(|(start, end)| (end - start, *start));
+        // Each one contains the one before.
+        let mut nested: Vec<(usize, usize)> = Vec::new();
+        for (start, end) in parts {
+            let fits = nested
+                .last()
+                .is_none_or(|last| start <= last.0 && last.1 <= end && (start, end) != *last);
+            if fits {
+                nested.push((start, end));
+            }
+        }
+        nested.truncate(MOST_DEPTH);
+        let outwards = nested.into_iter().rev();
+        outwards.fold(Value::Null, |parent, (start, end)| {
+            let range = editor.range(&document.text, start, end);
+            match parent {
+                Value::Null => json!({ "range": range }),
+                parent => json!({ "range": range, "parent": parent }),
+            }
+        })
+    });
+    let whole = document.text.whole(editor.encoding());
+    let ranges = ranges.map(|range| match range {
+        Value::Null => json!({ "range": whole }),
+        range => range,
+    });
+    json!(ranges.collect::<Vec<_>>())
+}
+
+/// The declarations of a file with their ranges.
 fn declared(names: &Names) -> Vec<Node> {
     let text = names.text.as_str();
     let structure = Structure::of(text);

@@ -6,11 +6,11 @@ use std::ffi::OsString;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 
-/// What a client counts in a line.
+/// The unit in which a client counts columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Encoding {
     Utf8,
-    /// What a client counts that says nothing.
+    /// The unit of a client that names none.
     #[default]
     Utf16,
     Utf32,
@@ -35,7 +35,7 @@ impl Encoding {
         }
     }
 
-    /// How many characters a client counts in a text.
+    /// The length of a text in units of the client.
     pub(super) fn count(self, text: &str) -> usize {
         match self {
             Self::Utf16 | Self::Utf32 if text.is_ascii() => text.len(),

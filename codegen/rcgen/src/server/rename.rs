@@ -1,11 +1,11 @@
 //! Another name for a thing, in all files that name it. The code in `src/` is listed, and left alone.
 
 use super::hover::worker_files;
+use super::known_files::key;
 use super::names::{Kind, Place, Symbol};
 use super::networks::Wiring;
 use super::requests::Answer;
 use super::{INVALID_PARAMETERS, REQUEST_FAILED, Server, send};
-use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_files::unsaved;
 use rc_syntax::Trivia;
@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How many places of code are listed.
+/// The most listed places of code.
 const MOST_TOLD: usize = 20;
 
 /// How the protocol numbers a message that only informs.
@@ -27,7 +27,7 @@ impl Server {
     /// The name at a position that may be changed: its range and its text.
     pub(super) fn renamable(&mut self, path: &Path, position: &Value) -> Answer {
         let (place, symbol) = self.target(path, position)?;
-        let Some(names) = self.names.get(path) else {
+        let Some(names) = self.files.get(path) else {
             return Ok(Value::Null);
         };
         let old = last(&symbol.name).to_owned();
@@ -37,7 +37,7 @@ impl Server {
             return Ok(Value::Null);
         };
         let (start, end) = (place.start + start, place.start + end);
-        let range = names.text.range(self.encoding, start, end);
+        let range = self.editor.range(&names.text, start, end);
         Ok(json!({ "range": range, "placeholder": old }))
     }
 
@@ -112,15 +112,16 @@ impl Server {
         let mut changes = serde_json::Map::new();
         let mut versioned = Vec::new();
         for (file, edits) in edits {
-            let Some(names) = self.names.get(&file) else {
+            let Some(names) = self.files.get(&file) else {
                 continue;
             };
             let edits = edits.into_iter().map(|(start, end, text)| {
-                json!({ "range": names.text.range(self.encoding, start, end), "newText": text })
+                json!({ "range": self.editor.range(&names.text, start, end), "newText": text })
             });
             let edits: Value = edits.collect();
-            let uri = self.address(&file);
+            let uri = self.editor.address(&file);
             let version = self
+                .editor
                 .document(&file)
                 .map_or(Value::Null, |open| open.version.clone());
             versioned.push(
@@ -128,7 +129,7 @@ impl Server {
             );
             changes.insert(uri, edits);
         }
-        if self.versions {
+        if self.editor.compares_versions() {
             json!({ "documentChanges": versioned })
         } else {
             json!({ "changes": changes })
@@ -137,7 +138,7 @@ impl Server {
 
     /// A file that has a word of which, because of a mistake, nobody knows what it names.
     fn unreadable_with(&self, word: &str) -> Option<PathBuf> {
-        let mut files = self.names.iter();
+        let mut files = self.files.iter();
         let found = files.find(|(_, names)| {
             let text = names.text.as_str();
             let mut words = words(text, word);
@@ -158,27 +159,26 @@ impl Server {
 
     /// Whether a closed file has another text than the one that was checked.
     fn is_stale(&self, file: &Path) -> bool {
-        let is_open = self.document(file).is_some();
-        let names = self.names.get(file).filter(|_| !is_open);
+        let is_open = self.editor.document(file).is_some();
+        let names = self.files.get(file).filter(|_| !is_open);
         names
             .is_some_and(|names| rc_files::read(file).is_ok_and(|text| text != names.text.as_str()))
     }
 
     /// A file below a folder of the editor.
     fn path_shown(&self, file: &Path) -> String {
-        let mut roots = self.roots.iter();
-        let below = roots.find_map(|(root, _)| file.strip_prefix(root).ok());
+        let below = self.editor.below_root(file);
         below.unwrap_or(file).display().to_string()
     }
 
     /// The thing at a position whose name may be changed, and the place that names it.
     fn target(&mut self, path: &Path, position: &Value) -> Result<(Place, Symbol), (i64, String)> {
         let mut found: Vec<(Place, Symbol)> = Vec::new();
-        for place in self.places(path, position) {
+        for place in self.files.places(path, position, self.editor.encoding()) {
             if place.declares {
                 let symbols = place.symbols.iter().filter(|one| one.kind != Kind::File);
                 found.extend(symbols.map(|symbol| (place.clone(), symbol.clone())));
-            } else if let Some(symbol) = self.resolved(&place.symbols) {
+            } else if let Some(symbol) = self.files.resolved(&place.symbols) {
                 found.push((place, symbol));
             }
         }
@@ -205,7 +205,7 @@ impl Server {
 
     /// Whether a parameter has others inside.
     fn is_block(&self, symbol: &Symbol) -> bool {
-        let names = self.known(&symbol.file);
+        let names = self.files.known(&symbol.file);
         let places = names.map_or(&[][..], |names| &names.places);
         let inside = format!("{}.", symbol.name);
         let mut symbols = places.iter().flat_map(|place| &place.symbols);
@@ -215,7 +215,7 @@ impl Server {
     /// The slots that have the name of an interface, because they have none of their own.
     fn slots_named_after(&self, interface: &Symbol) -> Vec<Symbol> {
         let mut slots = Vec::new();
-        for names in self.names.values() {
+        for (_, names) in self.files.iter() {
             let places = names.places.iter();
             for place in places.filter(|place| place.symbols.contains(interface)) {
                 let same = names
@@ -238,8 +238,8 @@ impl Server {
         kind: Kind,
     ) -> BTreeMap<PathBuf, Vec<Edit>> {
         let mut all: BTreeMap<PathBuf, Vec<Edit>> = BTreeMap::new();
-        for (file, places) in self.named(symbols) {
-            let Some(names) = self.names.get(&file) else {
+        for (file, places) in self.files.named(symbols) {
+            let Some(names) = self.files.get(&file) else {
                 continue;
             };
             let text = names.text.as_str();
@@ -284,7 +284,7 @@ impl Server {
         let before: Vec<BTreeMap<(String, &'static str), String>> =
             files.iter().map(|file| self.errors(file)).collect();
         for (file, edits) in edits {
-            let Some(names) = self.names.get(file) else {
+            let Some(names) = self.files.get(file) else {
                 continue;
             };
             let mut text = names.text.as_str().to_owned();
@@ -300,14 +300,14 @@ impl Server {
             new.map(|((place, _), message)| format!("{place}: {message}"))
         });
         for file in edits.keys() {
-            self.take_from_disk(file);
+            self.editor.take_from_disk(file);
         }
         broken
     }
 
     /// The errors of a file, by their places and codes; those of a network with its connections.
     fn errors(&self, file: &Path) -> BTreeMap<(String, &'static str), String> {
-        let looked = self.look_at(file);
+        let looked = self.files.look_at(file);
         let has_errors = looked.found.has_errors();
         let mut all = BTreeMap::new();
         let mut take = |sources: &SourceMap, found: &Diagnostics| {
@@ -322,7 +322,7 @@ impl Server {
         take(&looked.sources, &looked.found);
         if let Some(network) = looked.network.filter(|_| !has_errors) {
             let mut wiring = Wiring::new(file, looked.sources, *network);
-            while wiring.read_next(&FileLoader::new(&self.include)) {}
+            while wiring.read_next(&self.files.loader()) {}
             let (_, sources, found) = wiring.connected();
             take(sources, &found);
         }
@@ -357,7 +357,7 @@ impl Server {
                 let Ok(text) = rc_files::read(&file) else {
                     continue;
                 };
-                let file = super::key(&file);
+                let file = key(&file);
                 for (number, line) in text.lines().enumerate() {
                     if words.iter().any(|word| has_word(line, word)) {
                         told.insert((file.clone(), number + 1, old.to_owned()));
@@ -413,7 +413,7 @@ fn part(written: &str, symbol: &Symbol, old: &str) -> Option<(usize, usize)> {
     (*step == old).then_some((*start, start + step.len()))
 }
 
-/// Where the name of a slot stands: behind its interface, `[]` and a middleware.
+/// The place for the name of a slot: behind its interface, `[]` and a middleware.
 fn behind_interface(text: &str, end: usize) -> usize {
     let mut at = end;
     for (open, close) in [('[', ']'), ('(', ')')] {

@@ -1,12 +1,13 @@
 //! The requests that are answered.
 
+use super::completion::Completion;
 use super::place::Encoding;
-use super::{Document, METHOD_NOT_FOUND, Server, layout, tokens};
+use super::{METHOD_NOT_FOUND, Server, actions, hints, layout, outline, signature, tokens};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
 
-/// What an answer needs to be known.
+/// The files that an answer needs.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Needs {
     /// The file itself, as it is typed.
@@ -40,7 +41,7 @@ const REQUESTS: [(&str, Needs); 19] = [
     ("onTypeFormatting", Needs::File),
 ];
 
-/// What this server offers.
+/// The capabilities of this server.
 pub(super) fn capabilities(encoding: Encoding) -> Value {
     // Of a folder that comes, moves or goes, a watcher of files hears nothing.
     let folders_only = json!({ "filters": [
@@ -94,7 +95,7 @@ impl Server {
         if method == "workspace/symbol" {
             self.settle()?;
             let query = parameters["query"].as_str().unwrap_or_default();
-            return Ok(Ok(self.symbols_like(query)));
+            return Ok(Ok(outline::symbols_like(&self.files, &self.editor, query)));
         }
         let name = method.strip_prefix("textDocument/");
         let Some((name, needs)) = REQUESTS.iter().find(|(known, _)| name == Some(known)) else {
@@ -105,7 +106,7 @@ impl Server {
         };
         let uri = parameters["textDocument"]["uri"].as_str();
         let uri = uri.unwrap_or_default();
-        let Some(path) = self.open.get(uri).map(|open| open.path.clone()) else {
+        let Some(path) = self.editor.at(uri).map(|open| open.path.clone()) else {
             return Ok(Ok(Value::Null));
         };
         self.dirty.insert(path.clone());
@@ -131,12 +132,6 @@ impl Server {
         Ok(())
     }
 
-    /// The open text of a file.
-    pub(super) fn document(&self, path: &Path) -> Option<&Document> {
-        let mut open = self.open.values();
-        open.find(|document| document.path == path)
-    }
-
     fn answer(
         &mut self,
         name: &str,
@@ -144,11 +139,14 @@ impl Server {
         path: &Path,
         parameters: &Value,
     ) -> io::Result<Answer> {
-        let position = &parameters["position"];
+        let (position, range) = (&parameters["position"], &parameters["range"]);
+        let (files, editor) = (&self.files, &self.editor);
         Ok(Ok(match name {
-            "formatting" => self.format(uri),
-            "codeAction" => self.actions(uri, path, &parameters["range"], &parameters["context"]),
-            "completion" => self.completion(path, position),
+            "formatting" => actions::format(editor, uri),
+            "codeAction" => {
+                actions::actions(&self.findings, uri, path, range, &parameters["context"])
+            }
+            "completion" => Completion { files, editor }.at(path, position),
             "definition" => self.definition(path, position),
             "implementation" => self.implementation(path, position),
             "references" => {
@@ -157,15 +155,20 @@ impl Server {
             }
             "documentHighlight" => self.highlights(path, position),
             "hover" => self.hover(path, position)?,
-            "documentSymbol" => self.symbols_of(path),
-            "foldingRange" => self.folds(path),
-            "selectionRange" => self.selections(path, &parameters["positions"]),
-            "semanticTokens/full" => self.words(path),
-            "signatureHelp" => self.signature(path, position),
-            "inlayHint" => self.hints(path, &parameters["range"])?,
-            "codeLens" => self.lenses(path),
-            "rangeFormatting" => self.format_range(path, &parameters["range"]),
-            "onTypeFormatting" => self.format_behind(path, position),
+            "documentSymbol" => outline::symbols_of(files, editor, path),
+            "foldingRange" => outline::folds(editor, path),
+            "selectionRange" => outline::selections(editor, path, &parameters["positions"]),
+            "semanticTokens/full" => tokens::words(files, editor, path),
+            "signatureHelp" => signature::signature(files, editor, path, position),
+            "inlayHint" => {
+                if path.extension().is_some_and(|ending| ending == "ddsl") {
+                    self.know_networks()?;
+                }
+                hints::hints(&self.files, &self.networks, &self.editor, path, range)
+            }
+            "codeLens" => hints::lenses(files, editor, path),
+            "rangeFormatting" => layout::format_range(editor, path, range),
+            "onTypeFormatting" => layout::format_behind(editor, path, position),
             "prepareRename" => return Ok(self.renamable(path, position)),
             "rename" => return self.rename(path, position, &parameters["newName"]),
             _ => Value::Null,

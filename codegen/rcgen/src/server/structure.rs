@@ -14,7 +14,7 @@ pub(super) struct Block {
     pub(super) end: usize,
     /// Its name.
     pub(super) name: (usize, usize),
-    /// Where its content begins and ends.
+    /// Begin and end of its content.
     pub(super) inside: (usize, usize),
 }
 
@@ -220,7 +220,7 @@ impl<'a> Structure<'a> {
             .collect()
     }
 
-    /// What may be folded, as bytes with the kind of it.
+    /// The folds, as bytes, each with its kind.
     pub(super) fn folds(&self) -> Vec<(usize, usize, Option<&'static str>)> {
         let mut folds = Vec::new();
         for (open, token) in self.tokens.iter().enumerate() {

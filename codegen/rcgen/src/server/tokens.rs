@@ -1,7 +1,8 @@
 //! The colours of a text: what each word of it is.
 
-use super::Server;
 use super::completion::is_keyword;
+use super::editor::Editor;
+use super::known_files::KnownFiles;
 use super::names::{Kind, Names};
 use crate::languages::Language;
 use rc_syntax::TokenKind;
@@ -30,7 +31,7 @@ pub(super) const KINDS: [&str; 14] = [
 /// The modifiers, in their order.
 pub(super) const MODIFIERS: [&str; 1] = ["declaration"];
 
-/// How many words of a text have colours.
+/// The most words of a text with colours.
 const MOST: usize = 100_000;
 
 /// A word of a text.
@@ -41,51 +42,53 @@ struct Word {
     declares: bool,
 }
 
-impl Server {
-    /// The words of an open file, as the protocol has them: each by its distance to the one before.
-    pub(super) fn words(&self, path: &Path) -> Value {
-        let Some(document) = self.document(path) else {
-            return Value::Null;
-        };
-        let text = document.text.as_str();
-        let names = self.names.get(path);
-        let names = names.filter(|names| names.text.as_str() == text);
-        let mut words = names.map_or_else(Vec::new, named);
-        if let Some(language) = Language::of(path) {
-            lexical(text, language.extension, &mut words);
+/// The words of an open file, as the protocol has them: each by its distance to the one before.
+pub(super) fn words(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
+    let Some(document) = editor.document(path) else {
+        return Value::Null;
+    };
+    let text = document.text.as_str();
+    let names = files.get(path);
+    let names = names.filter(|names| names.text.as_str() == text);
+    let mut words = names.map_or_else(Vec::new, named);
+    if let Some(language) = Language::of(path) {
+        lexical(text, language.extension, &mut words);
+    }
+    words.sort_by_key(|word| (word.start, word.end));
+    let mut data = Vec::new();
+    let (mut line_before, mut start_before, mut end) = (0, 0, 0);
+    for word in words.iter().take(MOST) {
+        if word.start < end {
+            continue;
         }
-        words.sort_by_key(|word| (word.start, word.end));
-        let mut data = Vec::new();
-        let (mut line_before, mut start_before, mut end) = (0, 0, 0);
-        for word in words.iter().take(MOST) {
-            if word.start < end {
+        end = word.end;
+        // A word that has several lines has several parts: not all editors take more.
+        for line in document.text.line(word.start)..=document.text.line(word.end) {
+            let Some((first, last)) = document.text.bytes_of_line(line) else {
+                continue;
+            };
+            let (start, stop) = (word.start.max(first), word.end.min(last));
+            let count = |from, to| {
+                editor
+                    .encoding()
+                    .count(text.get(from..to).unwrap_or_default())
+            };
+            if start >= stop {
                 continue;
             }
-            end = word.end;
-            // A word that has several lines has several parts: not all editors take more.
-            for line in document.text.line(word.start)..=document.text.line(word.end) {
-                let Some((first, last)) = document.text.bytes_of_line(line) else {
-                    continue;
-                };
-                let (start, stop) = (word.start.max(first), word.end.min(last));
-                let count = |from, to| self.encoding.count(text.get(from..to).unwrap_or_default());
-                if start >= stop {
-                    continue;
-                }
-                // Counted from the word before: a line may be long.
-                let from = if line == line_before {
-                    start_before.max(first)
-                } else {
-                    first
-                };
-                let (distance, length) = (count(from, start), count(start, stop));
-                let modifiers = usize::from(word.declares);
-                data.extend([line - line_before, distance, length, word.kind, modifiers]);
-                (line_before, start_before) = (line, start);
-            }
+            // Counted from the word before: a line may be long.
+            let from = if line == line_before {
+                start_before.max(first)
+            } else {
+                first
+            };
+            let (distance, length) = (count(from, start), count(start, stop));
+            let modifiers = usize::from(word.declares);
+            data.extend([line - line_before, distance, length, word.kind, modifiers]);
+            (line_before, start_before) = (line, start);
         }
-        json!({ "data": data })
     }
+    json!({ "data": data })
 }
 
 fn number(name: &str) -> usize {

@@ -1,11 +1,11 @@
 //! Suggestions in the configuration of a component.
 
 use super::languages::settings_of;
-use super::{Item, PROPERTY, STATEMENTS, Server, Target, VALUE, keywords, of, words};
+use super::{Completion, Item, PROPERTY, STATEMENTS, Target, VALUE, keywords, of, words};
 use rc_vocabulary::Middleware;
 use std::path::Path;
 
-impl Server {
+impl Completion<'_> {
     /// The start of the word at the cursor, and what may stand there.
     pub(super) fn in_configuration(
         &self,

@@ -1,9 +1,8 @@
 //! Suggestions in interfaces, components, networks and parameters.
 
 use super::{
-    FILE, FileLoader, INSIDE, INTERFACE, Item, Kind, Loader, Names, PROPERTY, Path, PathBuf,
-    STATEMENTS, STRUCT, Server, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths,
-    words,
+    Completion, FILE, INSIDE, INTERFACE, Item, Kind, Loader, Names, PROPERTY, Path, PathBuf,
+    STATEMENTS, STRUCT, Target, UNIT, VALUE, items_of, key, keywords, load, of, paths, words,
 };
 use crate::server::context::Context;
 use rc_cdsl::model::Role;
@@ -15,7 +14,7 @@ use rc_syntax::TokenKind;
 use rc_vocabulary::qos::Values;
 use rc_vocabulary::{Language, Middleware, Primitive};
 
-impl Server {
+impl Completion<'_> {
     pub(super) fn in_interfaces(&self, target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {
         let around = context.around();
         let around: Vec<&str> = around.iter().map(String::as_str).collect();
@@ -78,7 +77,7 @@ impl Server {
         let primitives = primitives.chain(["string", "sequence", "dictionary"]);
         let mut items = items_of(target.names, Kind::Type, STRUCT);
         for symbol in target.names.imported() {
-            let Some(names) = self.readable(&symbol.file) else {
+            let Some(names) = self.files.readable(&symbol.file) else {
                 continue;
             };
             let types = items_of(names, Kind::Type, STRUCT).into_iter();
@@ -93,7 +92,10 @@ impl Server {
 
     fn types_of(&self, module: &str) -> Vec<Item> {
         let declares = |names: &Names| names.declaration(Kind::Module, module).is_some();
-        let mut modules = self.files("idsl").filter(|(_, names)| declares(names));
+        let mut modules = self
+            .files
+            .with_ending("idsl")
+            .filter(|(_, names)| declares(names));
         let module = modules.next();
         module.map_or_else(Vec::new, |(_, names)| items_of(names, Kind::Type, STRUCT))
     }
@@ -169,7 +171,7 @@ impl Server {
         if word == "available" {
             let machines = target.names.places.iter().flat_map(|place| &place.symbols);
             let machines = machines.filter(|symbol| symbol.kind == Kind::File);
-            let machines = machines.filter_map(|symbol| self.readable(&symbol.file));
+            let machines = machines.filter_map(|symbol| self.files.readable(&symbol.file));
             return machines
                 .flat_map(|names| items_of(names, Kind::State, VALUE))
                 .collect();
@@ -190,7 +192,7 @@ impl Server {
     /// All interfaces of the workspace, and those that come with the program; one that is not imported
     /// brings its import along.
     fn interfaces(&self, target: &Target<'_>) -> Vec<Item> {
-        let loader = FileLoader::new(&self.include);
+        let loader = self.files.loader();
         // The names of the file may be those of an earlier text, which imported something else.
         let imported = imports_in(target.text);
         let found = imported
@@ -198,7 +200,7 @@ impl Server {
             .filter_map(|name| loader.find(target.path, name, "idsl").ok());
         let imported_files: Vec<PathBuf> = found.map(|found| key(&found.path)).collect();
         let mut items = Vec::new();
-        for (path, names) in self.files("idsl") {
+        for (path, names) in self.files.with_ending("idsl") {
             let known = imported_files.contains(path);
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let own = target.path.parent().unwrap_or(Path::new(""));
@@ -238,8 +240,11 @@ impl Server {
 
     /// Files that an import may name.
     pub(super) fn importable(&self, target: &Target<'_>, written: &str, ending: &str) -> Vec<Item> {
-        let loader = FileLoader::new(&self.include);
-        let known = self.files(ending).filter(|(path, _)| *path != target.path);
+        let loader = self.files.loader();
+        let known = self
+            .files
+            .with_ending(ending)
+            .filter(|(path, _)| *path != target.path);
         let known = known.filter_map(|(path, _)| {
             let name = path.file_name()?.to_str()?;
             let found = loader.find(target.path, name, ending).ok()?;

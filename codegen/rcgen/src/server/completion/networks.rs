@@ -2,14 +2,14 @@
 
 use super::languages::{middlewares, settings_of};
 use super::{
-    FUNCTION, INSIDE, Item, Kind, PROPERTY, Path, PathBuf, STATEMENTS, Server, Target, VARIABLE,
-    items_of, key, keywords, of, words,
+    Completion, FUNCTION, INSIDE, Item, Kind, PROPERTY, Path, PathBuf, STATEMENTS, Target,
+    VARIABLE, items_of, key, keywords, of, words,
 };
 use crate::server::context::Context;
 use rc_cdsl::model::Role;
 use rc_vocabulary::{Middleware, RestartPolicy};
 
-impl Server {
+impl Completion<'_> {
     pub(super) fn in_network(&self, target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {
         let around = context.around();
         let (word, last) = (context.word(), context.last());
@@ -92,7 +92,10 @@ impl Server {
     }
     /// The slots of a component, each with its role and its interface; only arrays on demand.
     pub(super) fn slots_of(&self, cdsl: &Path, arrays: bool) -> Vec<Item> {
-        let slots = self.readable(cdsl).map_or(&[][..], |names| &names.slots);
+        let slots = self
+            .files
+            .readable(cdsl)
+            .map_or(&[][..], |names| &names.slots);
         let slots = slots.iter().filter(|slot| slot.is_array || !arrays);
         slots
             .map(|slot| {
@@ -108,9 +111,10 @@ impl Server {
     /// The parameters of a component by their paths.
     pub(super) fn parameters_of(&self, cdsl: &Path) -> Vec<Item> {
         let files = self
+            .files
             .readable(cdsl)
             .map_or(&[][..], |names| &names.parameters);
-        let files = files.iter().filter_map(|file| self.readable(file));
+        let files = files.iter().filter_map(|file| self.files.readable(file));
         files
             .flat_map(|names| items_of(names, Kind::Parameter, PROPERTY))
             .collect()
@@ -151,7 +155,12 @@ fn members(target: &Target<'_>, prefix: &str) -> Vec<Item> {
 }
 
 /// The end of a path in `bind` or `external`.
-fn bound(server: &Server, target: &Target<'_>, context: &Context<'_>, prefix: &str) -> Vec<Item> {
+fn bound(
+    completion: &Completion<'_>,
+    target: &Target<'_>,
+    context: &Context<'_>,
+    prefix: &str,
+) -> Vec<Item> {
     let tokens = &context.statement;
     let begins = tokens
         .iter()
@@ -181,7 +190,7 @@ fn bound(server: &Server, target: &Target<'_>, context: &Context<'_>, prefix: &s
             .iter()
             .find(|(known, _)| known == place)
         {
-            let slots = server.slots_of(cdsl, false).into_iter();
+            let slots = completion.slots_of(cdsl, false).into_iter();
             let fits = |item: &Item| {
                 let role = item.detail.split(' ').next().and_then(Role::from_file);
                 role.is_none_or(|role| role.is_provided() == is_provider)
@@ -217,7 +226,7 @@ fn bound(server: &Server, target: &Target<'_>, context: &Context<'_>, prefix: &s
             let group = target.names.groups.get(place);
             let slots = within
                 .iter()
-                .flat_map(|(_, cdsl)| server.slots_of(cdsl, false));
+                .flat_map(|(_, cdsl)| completion.slots_of(cdsl, false));
             return slots
                 .filter(|item| group.is_some_and(|group| group.exports.contains(&item.label)))
                 .collect();
