@@ -49,13 +49,13 @@ pub trait Component {
     }
 
     /// Runs in place of `compute()` in the state Emergency.
-    fn emergency(&mut self);
+    fn emergency(&mut self) {}
 
     /// Runs once between the states Emergency and Running.
-    fn restore(&mut self);
+    fn restore(&mut self) {}
 
     /// Runs once, after all other calls.
-    fn finalize(&mut self);
+    fn finalize(&mut self) {}
 
     /// Writes the number of peers of each slot that requires or publishes into `peers`, at the
     /// number of the slot or of the member.

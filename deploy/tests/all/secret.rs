@@ -1,10 +1,7 @@
 //! `rcdeploy params` with secret parameters and arrays of strings.
 
 use rc_middleware::RunDirectory;
-use rc_middleware::typed::{HandlerError, Request};
-use rc_runtime::{
-    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError, embed,
-};
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -53,36 +50,9 @@ impl Component for Vault {
         );
         *GIVEN.lock().expect("the values") = values;
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
-    }
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+#[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
 fn start(core: Core, _: &Ports, _: &Values) -> Result<Vault, StartError> {
     Ok(Vault(core))
 }

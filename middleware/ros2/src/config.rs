@@ -126,10 +126,8 @@ fn is_loopback(wanted: &str) -> bool {
 mod tests {
     use super::*;
     use rc_middleware::Backend;
-    use rc_middleware::typed::{HandlerError, Request};
     use rc_runtime::{
-        Component, Core, Description, Linked, Member, Ports, Sample, StartError, Values,
-        WorkerError, embed,
+        Component, Core, Description, Linked, Ports, StartError, Values, WorkerError, embed,
     };
     use std::sync::Mutex;
     use std::time::Duration;
@@ -182,33 +180,6 @@ mod tests {
         }
 
         fn compute(&mut self) -> Result<(), WorkerError> {
-            Ok(())
-        }
-
-        fn emergency(&mut self) {}
-
-        fn restore(&mut self) {}
-
-        fn finalize(&mut self) {}
-
-        fn sending_peers(&self, _: &mut [usize]) {}
-
-        fn serve(
-            &mut self,
-            _: usize,
-            _: Option<&Member>,
-            request: &mut Request<'_>,
-        ) -> Result<(), HandlerError> {
-            request.unknown()
-        }
-
-        fn receive(
-            &mut self,
-            _: usize,
-            _: Option<&Member>,
-            _: usize,
-            _: Sample<'_>,
-        ) -> Result<(), HandlerError> {
             Ok(())
         }
     }

@@ -6,8 +6,7 @@ use rc_middleware::{
     Address, Endpoint, Environment, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent,
 };
 use rc_runtime::{
-    Component, Core, Description, Member, Ports, Role, Sample, Slot, StartError, Values,
-    WorkerError, embed,
+    Component, Core, Description, Member, Ports, Role, Slot, StartError, Values, WorkerError, embed,
 };
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -58,10 +57,7 @@ static RAN: Mutex<Vec<Option<i32>>> = Mutex::new(Vec::new());
 struct Worker(Core);
 
 impl Worker {
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "the signature that the runtime requires"
-    )]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -77,14 +73,6 @@ impl Component for Worker {
         Ok(())
     }
 
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
     fn serve(
         &mut self,
         _: usize,
@@ -94,16 +82,6 @@ impl Component for Worker {
         let number = request.arguments(&WORK_ON, Reader::get::<i32>)?;
         RAN.lock().expect("what ran").push(Some(number));
         std::thread::sleep(WORK);
-        Ok(())
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -1,10 +1,8 @@
 //! The life cycle of a component: its states, its management and its end.
 
 use rc_middleware::RunDirectory;
-use rc_middleware::typed::{HandlerError, Request};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Member, Ports, Sample, StartError, Values, WorkerError,
-    embed,
+    Component, Core, Description, Embedded, Ports, StartError, Values, WorkerError, embed,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -99,27 +97,6 @@ impl Component for Worker {
 
     fn finalize(&mut self) {
         count(self.core.name(), 2);
-    }
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
     }
 }
 

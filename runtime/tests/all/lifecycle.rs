@@ -43,10 +43,7 @@ static CALLS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 struct Worker(Core);
 
 impl Worker {
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "the signature that the runtime requires"
-    )]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -85,10 +82,6 @@ impl Component for Worker {
             _ => Ok(()),
         }
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
 
     fn finalize(&mut self) {
         self.note("finalize");
@@ -340,12 +333,6 @@ impl Component for Connected {
     fn run_hook(&mut self, _: Hook<'_>) -> Result<(), WorkerError> {
         self.publish()
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
 
     fn serve(
         &mut self,

@@ -112,12 +112,6 @@ impl Component for Timed {
     fn machine(&mut self) -> Option<&mut Parts> {
         Some(self.machine.parts())
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
 }
 
 fn timed(network: &str, name: &str, more: &[&str]) -> Embedded {

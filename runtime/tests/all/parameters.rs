@@ -1,10 +1,9 @@
 //! Changes of parameters at run time: management socket, worker, saving.
 
 use rc_middleware::RunDirectory;
-use rc_middleware::typed::{HandlerError, Request};
 use rc_runtime::{
-    Component, Core, Description, Embedded, Member, ParamChange, Ports, Sample, StartError, Values,
-    WorkerError, embed,
+    Component, Core, Description, Embedded, ParamChange, Ports, StartError, Values, WorkerError,
+    embed,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -90,10 +89,7 @@ pub(crate) struct Worker {
 }
 
 impl Worker {
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "the signature that the runtime requires"
-    )]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     pub(crate) fn start(core: Core, _: &Ports, values: &Values) -> Result<Self, StartError> {
         if core.name() == "begins" {
             hang("begins");
@@ -146,33 +142,6 @@ impl Component for Worker {
             Some(4.5) => Err(WorkerError::Emergency("it burns".to_owned())),
             _ => Ok(()),
         }
-    }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
     }
 }
 

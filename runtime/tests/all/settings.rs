@@ -1,10 +1,7 @@
 //! Middleware settings of the configuration and the command line reach the backend.
 
-use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Backend, Environment, Linked, OpenError, Settings};
-use rc_runtime::{
-    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError, embed,
-};
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -33,10 +30,7 @@ fn connect(environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
 struct Worker(Core);
 
 impl Worker {
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "the signature that the runtime requires"
-    )]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -48,33 +42,6 @@ impl Component for Worker {
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        Ok(())
-    }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
         Ok(())
     }
 }

@@ -123,7 +123,7 @@ struct Source {
 }
 
 impl Source {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
         let mut time = ports.time_source();
         match core.name() {
@@ -173,9 +173,6 @@ impl Component for Source {
         }
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
     fn finalize(&mut self) {}
 }
 
@@ -223,9 +220,6 @@ impl Component for Follower {
         self.out.publish_with(|writer| writer.put(&runs))?;
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
     fn finalize(&mut self) {}
 
     fn receive(

@@ -86,9 +86,6 @@ impl Component for Worker {
         }
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
     fn finalize(&mut self) {}
 
     fn sending_peers(&self, peers: &mut [usize]) {
@@ -174,9 +171,6 @@ impl Component for CallingSource {
         }
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
     fn finalize(&mut self) {}
 
     fn sending_peers(&self, peers: &mut [usize]) {

@@ -8,8 +8,7 @@ use rc_middleware::{
     WakeEvent,
 };
 use rc_runtime::{
-    Component, Core, Description, Member, Ports, Role, Sample, Slot, StartError, Values,
-    WorkerError, embed,
+    Component, Core, Description, Member, Ports, Role, Slot, StartError, Values, WorkerError, embed,
 };
 use rustix::time::{ClockId, clock_gettime};
 use std::sync::Mutex;
@@ -62,10 +61,7 @@ static TURNS: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
 struct Worker(Core);
 
 impl Worker {
-    #[expect(
-        clippy::unnecessary_wraps,
-        reason = "the signature that the runtime requires"
-    )]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -86,14 +82,6 @@ impl Component for Worker {
         Ok(())
     }
 
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
     fn serve(
         &mut self,
         _: usize,
@@ -102,16 +90,6 @@ impl Component for Worker {
     ) -> Result<(), HandlerError> {
         let number = request.arguments(&DOUBLE, Reader::get::<i32>)?;
         request.reply_with(0, |writer| writer.put(&(2 * number)))
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
     }
 }
 

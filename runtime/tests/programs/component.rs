@@ -10,10 +10,7 @@ mod charts;
 mod guarded;
 
 use rc_management::{Client, component};
-use rc_middleware::typed::HandlerError;
-use rc_runtime::{
-    Component, Core, Description, Member, Ports, Sample, StartError, Values, WorkerError,
-};
+use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError};
 use std::io::Read;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -35,30 +32,14 @@ impl Component for Worker {
         Ok(())
     }
 
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
     fn finalize(&mut self) {
         if std::env::var_os("RC_TEST_PRINTS").is_some() {
             print!("half a line");
         }
     }
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
-    }
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+#[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
 fn start(core: Core, _: &Ports, _: &Values) -> Result<Worker, StartError> {
     Ok(Worker(core))
 }

@@ -57,10 +57,4 @@ impl Component for Guarded {
         self.machine.fire(Number(0));
         machine::rest(self)
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
 }

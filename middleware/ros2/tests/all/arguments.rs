@@ -1,7 +1,7 @@
 //! The command line of ROS 2 reaches the backend, the parameters and the log. Unknown arguments are
 //! reported.
 
-use rc_middleware::typed::{HandlerError, Operation, Request};
+use rc_middleware::typed::{HandlerError, Operation};
 use rc_middleware::{
     Backend, Client, Endpoint, Environment, Linked, OpenError, Publisher, Qos, Reliability, Server,
     Settings, Subscriber,
@@ -165,23 +165,6 @@ impl Component for Worker {
 
     fn compute(&mut self) -> Result<(), WorkerError> {
         Ok(())
-    }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
     }
 
     fn receive(

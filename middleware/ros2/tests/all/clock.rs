@@ -54,7 +54,7 @@ struct Worker {
 }
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
         let mut time = ports.time_source();
         time.wait_for_all(LIMIT);
@@ -82,9 +82,6 @@ impl Component for Worker {
         SEEN.1.notify_all();
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
     fn finalize(&mut self) {}
 }
 

@@ -27,7 +27,7 @@ static RELEASE: OnceLock<PathBuf> = OnceLock::new();
 struct Worker(Core);
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -52,12 +52,6 @@ impl Component for Worker {
         }
         Ok(())
     }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
 }
 
 #[test]

@@ -1,14 +1,12 @@
 //! The parameter services of a running component, called as from another node.
 
 use rc_middleware::rpc::{self, ENVELOPE, RequestId};
-use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{
     Address, Backend, Cdr, Client, Endpoint, Environment, ExternalType, Header, OpenError, Profile,
     Qos, Reader, RunDirectory, Settings, TypeIdentity, WakeEvent, Writer,
 };
 use rc_runtime::{
-    Component, Core, Description, Member, ParamChange, Ports, Sample, StartError, Values,
-    WorkerError, embed,
+    Component, Core, Description, ParamChange, Ports, StartError, Values, WorkerError, embed,
 };
 use rc_vocabulary::Value;
 use rc_vocabulary::ros::Remapping;
@@ -43,7 +41,7 @@ static NODE: Description = Description {
 struct Worker(Core);
 
 impl Worker {
-    #[expect(clippy::unnecessary_wraps, reason = "the runtime wants it so")]
+    #[expect(clippy::unnecessary_wraps, reason = "the runtime expects a `Result`")]
     fn start(core: Core, _: &Ports, _: &Values) -> Result<Self, StartError> {
         Ok(Self(core))
     }
@@ -63,33 +61,6 @@ impl Component for Worker {
             Some(4.0) => Err(WorkerError::Failed("the gear is stuck".to_owned())),
             _ => Ok(()),
         }
-    }
-
-    fn emergency(&mut self) {}
-
-    fn restore(&mut self) {}
-
-    fn finalize(&mut self) {}
-
-    fn sending_peers(&self, _: &mut [usize]) {}
-
-    fn serve(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        request: &mut Request<'_>,
-    ) -> Result<(), HandlerError> {
-        request.unknown()
-    }
-
-    fn receive(
-        &mut self,
-        _: usize,
-        _: Option<&Member>,
-        _: usize,
-        _: Sample<'_>,
-    ) -> Result<(), HandlerError> {
-        Ok(())
     }
 }
 
