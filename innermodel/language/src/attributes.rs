@@ -29,9 +29,9 @@ impl<'a, 'd> Attributes<'a, 'd> {
         for attribute in node.attributes() {
             let span = text.attribute_name(&attribute);
             let name = attribute.name();
-            let known = element.attributes.iter().find(|a| a.contains(&name));
+            let known = element.attributes().find(|a| a.contains(&name));
             let Some(known) = known.filter(|_| attribute.namespace().is_none()) else {
-                let all = element.attributes.iter().map(|names| names[0]);
+                let all = element.attributes().map(|names| names[0]);
                 let message = format!(
                     "unknown attribute `{}` of `{}`",
                     text.slice(span),

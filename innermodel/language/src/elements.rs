@@ -3,12 +3,22 @@
 /// An element: its tag, its attributes, and whether it may have children.
 pub(crate) struct Element {
     pub(crate) tag: &'static str,
-    pub(crate) attributes: &'static [&'static [&'static str]],
+    /// Attributes with several spellings, the first of which is that of the model.
+    groups: &'static [&'static [&'static [&'static str]]],
+    /// Attributes with one spelling.
+    words: &'static [&'static str],
     pub(crate) children: bool,
 }
 
-const ID: &[&str] = &["id"];
-const ALLOWED: &[&str] = &["allowed"];
+impl Element {
+    /// The attributes, each with its spellings.
+    pub(crate) fn attributes(&self) -> impl Iterator<Item = &'static [&'static str]> {
+        let groups = self.groups.iter().copied().flatten().copied();
+        groups.chain(self.words.iter().map(std::slice::from_ref))
+    }
+}
+
+const ID: &[&[&str]] = &[&["id"]];
 /// The spellings of a translation and of a rotation.
 pub(crate) const TRANSLATION: [&[&str]; 3] = [
     &["tx", "x", "t_x"],
@@ -34,359 +44,201 @@ pub(crate) const WIDTHS: [&[&str]; 3] = [
     &["widthz", "zwidth"],
 ];
 
-const TX: &[&str] = TRANSLATION[0];
-const TY: &[&str] = TRANSLATION[1];
-const TZ: &[&str] = TRANSLATION[2];
-const RX: &[&str] = ROTATION[0];
-const RY: &[&str] = ROTATION[1];
-const RZ: &[&str] = ROTATION[2];
-
-macro_rules! attributes {
-    ($($name:expr),* $(,)?) => { &[ID, $($name,)* ALLOWED] };
-}
-
 /// Outermost in each file.
 pub(crate) const ROOT: &str = "innerModel";
 
 pub(crate) const ELEMENTS: [Element; 25] = [
     Element {
         tag: "transform",
-        attributes: attributes![TX, TY, TZ, RX, RY, RZ, &["engine"], &["mass"]],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["engine", "mass", "allowed"],
         children: true,
     },
     Element {
         tag: "translation",
-        attributes: attributes![TX, TY, TZ, &["engine"], &["mass"]],
+        groups: &[ID, &TRANSLATION],
+        words: &["engine", "mass", "allowed"],
         children: true,
     },
     Element {
         tag: "rotation",
-        attributes: attributes![ANGLES[0], ANGLES[1], ANGLES[2], &["engine"], &["mass"]],
+        groups: &[ID, &ANGLES],
+        words: &["engine", "mass", "allowed"],
         children: true,
     },
     Element {
         tag: "joint",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["lx"],
-            &["ly"],
-            &["lz"],
-            &["hx"],
-            &["hy"],
-            &["hz"],
-            &["min"],
-            &["max"],
-            &["port"],
-            &["axis"],
-            &["home"],
-            &["maxspeed"],
-            &["noise"],
-            &["quantum"],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &[
+            "lx", "ly", "lz", "hx", "hy", "hz", "min", "max", "port", "axis", "home", "maxspeed",
+            "noise", "quantum", "allowed",
         ],
         children: true,
     },
     Element {
         tag: "prismaticJoint",
-        attributes: attributes![
-            &["min"],
-            &["max"],
-            &["position"],
-            &["offset"],
-            &["port"],
-            &["axis"],
-            &["home"],
-            &["maxspeed"],
-            &["noise"],
-            &["quantum"],
+        groups: &[ID],
+        words: &[
+            "min", "max", "position", "offset", "port", "axis", "home", "maxspeed", "noise",
+            "quantum", "allowed",
         ],
         children: true,
     },
     Element {
         tag: "touchsensor",
-        attributes: attributes![
-            &["type"],
-            &["nx"],
-            &["ny"],
-            &["nz"],
-            &["min"],
-            &["max"],
-            &["port"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"],
+        groups: &[ID],
+        words: &[
+            "type", "nx", "ny", "nz", "min", "max", "port", "rate", "noise", "quantum", "dropout",
+            "drift", "latency", "allowed",
         ],
         children: true,
     },
     Element {
         tag: "differentialrobot",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["port"],
-            &["noise"],
-            &["collide"],
-            &["maxspeed"],
-            &["maxturn"],
-            &["slip"]
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &[
+            "port", "noise", "collide", "maxspeed", "maxturn", "slip", "allowed",
         ],
         children: true,
     },
     Element {
         tag: "omnirobot",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["port"],
-            &["noise"],
-            &["collide"],
-            &["maxspeed"],
-            &["maxturn"],
-            &["slip"]
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &[
+            "port", "noise", "collide", "maxspeed", "maxturn", "slip", "allowed",
         ],
         children: true,
     },
     Element {
         tag: "camera",
-        attributes: attributes![
-            &["width"],
-            &["height"],
-            &["focal"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"]
+        groups: &[ID],
+        words: &[
+            "width", "height", "focal", "rate", "noise", "quantum", "dropout", "drift", "latency",
+            "allowed",
         ],
         children: false,
     },
     Element {
         tag: "rgbd",
-        attributes: attributes![
-            &["width"],
-            &["height"],
-            &["focal"],
-            &["noise"],
-            &["port"],
-            &["ifconfig"],
-            &["rate"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"],
+        groups: &[ID],
+        words: &[
+            "width", "height", "focal", "noise", "port", "ifconfig", "rate", "quantum", "dropout",
+            "drift", "latency", "allowed",
         ],
         children: false,
     },
     Element {
         tag: "laser",
-        attributes: attributes![
-            &["port"],
-            &["min"],
-            &["max"],
-            &["angle"],
-            &["measures"],
-            &["ifconfig"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"],
+        groups: &[ID],
+        words: &[
+            "port", "min", "max", "angle", "measures", "ifconfig", "rate", "noise", "quantum",
+            "dropout", "drift", "latency", "allowed",
         ],
         children: false,
     },
     Element {
         tag: "lidar",
-        attributes: attributes![
-            &["min"],
-            &["max"],
-            &["angle"],
-            &["measures"],
-            &["rings"],
-            &["low"],
-            &["high"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"],
+        groups: &[ID],
+        words: &[
+            "min", "max", "angle", "measures", "rings", "low", "high", "rate", "noise", "quantum",
+            "dropout", "drift", "latency", "allowed",
         ],
         children: false,
     },
     Element {
         tag: "ultrasound",
-        attributes: attributes![
-            &["min"],
-            &["max"],
-            &["angle"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"]
+        groups: &[ID],
+        words: &[
+            "min", "max", "angle", "rate", "noise", "quantum", "dropout", "drift", "latency",
+            "allowed",
         ],
         children: false,
     },
     Element {
         tag: "battery",
-        attributes: attributes![&["endurance"], &["charging"], &["level"]],
+        groups: &[ID],
+        words: &["endurance", "charging", "level", "allowed"],
         children: false,
     },
     Element {
         tag: "human",
-        attributes: attributes![TX, TY, TZ, RX, RY, RZ, &["path"], &["speed"], &["height"]],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["path", "speed", "height", "allowed"],
         children: true,
     },
     Element {
         tag: "imu",
-        attributes: attributes![
-            &["port"],
-            &["gyronoise"],
-            &["rate"],
-            &["noise"],
-            &["quantum"],
-            &["dropout"],
-            &["drift"],
-            &["latency"]
+        groups: &[ID],
+        words: &[
+            "port",
+            "gyronoise",
+            "rate",
+            "noise",
+            "quantum",
+            "dropout",
+            "drift",
+            "latency",
+            "allowed",
         ],
         children: false,
     },
     Element {
         tag: "plane",
-        attributes: attributes![
-            &["texture"],
-            &["size"],
-            &["repeat"],
-            &["nx"],
-            &["ny"],
-            &["nz"],
-            &["px"],
-            &["py"],
-            &["pz"],
-            &["collide"],
+        groups: &[ID],
+        words: &[
+            "texture", "size", "repeat", "nx", "ny", "nz", "px", "py", "pz", "collide", "allowed",
         ],
         children: false,
     },
     Element {
         tag: "display",
-        attributes: attributes![
-            &["texture"],
-            &["size"],
-            &["repeat"],
-            &["nx"],
-            &["ny"],
-            &["nz"],
-            &["px"],
-            &["py"],
-            &["pz"],
-            &["port"],
-            &["collide"],
+        groups: &[ID],
+        words: &[
+            "texture", "size", "repeat", "nx", "ny", "nz", "px", "py", "pz", "port", "collide",
+            "allowed",
         ],
         children: false,
     },
     Element {
         tag: "mesh",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["file"],
-            &["scale"],
-            &["render"],
-            &["collide"],
-        ],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["file", "scale", "render", "collide", "allowed"],
         children: false,
     },
     Element {
         tag: "pointcloud",
-        attributes: attributes![],
+        groups: &[ID],
+        words: &["allowed"],
         children: false,
     },
     Element {
         tag: "axes",
-        attributes: attributes![
-            &["length"],
-            &["width"],
-            LENGTHS[0],
-            LENGTHS[1],
-            LENGTHS[2],
-            WIDTHS[0],
-            WIDTHS[1],
-            WIDTHS[2],
-        ],
+        groups: &[ID, &[&["length"], &["width"]], &LENGTHS, &WIDTHS],
+        words: &["allowed"],
         children: false,
     },
     Element {
         tag: "include",
-        attributes: &[&["path"]],
+        groups: &[],
+        words: &["path"],
         children: false,
     },
     Element {
         tag: "sphere",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["radius"],
-            &["texture"],
-            &["collide"]
-        ],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["radius", "texture", "collide", "allowed"],
         children: false,
     },
     Element {
         tag: "cylinder",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["radius"],
-            &["length"],
-            &["texture"],
-            &["collide"],
-        ],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["radius", "length", "texture", "collide", "allowed"],
         children: false,
     },
     Element {
         tag: "cone",
-        attributes: attributes![
-            TX,
-            TY,
-            TZ,
-            RX,
-            RY,
-            RZ,
-            &["radius"],
-            &["length"],
-            &["texture"],
-            &["collide"],
-        ],
+        groups: &[ID, &TRANSLATION, &ROTATION],
+        words: &["radius", "length", "texture", "collide", "allowed"],
         children: false,
     },
 ];

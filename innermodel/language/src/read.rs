@@ -387,8 +387,8 @@ const R: [&str; 3] = ["rx", "ry", "rz"];
 
 /// The kind of an element, and its pose.
 fn kind(element: &Element, from: &mut Attributes<'_, '_>, units: Units) -> (Kind, Pose) {
-    let posed = element.attributes.iter().any(|names| names[0] == "tx");
-    let turned = element.attributes.iter().any(|names| names[0] == "rx");
+    let posed = element.attributes().any(|names| names[0] == "tx");
+    let turned = element.attributes().any(|names| names[0] == "rx");
     let pose = Pose {
         translation: if posed { from.lengths(T) } else { [0.0; 3] },
         rotation: if turned { from.numbers(R) } else { [0.0; 3] },

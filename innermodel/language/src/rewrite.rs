@@ -77,7 +77,7 @@ pub fn units(text: &str) -> Option<&'static str> {
 
 /// The place of an attribute among those of its element, for any of its spellings.
 fn rank(element: &Element, name: &str) -> Option<usize> {
-    let mut all = element.attributes.iter();
+    let mut all = element.attributes();
     all.position(|names| names.contains(&name))
 }
 
