@@ -109,7 +109,18 @@ impl Work {
                 Operation::Add | Operation::Subtract => work.sums += 1,
                 Operation::Multiply | Operation::Divide => work.products += 1,
                 Operation::Input(_) | Operation::Negate => {}
-                _ => work.functions += 1,
+                Operation::Root
+                | Operation::Floor
+                | Operation::Nearest
+                | Operation::Sine
+                | Operation::Cosine
+                | Operation::Angle
+                | Operation::Length
+                | Operation::IfBelow
+                | Operation::Store(_)
+                | Operation::Require(..)
+                | Operation::Call { .. }
+                | Operation::Result(_) => work.functions += 1,
             }
         }
         work

@@ -321,7 +321,12 @@ impl Lifecycle {
             | LifecycleState::Inactive
             | LifecycleState::Finalized
             | LifecycleState::ErrorProcessing => self.gate.set_open(false),
-            _ => {}
+            // Until the hook has ended, the gate is as before.
+            LifecycleState::Active
+            | LifecycleState::Configuring
+            | LifecycleState::CleaningUp
+            | LifecycleState::Deactivating
+            | LifecycleState::ShuttingDown => {}
         }
         self.state.store(to as u8, Ordering::Relaxed);
         if to.is_primary() {

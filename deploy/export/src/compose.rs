@@ -36,7 +36,7 @@ pub(super) fn files(source: &Source<'_>) -> Export {
                 part.component.name,
                 match restart.policy {
                     Policy::Always => ", and none at all with `always`",
-                    _ => "",
+                    Policy::Never | Policy::OnFailure => "",
                 }
             ));
         }

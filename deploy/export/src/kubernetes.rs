@@ -57,7 +57,7 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
                 part.component.name,
                 match restart.policy {
                     Policy::Always => ", and none at all in a Deployment",
-                    _ => "",
+                    Policy::Never | Policy::OnFailure => "",
                 }
             ));
         }

@@ -85,7 +85,9 @@ pub fn check(
             let span = places.of(&finding.path);
             let mut diagnostic = match finding.severity {
                 Severity::Error => Diagnostic::error(finding.code, span, finding.message),
-                _ => Diagnostic::warning(finding.code, span, finding.message),
+                Severity::Warning | Severity::Note => {
+                    Diagnostic::warning(finding.code, span, finding.message)
+                }
             };
             if let Some(help) = finding.help {
                 diagnostic = diagnostic.help(help);

@@ -273,7 +273,9 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) 
         // Force and torque that move all that the joint carries, in the frame of its body.
         let (mut force, mut torque) = match joint.motion {
             Motion::Turns { .. } => (cross(axis, held.moment), turned(&held.tensor, axis)),
-            _ => (scaled(axis, held.mass), cross(held.moment, axis)),
+            Motion::Slides { .. } | Motion::Fixed | Motion::Free => {
+                (scaled(axis, held.mass), cross(held.moment, axis))
+            }
         };
         let mut body = at;
         while let Some(above) = &robot.bodies[body].joint {

@@ -1,7 +1,7 @@
 //! A formula as a list of operations, and its computation.
 
 use rc_quantity::Real;
-use rc_vocabulary::Primitive;
+use rc_vocabulary::{Class, Primitive};
 use std::fmt;
 
 /// An operation. The numbers of its operands are computed before.
@@ -71,9 +71,10 @@ pub enum Operand {
 /// Whether each number of one kind is one of the other kind, exactly.
 pub fn fits(number: Primitive, wanted: Primitive) -> bool {
     // The greatest integers below which a float has all.
-    let whole = |float| match float {
-        Primitive::F32 => 1_i128 << 24,
-        _ => 1_i128 << 53,
+    let whole = |float: Primitive| match (float.class(), float.size()) {
+        (Class::Float, ..=4) => 1_i128 << f32::MANTISSA_DIGITS,
+        (Class::Float, _) => 1_i128 << f64::MANTISSA_DIGITS,
+        (Class::Bool | Class::Signed | Class::Unsigned, _) => i128::MAX,
     };
     match (number.limits(), wanted.limits()) {
         (Some((least, most)), Some((low, high))) => low <= least && most <= high,
@@ -197,9 +198,9 @@ fn required(value: f64, least: f64, most: f64) -> Result<f64, Rejected> {
 fn single(value: f64, number: Primitive) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
     let narrow = value as f32;
-    match number {
-        Primitive::F32 => f64::from(narrow),
-        _ => value,
+    match (number.class(), number.size()) {
+        (Class::Float, ..=4) => f64::from(narrow),
+        (Class::Float | Class::Bool | Class::Signed | Class::Unsigned, _) => value,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::program::{Node, Operand, Operation, Program, fits};
 use rc_quantity::Real;
-use rc_vocabulary::Primitive;
+use rc_vocabulary::{Class, Primitive};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -173,7 +173,7 @@ impl<'r> Term<'r> {
         recorder.record(Operation::Store(number), &[self], number)
     }
 
-    /// The same value. Values outside `least..=most`, and NaN, are refused.
+    /// Refuses values outside `least..=most`, and NaN. Others pass unchanged.
     #[expect(
         clippy::return_self_not_must_use,
         reason = "a requirement is kept without its value"
@@ -259,10 +259,11 @@ impl Neg for Term<'_> {
     type Output = Self;
 
     fn neg(self) -> Self {
-        let number = match self.number() {
-            float @ (Primitive::F32 | Primitive::F64) => float,
+        let number = self.number();
+        let number = match number.class() {
+            Class::Float => number,
             // The least integer has no opposite.
-            _ => Primitive::F64,
+            Class::Bool | Class::Signed | Class::Unsigned => Primitive::F64,
         };
         match self {
             Self::Constant(value) => Self::Constant(-value),

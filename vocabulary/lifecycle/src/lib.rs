@@ -193,7 +193,11 @@ impl Transition {
         match self {
             Self::Configure if state != LifecycleState::Unconfigured => state,
             Self::Deactivate if state != LifecycleState::Active => state,
-            _ => self.goal(),
+            Self::Configure
+            | Self::Cleanup
+            | Self::Activate
+            | Self::Deactivate
+            | Self::Shutdown => self.goal(),
         }
     }
 
