@@ -4,7 +4,7 @@
 use crate::markdown::ROOT;
 use rc_vocabulary::Middleware;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
@@ -202,6 +202,52 @@ fn the_runtime_and_the_traits_name_no_middleware() {
         code(&Path::new(ROOT).join(folder), &is_named, &mut found);
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// The name of the type in `impl<'a> TYPE<'a> {`.
+fn implemented(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("impl")?;
+    let mut depth = 0;
+    let is_outside = |c: char| {
+        depth += i32::from(c == '<') - i32::from(c == '>');
+        depth == 0 && (c.is_alphanumeric() || c == '_')
+    };
+    let start = rest.find(is_outside)?;
+    let rest = &rest[start..];
+    let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
+    Some(&rest[..end?])
+}
+
+/// The most files of a crate in which one type has methods: with more, each of them may touch all of
+/// its state.
+const MOST_FILES: usize = 6;
+
+#[test]
+fn no_type_has_methods_in_many_files() {
+    assert_eq!(
+        implemented("impl<'a, T: Of<u8>> Loop<'a, T> {"),
+        Some("Loop")
+    );
+    let mut many = Vec::new();
+    for (name, (folder, _)) in crates() {
+        let sources = Path::new(ROOT).join(folder).join("src");
+        let is_own = |line: &str| {
+            (line.starts_with("impl ") || line.starts_with("impl<")) && !line.contains(" for ")
+        };
+        let mut found = Vec::new();
+        if sources.is_dir() {
+            code(&sources, &is_own, &mut found);
+        }
+        let mut files: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for (path, line) in found.iter().filter_map(|line| line.split_once(": ")) {
+            if let Some(ty) = implemented(line) {
+                files.entry(ty).or_default().insert(path);
+            }
+        }
+        let too_many = files.iter().filter(|(_, files)| files.len() > MOST_FILES);
+        many.extend(too_many.map(|(ty, files)| format!("{ty} of {name}: {files:?}")));
+    }
+    assert!(many.is_empty(), "{}", many.join("\n"));
 }
 
 /// The crates of languages, and the languages that each knows.
