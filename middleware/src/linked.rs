@@ -39,6 +39,9 @@ pub struct Linked {
     pub arguments: Option<NodeArguments>,
     /// Its topic of time.
     pub clock: Option<NodeClock>,
+    /// Finds the rules of its settings for slots that are none of these, each with the names of its
+    /// operations.
+    pub unmatched: fn(&Settings, &[(&str, Vec<&str>)]) -> Vec<UnmatchedRule>,
     /// Adds the settings that variables of the environment choose, unless they are set. The
     /// function reads a variable.
     pub variables: fn(&mut BTreeMap<String, String>, &dyn Fn(&str) -> Option<String>),
@@ -53,9 +56,21 @@ impl Linked {
             observe: None,
             arguments: None,
             clock: None,
+            unmatched: |_, _| Vec::new(),
             variables: |_, _| {},
         }
     }
+}
+
+/// A rule of a middleware's settings for a slot that the component does not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnmatchedRule {
+    /// The rule with its key, as a message has it: ``remap `Lasr:=/scan` ``.
+    pub rule: String,
+    /// What it is for: `SLOT` or `SLOT/operation`.
+    pub target: String,
+    /// The nearest name, or what is allowed.
+    pub help: String,
 }
 
 /// The arguments that nodes of a middleware take. The option that begins them is

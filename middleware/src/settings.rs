@@ -1,6 +1,5 @@
 //! The settings of middlewares, from configurations, networks and command lines.
 
-use rc_vocabulary::ros::Remapping;
 use rc_vocabulary::{Value, qos};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -65,14 +64,6 @@ impl Settings {
     pub fn texts(&self, middleware: &str, key: &str) -> &[String] {
         match self.value(middleware, key) {
             Some(Value::Texts(values)) => values,
-            _ => &[],
-        }
-    }
-
-    /// The rules of a key that remaps names of ROS 2, in order.
-    pub fn remappings(&self, middleware: &str, key: &str) -> &[Remapping] {
-        match self.value(middleware, key) {
-            Some(Value::Remappings(rules)) => rules,
             _ => &[],
         }
     }

@@ -401,7 +401,7 @@ fn help(description: &Description) -> String {
     );
     if description.managed {
         out.push_str(
-            "\nIts life cycle is managed: it starts unconfigured, and `rcdeploy activate NETWORK NAME` or a tool of ROS 2\n\
+            "\nIts life cycle is managed: it starts unconfigured, and `rcdeploy activate NETWORK NAME` or a tool of a middleware\n\
              configures and activates it.\n  \
              --active              configure and activate it at the start; without success it ends with exit code 3\n",
         );

@@ -70,9 +70,9 @@ impl Core {
         &self.network
     }
 
-    /// The time of the network's clock: that of the system, unless another component or `/clock` of
-    /// ROS 2 provides it. Simulated time stands while a handler or `compute()` runs; before the
-    /// first tick it is zero.
+    /// The time of the network's clock: that of the system, unless another component or a topic
+    /// of its middleware provides it. Simulated time stands while a handler or `compute()` runs;
+    /// before the first tick it is zero.
     ///
     /// ```no_run
     /// # fn compute(core: &mut rc_runtime::Core, last: &mut rc_runtime::Time) {

@@ -244,7 +244,7 @@ impl Connections {
                 let follower = Follower::open(backend, &address, name, clock)?;
                 Ok(TimeRole::Follower(Box::new(follower)))
             }
-            ClockKind::Ros => {
+            ClockKind::Nodes => {
                 let (middleware, of_nodes) = self.description.node_clock().ok_or_else(|| {
                     wrong("none of its middlewares has a clock of nodes".to_owned())
                 })?;

@@ -5,7 +5,7 @@ use crate::configuration::{LoadedConfiguration, configured};
 use crate::description::Description;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
-use rc_middleware::linked::{TopicNames, TopicOverride};
+use rc_middleware::linked::{TopicNames, TopicOverride, UnmatchedRule};
 use rc_middleware::{OpenError, Qos, Settings};
 use rc_vocabulary::Value;
 use rc_vocabulary::qos;
@@ -129,12 +129,10 @@ fn warn(
     let name = description.name;
     for linked in description.backends {
         let middleware = linked.name;
-        for rule in settings.remappings(middleware, "remap") {
-            let from = &rule.from;
-            if let Some(hint) = rc_vocabulary::ros::unknown_target_help(from, &all)
-                && !slots.may_have(from)
-            {
-                tracing::warn!("remap `{rule}`: {name} has no `{from}`; {hint}");
+        let unmatched = (linked.unmatched)(settings, &all).into_iter();
+        for UnmatchedRule { rule, target, help } in unmatched {
+            if !slots.may_have(&target) {
+                tracing::warn!("{rule}: {name} has no `{target}`; {help}");
             }
         }
         let topics = named(&topics(slots, middleware)?);

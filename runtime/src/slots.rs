@@ -53,7 +53,7 @@ impl Deref for OpenSlot {
 }
 
 impl OpenSlot {
-    /// Name as a path, as rules of ROS 2 write it: `Laser`, or `lasers/front` for a member.
+    /// Name as a path, as rules of settings write it: `Laser`, or `lasers/front` for a member.
     pub(crate) fn path(&self) -> String {
         match &self.member {
             Some(member) => format!("{}/{}", self.slot.name, member.name()),

@@ -437,7 +437,7 @@ impl Prepared<'_> {
 /// The seed of the worker's random numbers: in simulated time, every run has the same ones.
 fn seed(kind: ClockKind, name: &str) -> u64 {
     match kind {
-        ClockKind::System | ClockKind::Ros => fastrand::u64(..),
+        ClockKind::System | ClockKind::Nodes => fastrand::u64(..),
         ClockKind::Simulated | ClockKind::Source => turn_of(name),
     }
 }
@@ -454,7 +454,7 @@ fn clock(
     let followed = of_nodes
         .filter(|(middleware, clock)| settings.bool(middleware, clock.setting) == Some(true));
     let kind = match &arguments.clock {
-        ClockChoice::Own if followed.is_some() => ClockKind::Ros,
+        ClockChoice::Own if followed.is_some() => ClockKind::Nodes,
         ClockChoice::Own | ClockChoice::Source if description.simulates_time => ClockKind::Source,
         ClockChoice::Own | ClockChoice::System => ClockKind::System,
         ClockChoice::Source => {
@@ -476,7 +476,7 @@ fn clock(
         return usage("--followers goes with --clock source".to_owned());
     }
     if let Some((_, clock)) = of_nodes
-        && matches!(kind, ClockKind::Ros | ClockKind::Source)
+        && matches!(kind, ClockKind::Nodes | ClockKind::Source)
     {
         (clock.rename)(settings, ends::SLOT);
     }

@@ -240,7 +240,7 @@ pub fn clock_text(clock: &ClockStatus) -> String {
             "publishes time {:.3} s, tick {}{stands}",
             clock.time_s, clock.tick
         ),
-        ClockKind::Ros => format!("time of /clock {:.3} s{stands}", clock.time_s),
+        ClockKind::Nodes => format!("time of /clock {:.3} s{stands}", clock.time_s),
         kind => format!("{} time {:.3} s{stands}", kind.word(), clock.time_s),
     }
 }

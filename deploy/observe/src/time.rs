@@ -34,7 +34,7 @@ impl Network {
             all.find(move |c| c.status.clock.kind == kind)
         };
         let source = of(ClockKind::Source).and_then(|c| self.ticks(c));
-        source.or_else(|| of(ClockKind::Ros).and_then(|c| self.ros_clock(c)))
+        source.or_else(|| of(ClockKind::Nodes).and_then(|c| self.ros_clock(c)))
     }
 
     /// Topics from which following components receive their time, one for each middleware.
@@ -43,7 +43,7 @@ impl Network {
         for component in &self.components {
             let topic = match component.status.clock.kind {
                 ClockKind::Simulated => self.ticks(component),
-                ClockKind::Ros => self.ros_clock(component),
+                ClockKind::Nodes => self.ros_clock(component),
                 ClockKind::System | ClockKind::Source => None,
             };
             if let Some(topic) = topic {

@@ -1,6 +1,6 @@
 //! `/clock`, the topic by which nodes of ROS 2 share a simulated time.
 
-use crate::NAME;
+use crate::{NAME, remap};
 use rc_middleware::linked::NodeClock;
 use rc_middleware::{DecodeError, Reader, Settings, Writer};
 use rc_vocabulary::Value;
@@ -18,9 +18,9 @@ pub(crate) const CLOCK: NodeClock = NodeClock {
 
 /// Names the topic `clock` of a slot `/clock`, behind the rules that are set.
 fn rename(settings: &mut Settings, slot: &str) {
-    let mut rules = settings.remappings(NAME, "remap").to_vec();
+    let mut rules = remap::rules(settings).to_vec();
     rules.extend(Remapping::parse(&format!("{slot}/clock:=/clock")));
-    settings.set(NAME, "remap", Value::Remappings(rules));
+    settings.set(NAME, remap::KEY, Value::Remappings(rules));
 }
 
 /// Reads the nanoseconds of a `rosgraph_msgs/msg/Clock`: `int32` seconds, `uint32` nanoseconds.
@@ -58,9 +58,9 @@ mod tests {
     fn the_topic_is_renamed_behind_other_rules() {
         let mut settings = Settings::default();
         let own = Remapping::parse("a:=/b").expect("a rule");
-        settings.set(NAME, "remap", Value::Remappings(vec![own]));
+        settings.set(NAME, remap::KEY, Value::Remappings(vec![own]));
         rename(&mut settings, "rc_time");
-        let rules = settings.remappings(NAME, "remap").iter();
+        let rules = remap::rules(&settings).iter();
         let rules: Vec<String> = rules.map(ToString::to_string).collect();
         assert_eq!(rules, ["a:=/b", "rc_time/clock:=/clock"]);
     }

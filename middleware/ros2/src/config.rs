@@ -2,6 +2,7 @@
 //! ROS 2 apply to keys that are not set.
 
 use crate::names::{self, NodeName};
+use crate::remap;
 use rc_middleware::{Environment, OpenError};
 use rc_network::{Configuration, Joining, refused};
 use rc_vocabulary::ros::{self, ResolvedRemapping};
@@ -31,7 +32,7 @@ fn read(environment: &Environment, variable: &Variable<'_>) -> Result<Config, St
         name("namespace"),
         name("node"),
     );
-    let rules = settings.remappings(crate::NAME, "remap").iter();
+    let rules = remap::rules(settings).iter();
     let rules = rules.map(|rule| rule.resolve(&namespace, &own)).collect();
     let domain = domain(settings.int(crate::NAME, "domain"), variable)?;
     let lease = settings.duration(crate::NAME, "lease");

@@ -13,6 +13,7 @@ mod names;
 mod node;
 mod parameter_events;
 mod rcl;
+mod remap;
 mod rosout;
 mod server;
 mod services;
@@ -48,6 +49,7 @@ pub const LINKED: Linked = Linked {
     observe: Some(observe),
     arguments: Some(arguments::ARGUMENTS),
     clock: Some(clock::CLOCK),
+    unmatched: remap::unmatched,
     variables: variables::add,
 };
 

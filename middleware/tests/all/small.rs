@@ -30,7 +30,7 @@ fn a_setting_is_read_as_what_it_is() {
         assert_eq!(settings.text("a", key), None);
         assert_eq!(settings.duration("a", key), None);
         assert!(settings.texts("a", key).is_empty());
-        assert!(settings.remappings("a", key).is_empty() && settings.qos("a", key).is_empty());
+        assert!(settings.qos("a", key).is_empty());
     }
     assert_eq!(settings.bool("a", "int"), None);
     // Later settings replace those of the same keys, and leave the others.

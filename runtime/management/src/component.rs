@@ -321,8 +321,9 @@ pub enum ClockKind {
     Simulated,
     /// This component publishes the time of its network.
     Source,
-    /// `/clock` of ROS 2.
-    Ros,
+    /// The nodes of its middleware share it, as by `/clock` of ROS 2.
+    #[serde(rename = "ros")]
+    Nodes,
 }
 
 impl ClockKind {
@@ -332,7 +333,7 @@ impl ClockKind {
             Self::System => "system",
             Self::Simulated => "simulated",
             Self::Source => "source",
-            Self::Ros => "ros",
+            Self::Nodes => "ros",
         }
     }
 }

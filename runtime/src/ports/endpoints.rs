@@ -16,7 +16,7 @@ pub(super) fn is_needed(
     let by_clock = match clock {
         ClockKind::System => false,
         ClockKind::Source => true,
-        ClockKind::Ros => linked.clock.is_some(),
+        ClockKind::Nodes => linked.clock.is_some(),
         ClockKind::Simulated => of_time == Some(linked.name),
     };
     by_clock || used.is_empty() || used.contains(linked.name)

@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | `NETWORK/rc-time/tick` | topic | [`protocol::Tick`], from the source |
 //! | `NETWORK/rc-time` | command `done` | [`protocol::Done`], from each follower |
-//! | `/clock` in ROS 2 | topic | `rosgraph_msgs/msg/Clock`, for nodes with `use_sim_time` |
+//! | that of a middleware's `NodeClock` | topic | of its own type, for its other nodes |
 
 pub(crate) mod ends;
 pub(crate) mod follower;

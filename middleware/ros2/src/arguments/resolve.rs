@@ -3,7 +3,7 @@
 use super::given::{For, RosArguments, Source, Untyped};
 use super::params_file;
 use super::qos::{QOS, quality};
-use crate::NAME;
+use crate::{NAME, remap};
 use rc_middleware::Settings;
 use rc_middleware::linked::{GivenArguments, NodeName, Overrides, ParameterOverride, TopicNames};
 use rc_vocabulary::ros::{self, Remapping, ResolvedRemapping};
@@ -30,7 +30,7 @@ impl GivenArguments for RosArguments {
     fn topic_names(&self, node: &NodeName<'_>, settings: &Settings) -> TopicNames {
         let own = |key: &str| settings.text(NAME, key).map(str::to_owned);
         let (namespace, name) = ros::node(node.network, node.name, own("namespace"), own("node"));
-        let remap = settings.remappings(NAME, "remap").iter();
+        let remap = remap::rules(settings).iter();
         let remap = remap.map(|rule| rule.resolve(&namespace, &name));
         let remap: Vec<ResolvedRemapping> = remap.collect();
         Box::new(move |address, slot, operation| {
@@ -107,7 +107,7 @@ fn resolve(
     }
     parameters(given, &names, &path, &mut out)?;
     if !remap.is_empty() {
-        out.rules.push(("remap", Value::Remappings(remap)));
+        out.rules.push((remap::KEY, Value::Remappings(remap)));
     }
     Ok(out)
 }

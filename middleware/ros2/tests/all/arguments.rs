@@ -10,6 +10,7 @@ use rc_runtime::{
     Component, Core, Description, Member, Ports, Role, Sample, Slot, StartError, Values,
     WorkerError, embed,
 };
+use rc_vocabulary::Value;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -197,8 +198,10 @@ fn names_and_parameters_are_applied() {
     let settings = settings.expect("the settings of this network");
     assert_eq!(settings.text("ros2", "node"), Some("front"));
     assert_eq!(settings.text("ros2", "namespace"), Some("/robot"));
-    let rules = settings.remappings("ros2", "remap").iter();
-    let rules: Vec<String> = rules.map(ToString::to_string).collect();
+    let Some(Value::Remappings(rules)) = settings.value("ros2", "remap") else {
+        panic!("no rules in {settings:?}");
+    };
+    let rules: Vec<String> = rules.iter().map(ToString::to_string).collect();
     let default = format!("/{network}/*:=/robot/*");
     assert_eq!(rules, [&default, "/a:=/c", "/d:=~/e", "/a:=/b"]);
     let parameters = PARAMETERS.lock().expect("the parameters").remove(&network);

@@ -112,7 +112,7 @@ fn states_and_clocks_are_printed_as_they_stand_in_json() {
         ClockKind::System,
         ClockKind::Simulated,
         ClockKind::Source,
-        ClockKind::Ros,
+        ClockKind::Nodes,
     ] {
         assert_eq!(json!(kind), kind.word());
     }
