@@ -2,9 +2,10 @@
 
 use crate::copied::Members;
 use crate::files::GENERATED;
-use crate::generator;
 use crate::paths::{absolute, normal, relative};
 use crate::source_files;
+use rc_cdsl::ast::Clause;
+use rc_diagnostics::SourceMap;
 use rc_vocabulary::Language;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -202,11 +203,11 @@ impl Workspace {
                 components.push(file);
             } else if inside.any(|above| above.join("Cargo.toml").exists()) {
                 // A file inside another package belongs to its tests, unless it is a package itself.
-                let other = generator::of_file(&file)?.filter(|one| !one.is_built_by_cargo());
+                let other = language(&file)?.filter(|one| !one.is_built_by_cargo());
                 if other.is_some_and(has_manifest) {
                     components.push(file);
                 }
-            } else if generator::of_file(&file)?.is_some_and(|one| !one.is_built_by_cargo()) {
+            } else if language(&file)?.is_some_and(|one| !one.is_built_by_cargo()) {
                 components.push(file);
             } else {
                 unlisted.push(file);
@@ -404,6 +405,26 @@ fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
         table = table.get(key)?.as_table_like()?;
     }
     table.get(last)
+}
+
+/// The language that a `.cdsl` names. `None` if there is none of this name, or if the file cannot
+/// be read as a description.
+///
+/// # Errors
+/// The system does not give the file.
+fn language(path: &Path) -> io::Result<Option<Language>> {
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, rc_files::read(path)?);
+    let (file, _) = rc_cdsl::parse(&sources, source);
+    let clauses = file
+        .component
+        .into_iter()
+        .flat_map(|component| component.clauses);
+    let mut words = clauses.filter_map(|(_, clause)| match clause {
+        Clause::Language(word) => Some(Language::from_file(&word.text)),
+        _ => None,
+    });
+    Ok(words.next().flatten())
 }
 
 #[cfg(test)]

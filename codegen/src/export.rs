@@ -2,6 +2,7 @@
 
 mod component;
 mod idl;
+pub(crate) mod literal;
 mod module;
 mod names;
 mod ros2;
@@ -11,7 +12,6 @@ mod scope;
 pub(crate) mod uses;
 
 pub use component::component;
-pub(crate) use idl::plain;
 pub use ros2::ros2;
 
 use crate::files::{Change, Owner, Step};

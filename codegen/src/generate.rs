@@ -7,9 +7,10 @@ use crate::templates::TemplateError;
 use crate::{generator, markdown, parallel, view};
 use rc_cdsl::model::Middleware;
 use rc_configuration::Parameters;
-use rc_diagnostics::Diagnostics;
+use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_idsl::Library;
-use rc_vocabulary::Middlewares;
+use rc_vocabulary::{Language, Middlewares};
+use std::io;
 use std::path::Path;
 
 /// One module of the crate `interfaces`.
@@ -49,6 +50,19 @@ pub fn interfaces_root(stems: &[&str]) -> Result<String, TemplateError> {
     let mut stems = stems.to_vec();
     stems.sort_unstable();
     rust::print::root(&stems)
+}
+
+/// Compares the worker of a component with its description.
+///
+/// # Errors
+/// The system does not give a file of the worker.
+pub fn check_worker(
+    project: &Project,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> io::Result<()> {
+    let language = project.language().unwrap_or(Language::Rust);
+    (generator::of(language).worker)(project, sources, found)
 }
 
 /// All files of a component. `interfaces` is the path from its folder `generated` to the crate

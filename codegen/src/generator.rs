@@ -6,7 +6,6 @@ use crate::rust::print::Printer;
 use crate::templates::TemplateError;
 use crate::{cpp, dependencies, python, requirements, rust, stubs, view};
 use rc_cdsl::Component;
-use rc_cdsl::ast::Clause;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_vocabulary::{Language, Middleware};
 use std::io;
@@ -16,8 +15,6 @@ use std::path::Path;
 pub(crate) struct Generator {
     /// Checks the name of a new component. The error is the reason against it.
     pub(crate) name: fn(&str) -> Result<(), &'static str>,
-    /// Checks the clause `dependencies`.
-    pub(crate) dependencies: fn(&Component, &mut Diagnostics),
     /// Checks the names of a component that is generated.
     pub(crate) names: fn(&Component, &mut Diagnostics),
     /// Prints a component. The text is the path from its folder `generated` to the crate of
@@ -35,8 +32,7 @@ pub(crate) struct Generator {
 
 static RUST: Generator = Generator {
     name: rust::names::component,
-    dependencies: dependencies::check,
-    names: rust::component::check,
+    names: rust::context_names::check,
     print: |view, component, interfaces, files| {
         let lines = component.dependencies.iter().map(dependencies::line);
         let view = rust::component::of(view);
@@ -59,7 +55,6 @@ static RUST: Generator = Generator {
 
 static PYTHON: Generator = Generator {
     name: python::names::component,
-    dependencies: requirements::check,
     names: |component, found| {
         python::check(&component.library, found);
         python::component::check(component, found);
@@ -85,7 +80,6 @@ static PYTHON: Generator = Generator {
 
 static CPP: Generator = Generator {
     name: cpp::names::component,
-    dependencies: cpp::check_dependencies,
     names: cpp::check,
     print: |view, _, _, files| cpp::print::files(view, files),
     first_test: "",
@@ -100,24 +94,4 @@ pub(crate) fn of(language: Language) -> &'static Generator {
         Language::Python => &PYTHON,
         Language::Cpp => &CPP,
     }
-}
-
-/// The language that a `.cdsl` names. `None` if there is none of this name, or if the file cannot
-/// be read as a description.
-///
-/// # Errors
-/// The system does not give the file.
-pub(crate) fn of_file(path: &Path) -> io::Result<Option<Language>> {
-    let mut sources = SourceMap::new();
-    let source = sources.add(path, rc_files::read(path)?);
-    let (file, _) = rc_cdsl::parse(&sources, source);
-    let clauses = file
-        .component
-        .into_iter()
-        .flat_map(|component| component.clauses);
-    let mut words = clauses.filter_map(|(_, clause)| match clause {
-        Clause::Language(word) => Some(Language::from_file(&word.text)),
-        _ => None,
-    });
-    Ok(words.next().flatten())
 }

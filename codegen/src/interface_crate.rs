@@ -8,6 +8,7 @@
 
 mod contents;
 mod definition;
+mod error;
 
 use crate::cargo_workspace::Workspace;
 use crate::files::{Files, GENERATED};
@@ -15,9 +16,9 @@ use crate::generate::InterfaceModule;
 use crate::load;
 use crate::origin::{self, Origin};
 use crate::paths;
-use crate::templates::TemplateError;
 use contents::Entry;
 pub use definition::{Definition, Definitions};
+pub use error::Error;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_idsl::Session;
 use rc_syntax::Loader;
@@ -404,17 +405,6 @@ impl InterfaceCrate {
         let path = paths::relative(&self.root, &real);
         path.to_string_lossy().into_owned()
     }
-}
-
-/// Why the crate could not be generated.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// The system refused a file.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// A fault of this program.
-    #[error(transparent)]
-    Template(#[from] TemplateError),
 }
 
 /// A crate without modules, for a new workspace.

@@ -27,6 +27,7 @@ mod markdown;
 pub mod new_component;
 pub mod note;
 pub mod origin;
+mod packages;
 pub mod parallel;
 pub mod paths;
 pub mod project;

@@ -4,7 +4,7 @@ use crate::cargo_workspace::Workspace;
 use crate::files::GENERATED;
 use crate::note::{self, Note};
 use crate::origin::Origin;
-use crate::{generator, machine_names, names, paths, ros, rust, viewer};
+use crate::{machine_names, names, packages, paths, ros, rust, viewer};
 use rc_cdsl::Component;
 use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
@@ -57,19 +57,6 @@ fn without_prototypes(component: &Component, text: &str) -> String {
 }
 
 impl Project {
-    /// Compares the worker that is there with the description.
-    ///
-    /// # Errors
-    /// The system does not give a file of the worker.
-    pub fn check_worker(
-        &self,
-        sources: &mut SourceMap,
-        found: &mut Diagnostics,
-    ) -> std::io::Result<()> {
-        let language = self.language().unwrap_or(Language::Rust);
-        (generator::of(language).worker)(self, sources, found)
-    }
-
     /// Reads a component. There is one unless a file could not be read at all; it may be used only
     /// where no diagnostic is an error. An error is a `.cdsl` that the system does not give.
     pub fn load(
@@ -85,7 +72,7 @@ impl Project {
             return Ok((None, found));
         };
         if let Some(language) = Language::from_file(&component.language.text) {
-            (generator::of(language).dependencies)(&component, &mut found);
+            packages::check(language, &component, &mut found);
         }
         if !found.has_errors() {
             found.extend(ros::annotations(&component.library));
@@ -124,7 +111,7 @@ impl Project {
         if let Some(machine) = &state_machine
             && !found.has_errors()
         {
-            rust::machine::check(machine, &mut found);
+            rust::state_names::check(machine, &mut found);
             machine_names::check(&component, machine, &mut found);
         }
         let kinematics = kinematics(path, &component, sources, loader, &mut found);

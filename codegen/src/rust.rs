@@ -2,7 +2,9 @@
 //! the templates in `templates/rust` hold the code.
 
 mod asynchronous;
+mod codecs;
 pub(crate) mod component;
+pub(crate) mod context_names;
 mod exports;
 mod handlers;
 mod in_place;
@@ -10,15 +12,21 @@ mod interface;
 mod layout;
 pub(crate) mod library;
 pub(crate) mod machine;
+pub(crate) mod meanings;
+mod members;
 pub mod names;
 mod operation_names;
 mod parameters;
 pub(crate) mod print;
 mod qos;
+mod reexports;
 mod shapes;
+mod slot;
+pub(crate) mod state_names;
 mod testing;
 mod types;
 pub mod worker;
+pub(crate) mod worker_traits;
 
 use crate::collisions::{self, Naming};
 use rc_diagnostics::Diagnostics;

@@ -7,10 +7,11 @@ mod fits;
 mod source;
 
 use crate::project::Project;
-use crate::rust::component::{Component, Slot, WORKER};
+use crate::rust::component::Component;
 use crate::rust::machine::TRAIT;
 use crate::rust::print::Printer;
-use crate::rust::worker;
+use crate::rust::worker::{self, WORKER};
+use crate::rust::worker_traits::WorkerTrait;
 use crate::templates::TemplateError;
 use crate::{dependencies, python, rust, view};
 use fits::Types;
@@ -56,8 +57,8 @@ struct Piece {
     span: Span,
     /// The line of this `impl`; none if the whole `impl` is missing.
     line: Option<usize>,
-    /// The index of the slot.
-    slot: usize,
+    /// The index of the trait among those of the component.
+    of: usize,
     /// The indices of its operations.
     operations: Vec<usize>,
     /// Names that it mentions and the file does not import.
@@ -73,7 +74,7 @@ pub fn of(
 ) -> Result<(Option<Missing>, Diagnostics), Error> {
     // No handler depends on the middleware.
     let (view, mut found) = view::component::of(project, Middleware::DEFAULT);
-    rust::component::check(&project.component, &mut found);
+    rust::context_names::check(&project.component, &mut found);
     rust::check(&project.component.library, &mut found);
     let src = folder.join("src");
     if !src.is_dir() {
@@ -110,20 +111,18 @@ pub fn of(
         (path, block.span, Some(block.scope))
     });
     let mut pieces = Vec::new();
-    let lets_values_serve = |slot: &Slot| {
+    let lets_values_serve = |of: &WorkerTrait| {
         let mut blocks = code.blocks.iter().filter(|b| b.worker == worker);
-        blocks.any(|b| slot.serving_trait.as_ref() == Some(&b.name) && is_marked_for(b, slot))
+        blocks.any(|b| is_served_by(of, &b.name) && is_marked_for(b, of))
     };
-    for slot in component
-        .implemented()
-        .filter(|slot| !lets_values_serve(slot))
-    {
-        let blocks: Vec<&Block> = blocks(&code, &worker, slot).collect();
+    let implemented = component.implemented.iter().enumerate();
+    for (index, of) in implemented.filter(|(_, of)| !lets_values_serve(of)) {
+        let blocks: Vec<&Block> = blocks(&code, &worker, of).collect();
         let there = |method: &str| {
             let mut methods = blocks.iter().flat_map(|b| &b.methods);
             methods.any(|m| m.name == method)
         };
-        let all = slot.operations.iter().enumerate();
+        let all = of.operations.iter().enumerate();
         let operations: Vec<usize> = all
             .filter(|(_, o)| !there(&o.method))
             .map(|(at, _)| at)
@@ -143,11 +142,11 @@ pub fn of(
         let mut names: BTreeSet<&str> = BTreeSet::new();
         for operation in &operations {
             names.insert("Context");
-            let mentioned = &slot.operations[*operation].mentioned;
+            let mentioned = &of.operations[*operation].mentioned;
             names.extend(mentioned.iter().map(String::as_str));
         }
         if block.is_none() {
-            names.insert(&slot.type_name);
+            names.insert(&of.name);
         }
         names.retain(|name| scope.is_none_or(|scope| !code.scopes[scope].has(name)));
         pieces.push(Piece {
@@ -155,7 +154,7 @@ pub fn of(
             uses: names.into_iter().map(str::to_owned).collect(),
             path,
             span,
-            slot: slot.index,
+            of: index,
             operations,
         });
     }
@@ -206,13 +205,16 @@ pub fn handlers(project: &Project, sources: &mut SourceMap) -> io::Result<Vec<(P
     let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
     let worker = worker(&code);
     let mut pieces = Vec::new();
-    for slot in component.slots.iter().filter(|slot| slot.receives) {
-        for block in blocks(&code, &worker, slot).filter(|block| is_marked_for(block, slot)) {
-            pieces.push((Purpose::Slot(slot.index), block.span));
+    for of in &component.implemented {
+        let Some(slot) = of.slot.as_ref().map(|served| served.index) else {
+            continue;
+        };
+        for block in blocks(&code, &worker, of).filter(|block| is_marked_for(block, of)) {
+            pieces.push((Purpose::Slot(slot), block.span));
             for method in &block.methods {
-                let mut operations = slot.operations.iter();
+                let mut operations = of.operations.iter();
                 let at = operations.position(|one| one.method == method.name);
-                let purpose = at.map(|at| Purpose::Operation(slot.index, at));
+                let purpose = at.map(|at| Purpose::Operation(slot, at));
                 pieces.extend(purpose.map(|purpose| (purpose, method.span)));
             }
         }
@@ -220,7 +222,7 @@ pub fn handlers(project: &Project, sources: &mut SourceMap) -> io::Result<Vec<(P
     let states = view.machine.iter().flat_map(|machine| &machine.states);
     let hooks: BTreeMap<String, &str> = states
         .flat_map(|state| {
-            let kinds = of_state(state).map(|(kind, _)| rust::machine::hook(kind, &state.name));
+            let kinds = of_state(state).map(|(kind, _)| rust::state_names::hook(kind, &state.name));
             kinds.map(|hook| (hook, state.name.as_str()))
         })
         .collect();
@@ -246,18 +248,29 @@ fn worker(code: &Code) -> String {
 
 /// Whether an implementation of an interface is that of this slot: the second argument of the trait
 /// is the marker that tells the slot from an earlier one with its interface.
-fn is_marked_for(block: &Block, slot: &Slot) -> bool {
+fn is_marked_for(block: &Block, of: &WorkerTrait) -> bool {
+    let marker = of.slot.as_ref().map_or("", |served| &served.marker);
     match block.arguments.get(1) {
-        None => slot.marker.is_empty(),
-        Some(argument) => argument.as_ref().is_none_or(|name| *name == slot.marker),
+        None => marker.is_empty(),
+        Some(argument) => argument.as_ref().is_none_or(|name| *name == marker),
     }
 }
 
-/// The blocks that implement a slot. There are two if a `cfg` chooses between them.
-fn blocks<'a>(code: &'a Code, worker: &'a str, slot: &'a Slot) -> impl Iterator<Item = &'a Block> {
+/// Whether a worker lets a value serve a slot by implementing the trait `name`.
+fn is_served_by(of: &WorkerTrait, name: &str) -> bool {
+    let mut served = of.slot.iter();
+    served.any(|served| served.serving == name)
+}
+
+/// The blocks that implement a trait. There are two if a `cfg` chooses between them.
+fn blocks<'a>(
+    code: &'a Code,
+    worker: &'a str,
+    of: &'a WorkerTrait,
+) -> impl Iterator<Item = &'a Block> {
     code.blocks
         .iter()
-        .filter(move |b| b.name == slot.type_name && b.worker == worker)
+        .filter(move |b| b.name == of.name && b.worker == worker)
 }
 
 /// Reports handlers that no longer fit.
@@ -275,30 +288,29 @@ fn misfits(
         .flat_map(|state| [&state.entry, &state.exit, &state.during])
         .map(String::as_str)
         .collect();
-    for slot in component.implemented() {
-        let index = slot.index;
-        let missing = pieces.iter().filter(|p| p.slot == index);
+    for (index, of) in component.implemented.iter().enumerate() {
+        let missing = pieces.iter().filter(|p| p.of == index);
         let missing: Vec<&str> = missing
             .flat_map(|p| &p.operations)
-            .map(|o| slot.operations[*o].method.as_str())
+            .map(|o| of.operations[*o].method.as_str())
             .collect();
-        for method in blocks(code, worker, slot).flat_map(|b| &b.methods) {
-            let mut all = slot.operations.iter().chain(&slot.optional_handlers);
+        for method in blocks(code, worker, of).flat_map(|b| &b.methods) {
+            let mut all = of.operations.iter().chain(&of.optional);
             let operation = all.find(|o| o.method == method.name);
             if let Some(operation) = operation {
-                signature(slot, &operation.user_signature, method, &types, found);
+                signature(of, &operation.user_signature, method, &types, found);
                 continue;
             }
-            let of_states = slot.type_name == TRAIT;
+            let of_states = of.name == TRAIT;
             if of_states && hooks.contains(&method.name.as_str()) {
                 continue;
             }
             let message = format!(
                 "`{}` does not declare `{}` any more: error E0407 of rustc",
-                slot.type_name, method.name
+                of.name, method.name
             );
             let hooks = hooks.iter().filter(|_| of_states);
-            let optional = slot.optional_handlers.iter().map(|o| o.method.as_str());
+            let optional = of.optional.iter().map(|o| o.method.as_str());
             let known = missing.iter().chain(hooks).copied().chain(optional);
             let near = rc_diagnostics::nearest(&method.name, known);
             let help = near.map_or("remove it".to_owned(), |near| {
@@ -309,16 +321,11 @@ fn misfits(
     }
     contexts(component, code, worker, found);
     for block in code.blocks.iter().filter(|b| b.generated) {
-        let mut others = component.more_traits.iter();
-        let is_other = others.any(|of| of.type_name == block.name);
-        let mut slots = component.slots.iter();
-        let lets_a_value_serve = slots.any(|s| s.serving_trait.as_ref() == Some(&block.name));
-        if block.name != "Worker"
-            && !is_other
-            && !lets_a_value_serve
-            && !component.traits.contains(&block.name)
-        {
-            let message = format!("no slot `{}` receives anything any more", block.name);
+        let name = &block.name;
+        let mut needed = component.implemented.iter();
+        let is_needed = needed.any(|of| of.name == *name || is_served_by(of, name));
+        if name != "Worker" && !is_needed {
+            let message = format!("no slot `{name}` receives anything any more");
             found.push(
                 Diagnostic::note("stale-handler", block.span, message)
                     .help("remove this `impl`, and the trait where it is imported"),
@@ -329,8 +336,8 @@ fn misfits(
 
 /// Reports each `impl` that does not name the context of its worker.
 fn contexts(component: &Component, code: &Code, worker: &str, found: &mut Diagnostics) {
-    let slots = component.slots.iter().filter(|slot| slot.receives);
-    let slots = slots.map(|slot| (slot.type_name.as_str(), slot.generics.as_str()));
+    let slots = component.implemented.iter().filter(|of| of.slot.is_some());
+    let slots = slots.map(|of| (of.name.as_str(), of.generics.as_str()));
     let all: Vec<(&str, &str)> = slots.chain([("Worker", "<Context>")]).collect();
     for block in &code.blocks {
         let needed = all.iter().find(|(name, _)| *name == block.name);
@@ -347,13 +354,19 @@ fn contexts(component: &Component, code: &Code, worker: &str, found: &mut Diagno
     }
 }
 
-fn signature(slot: &Slot, needed: &str, method: &Method, types: &Types, found: &mut Diagnostics) {
+fn signature(
+    of: &WorkerTrait,
+    needed: &str,
+    method: &Method,
+    types: &Types,
+    found: &mut Diagnostics,
+) {
     if types.fit(needed, &method.signature) {
         return;
     }
     let message = format!(
         "`{}` is declared by `{}` with another signature",
-        method.name, slot.type_name
+        method.name, of.name
     );
     found.push(
         Diagnostic::warning("handler-signature", method.span, message)
@@ -383,7 +396,7 @@ fn hooks(view: &view::Component, code: &Code, worker: &str) -> Vec<(String, Stri
     let states = view.machine.iter().flat_map(|machine| &machine.states);
     let all = states.flat_map(|state| {
         let hooks = of_state(state).into_iter();
-        hooks.map(|(kind, doc)| (doc, rust::machine::hook(kind, &state.name)))
+        hooks.map(|(kind, doc)| (doc, rust::state_names::hook(kind, &state.name)))
     });
     all.filter(|(_, name)| !there.contains(name.as_str()))
         .map(|(doc, name)| {
@@ -427,7 +440,7 @@ pub fn unreachable(project: &Project, sources: &mut SourceMap) -> Result<Diagnos
     // What is no Rust is reported by `stubs`, and by the compiler.
     let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
     for state in machine.unreachable() {
-        let during = rust::machine::hook("during", &state.name.text);
+        let during = rust::state_names::hook("during", &state.name.text);
         let blocks = code.blocks.iter().filter(|block| block.name == TRAIT);
         for method in blocks
             .flat_map(|block| &block.methods)
@@ -486,19 +499,20 @@ impl Missing {
             };
             let blocks = pieces.iter().filter_map(|piece| {
                 let line = piece.line?;
-                let slot = component.at(piece.slot);
-                let operations = piece.operations.iter().map(|at| &slot.operations[*at]);
+                let of = &component.implemented[piece.of];
+                let operations = piece.operations.iter().map(|at| &of.operations[*at]);
                 let operations: Vec<_> = operations.collect();
-                Some(json!({ "line": line, "slot": slot, "operations": operations }))
+                Some(json!({ "line": line, "trait": of, "operations": operations }))
             });
             let blocks: Vec<Value> = blocks.collect();
-            let slots = pieces.iter().filter(|p| p.line.is_none());
-            let slots: Vec<&Slot> = slots.map(|p| component.at(p.slot)).collect();
+            let traits = pieces.iter().filter(|p| p.line.is_none());
+            let traits = traits.map(|p| &component.implemented[p.of]);
+            let traits: Vec<&WorkerTrait> = traits.collect();
             files.push(json!({
                 "path": path.display().to_string(),
                 "use_line": use_line,
                 "blocks": blocks,
-                "slots": slots,
+                "traits": traits,
             }));
         }
         let library = self.no_library.as_ref().map(|src| {
@@ -537,17 +551,17 @@ impl Missing {
         let mut found = Diagnostics::new();
         let component = rust::component::of(&self.view);
         for piece in &self.pieces {
-            let slot = component.at(piece.slot);
-            let methods = piece.operations.iter().map(|at| &slot.operations[*at]);
+            let of = &component.implemented[piece.of];
+            let methods = piece.operations.iter().map(|at| &of.operations[*at]);
             let methods: Vec<String> = methods.map(|o| format!("`{}`", o.method)).collect();
             let message = match piece.line {
                 Some(_) => format!(
                     "`{}` lacks the handlers of `{}`: {}",
                     self.worker,
-                    slot.type_name,
+                    of.name,
                     methods.join(", ")
                 ),
-                None => format!("`{}` lacks `impl {}`", self.worker, slot.type_name),
+                None => format!("`{}` lacks `impl {}`", self.worker, of.name),
             };
             let help = format!("`rcgen stubs {}` prints them", project.path.display());
             found.push(Diagnostic::note("missing-handlers", piece.span, message).help(help));

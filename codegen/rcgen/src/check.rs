@@ -2,7 +2,7 @@
 
 use crate::{graphs, innermodel};
 use rc_cdsl::model::{Role, Slot};
-use rc_codegen::{Project, configuration, paths, ros, source_files};
+use rc_codegen::{Project, configuration, generate, paths, ros, source_files};
 use rc_ddsl::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, Span};
 use rc_idsl::Session;
@@ -146,7 +146,7 @@ pub fn file(
             let right = !more.has_errors();
             found.extend(more);
             if let Some(project) = project.as_ref().filter(|_| right) {
-                project.check_worker(sources, found)?;
+                generate::check_worker(project, sources, found)?;
             }
             let own = configuration::own(path).filter(|own| !was_read(own, sources));
             if let (Some(right), Some(own)) = (project.as_ref().filter(|_| right), own)

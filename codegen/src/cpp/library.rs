@@ -199,7 +199,7 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
         enumerators: Vec::new(),
         members: Vec::new(),
         target: String::new(),
-        id: view::rpc_hash(&decl.name),
+        id: view::rpc_hash::of(&decl.name),
     };
     let fields = |members: &[Member]| members.iter().map(|member| field(view, member)).collect();
     match &decl.kind {

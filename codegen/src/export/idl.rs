@@ -1,5 +1,6 @@
 //! The types of a module in OMG IDL 4.2.
 
+use super::literal::{plain, quoted};
 use super::names::{Names, sequence};
 use super::rpc_names::exception_hash;
 use super::scope::{Scope, escaped};
@@ -92,7 +93,7 @@ impl Writer<'_> {
                 let mut doc = decl.doc.clone();
                 doc.push("An exception.".to_owned());
                 self.structure(&name, &doc, members);
-                let hash = crate::view::rpc_hash(&decl.name.text);
+                let hash = crate::view::rpc_hash::of(&decl.name.text);
                 let constant = exception_hash(&name);
                 self.text.gap();
                 self.text
@@ -249,8 +250,9 @@ fn facts(library: &Library, member: &Member, hidden: &Scope) -> (String, Vec<Str
         };
         match arguments.filter(|_| !hidden.contains(name)) {
             Some(arguments) => annotations.push(format!("@{name}({arguments})")),
-            None => facts
-                .extend(crate::view::range_text(member).map(|range| format!("Range: {range}."))),
+            None => facts.extend(
+                crate::view::checks::range_text(member).map(|range| format!("Range: {range}.")),
+            ),
         }
     }
     if let Some(default) = &member.default {
@@ -283,32 +285,4 @@ fn value(ty: &Type, literal: &Literal) -> Option<String> {
         LiteralKind::Duration(value) => Some(value.to_string()),
         LiteralKind::Name(_) => None,
     }
-}
-
-/// A value for documentation.
-pub(crate) fn plain(literal: &Literal) -> String {
-    match &literal.kind {
-        LiteralKind::Int(value) => value.to_string(),
-        LiteralKind::Float(value) => format!("{value:?}"),
-        LiteralKind::String(value) => quoted(value),
-        LiteralKind::Bool(value) => value.to_string(),
-        LiteralKind::Duration(value) => value.to_string(),
-        LiteralKind::Name(value) => value.clone(),
-    }
-}
-
-/// A quoted string with the escapes of OMG IDL.
-fn quoted(text: &str) -> String {
-    let mut out = "\"".to_owned();
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            '\n' => out.push_str("\\n"),
-            '\t' => out.push_str("\\t"),
-            '\r' => out.push_str("\\r"),
-            c if c.is_ascii_control() => out.push_str(&format!("\\{:03o}", u32::from(c))),
-            c => out.push(c),
-        }
-    }
-    out + "\""
 }

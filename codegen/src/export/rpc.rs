@@ -73,7 +73,7 @@ pub(super) fn interface(writer: &mut Writer<'_>, interface: &Interface) {
 /// Writes the types of a call: inputs, outputs, and a union of outputs and exceptions.
 fn call(writer: &mut Writer<'_>, interface: &str, operation: &Operation) {
     let base = format!("{interface}_{}", operation.name.text);
-    let hash = rpc_hash(&operation.name.text);
+    let hash = rpc_hash::of(&operation.name.text);
     writer.text.gap();
     let constant = escaped(&format!("{base}_Hash"));
     writer

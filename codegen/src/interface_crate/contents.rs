@@ -1,7 +1,7 @@
 //! Contents of the crate `interfaces`: modules, and the manifest, which records where each one
 //! is defined.
 
-use super::Error;
+use super::error::Error;
 use crate::files::{Files, GENERATED, Owner};
 use crate::{generate, paths};
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! The comments and default values of fields in files of ROS 2.
 
 use super::names;
-use crate::export::plain;
+use crate::export::literal::plain;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Type, TypeDeclKind};
 use rc_syntax::{Literal, LiteralKind};
@@ -17,7 +17,7 @@ pub(super) fn of_member(library: &Library, member: &Member) -> Vec<String> {
     if is_dictionary(library, &member.ty) {
         doc.push("A dictionary: no key twice.".to_owned());
     }
-    doc.extend(crate::view::range_text(member).map(|range| format!("Range: {range}.")));
+    doc.extend(crate::view::checks::range_text(member).map(|range| format!("Range: {range}.")));
     if let Some(literal) = &member.default
         && default(library, member).is_none()
     {

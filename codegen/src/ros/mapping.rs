@@ -4,7 +4,7 @@
 use super::comments;
 use super::fields::{Element, FieldType, Multiplicity};
 use super::names::{self, Kind, TypeName};
-use crate::export::plain;
+use crate::export::literal::plain;
 use crate::export::uses::{is_call, is_topic};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;

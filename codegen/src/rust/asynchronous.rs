@@ -14,11 +14,17 @@ use std::collections::BTreeSet;
 /// A slot whose queries can be started.
 #[derive(Debug, Serialize)]
 pub(crate) struct Asynchronous<'a> {
-    pub(super) name: &'a str,
+    name: &'a str,
     interface: &'a str,
     index: usize,
     field: String,
     is_array: bool,
+    /// The pattern of its member where the context finds its client, and how the field has that of
+    /// the member.
+    found: &'static str,
+    of_member: &'static str,
+    /// The argument of a handler for the member, with a comma before it.
+    member_argument: &'static str,
     /// The type of its client, and of the client that only waits.
     pub(super) client: String,
     base: String,
@@ -113,6 +119,17 @@ fn one<'a>(
         interface: &slot.interface,
         index,
         is_array: slot.is_array,
+        found: if slot.is_array {
+            "Some(member)"
+        } else {
+            "None"
+        },
+        of_member: if slot.is_array { "[member]" } else { "" },
+        member_argument: if slot.is_array {
+            ", member: &Member"
+        } else {
+            ""
+        },
         client: exports::async_name(view, &slot.name, "AsyncClient"),
         base: format!(
             "interfaces::{module}::{}Client",

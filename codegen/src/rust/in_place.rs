@@ -18,6 +18,8 @@ pub(crate) struct InPlaceType<'a> {
     number: bool,
     /// The named type; empty for a sequence or a text without a name.
     literal: String,
+    /// How its value is read, if it is no structure of members.
+    read: String,
     fields: Vec<Field>,
     parts: Vec<PartView<'a>>,
     /// Whether it consists of its members alone.
@@ -54,13 +56,80 @@ struct PartView<'a> {
     item: String,
     /// Whether there is a length, and functions that know it.
     counted: bool,
+    #[serde(skip)]
     is_number: bool,
+    #[serde(skip)]
     optional: bool,
     has_lengths: bool,
     has_ranges: bool,
+    #[serde(skip)]
     default: String,
+    /// The statements that give it its default, and that set it to a member of `value`.
+    reset: Vec<String>,
+    assign: Vec<String>,
+    /// The expression for its value.
+    read: String,
     doc: Vec<String>,
     checks: &'a [Check],
+}
+
+/// The traits and functions that structures use.
+const IN_PLACE_MODULE: &str = "rc_middleware::in_place";
+
+impl PartView<'_> {
+    /// Writes the statements of a part whose functions have their names. `has_members` says whether
+    /// it is a member of `value`, and not all of it.
+    fn write_statements(&mut self, has_members: bool) {
+        let (name, length) = (&self.name, &self.length);
+        let place = format!("self.{name}");
+        self.reset = match self.kind {
+            "text" | "sequence" => vec![format!("self.{length} = 0")],
+            "number" => vec![format!("{place} = {}", self.default)],
+            _ if self.default.is_empty() => {
+                vec![format!("{IN_PLACE_MODULE}::InPlace::reset(&mut {place})")]
+            }
+            _ => vec![format!("{place}.put({})", self.default)],
+        };
+        if self.kind == "text" && !self.default.is_empty() {
+            let (what, text) = (&self.what, &self.default);
+            self.reset.push(format!(
+                "let _ = {IN_PLACE_MODULE}::set_text(\"{what}\", &mut {place}, &mut self.{length}, {text})"
+            ));
+        }
+        let source = match (has_members, self.optional) {
+            (true, false) => format!("value.{name}"),
+            (true, true) => format!("value.{name}.as_slice()"),
+            (false, _) => "value".to_owned(),
+        };
+        let reference = match (has_members, self.optional) {
+            (true, false) => format!("&{source}"),
+            _ => source.clone(),
+        };
+        self.assign = match self.kind {
+            "number" => vec![format!("{place} = {source}")],
+            "value" => vec![format!(
+                "{IN_PLACE_MODULE}::InPlace::set(&mut {place}, {reference})?"
+            )],
+            "text" => vec![format!("self.{}({reference})?", self.set)],
+            _ => vec![
+                format!("let items = self.{}({source}.len())?", self.resize),
+                if self.is_number {
+                    format!("items.copy_from_slice({reference})")
+                } else {
+                    format!("{IN_PLACE_MODULE}::set_all(items, {reference})?")
+                },
+            ],
+        };
+        self.read = match self.kind {
+            "number" => place,
+            "value" => format!("{IN_PLACE_MODULE}::InPlace::value(&{place})?"),
+            "text" => format!("{place}()?.to_owned()"),
+            _ if self.optional && self.is_number => format!("{place}().first().copied()"),
+            _ if self.optional => format!("{IN_PLACE_MODULE}::first({place}())?"),
+            _ if self.is_number => format!("{place}().to_vec()"),
+            _ => format!("{IN_PLACE_MODULE}::values({place}())?"),
+        };
+    }
 }
 
 /// The name of a structure from the name of its type in Rust.
@@ -152,6 +221,7 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
             part.write = function(format!("{of_part}_mut"));
             part.resize = function(format!("resize_{of_part}"));
         }
+        part.write_statements(named);
         parts.push(part);
     }
     gap(of.gap, &mut fields, &mut free);
@@ -160,6 +230,14 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
     let is_zero = |part: &PartView| ["", "0", "0.0"].contains(&part.default.as_str());
     let is_checked = |p: &Part| p.has_ranges || !p.checks.is_empty();
     let checked = of.parts.iter().any(is_checked);
+    let read = match parts.first() {
+        _ if of.number => "self.get()".to_owned(),
+        Some(PartView { read, .. }) if !named => match read.strip_suffix('?') {
+            Some(result) => result.to_owned(),
+            None => format!("Ok({read})"),
+        },
+        _ => String::new(),
+    };
     let alone = |part: &PartView| !part.counted && !part.optional && is_zero(part);
     InPlaceType {
         name: structure_name(&of.path),
@@ -172,6 +250,7 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
         number: of.number,
         literal,
         checked,
+        read,
         ranged: of.parts.iter().any(|p| !p.checks.is_empty()),
         fields,
         parts,
@@ -213,6 +292,9 @@ fn part_view<'a>(
         set: String::new(),
         write: String::new(),
         resize: String::new(),
+        reset: Vec::new(),
+        assign: Vec::new(),
+        read: String::new(),
         name,
         length,
         counted: part.room.is_some(),

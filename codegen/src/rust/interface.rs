@@ -1,11 +1,12 @@
 //! Names and types of Rust for an interface: what `templates/rust/interface.tera` prints.
 
-use super::library::{Member, member};
+use super::codecs::{Codecs, placed};
+use super::members::{Member, member};
 use super::operation_names::{
     answer_name, bare, error_name, exception_constant, operation_constant, plain, variant,
 };
 use super::shapes::{self, Shape};
-use super::{in_place, names, types};
+use super::{names, types};
 use crate::view::documentation;
 use crate::view::library as view;
 use crate::view::members;
@@ -91,20 +92,6 @@ impl Operation<'_> {
     fn names_typed(&self) -> bool {
         self.two_way || !self.codecs.own_read || self.codecs.own_write
     }
-}
-
-/// How the parameters and the reply of an operation are written and read.
-#[derive(Debug, Serialize)]
-pub(super) struct Codecs {
-    /// The functions that read the parameters, write a reply, and read it.
-    pub(super) read: String,
-    pub(super) reply: String,
-    pub(super) take: String,
-    /// Whether each of them, and writing the parameters, takes a function of its own.
-    own_read: bool,
-    own_write: bool,
-    own_reply: bool,
-    pub(super) own_result: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -200,14 +187,6 @@ fn type_name(ty: &Type) -> &str {
     match ty {
         Type::Named(Named { name, .. }) => name,
         _ => "",
-    }
-}
-
-/// The structure of a type in shared memory; empty if there is none.
-pub(super) fn placed(ty: Option<&Type>, path: types::Path) -> String {
-    match ty {
-        Some(Type::Named(Named { module, name, .. })) => in_place::path(&path(module, name)),
-        _ => String::new(),
     }
 }
 

@@ -221,7 +221,7 @@ fn jobs(component: &Component) -> Vec<Job> {
     let sometimes = [
         ("parameters.rs", component.parameters.is_some()),
         ("machine.rs", component.machine.is_some()),
-        ("slots.rs", !component.traits.is_empty()),
+        ("slots.rs", component.receives()),
         ("asynchronous.rs", component.has_asynchronous()),
     ];
     let sometimes = sometimes.iter().filter(|(_, there)| *there);

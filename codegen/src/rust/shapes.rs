@@ -2,7 +2,7 @@
 //! and those that serve them: one list for owned values, and one for values in place where the
 //! interface has some.
 
-use super::interface::{Codecs, placed};
+use super::codecs::{Codecs, placed};
 use super::operation_names::{answer_name, error_name};
 use super::{names, types};
 use crate::view::library::{Interface, Operation};

@@ -3,6 +3,7 @@
 
 use super::exports;
 use super::names;
+use super::worker::WORKER;
 use crate::view;
 use rc_vocabulary::Role;
 use serde::Serialize;
@@ -16,6 +17,11 @@ pub(crate) struct Testing {
     calls: bool,
     /// Whether one is that of a slot array.
     arrays: bool,
+    /// Imports of a new component's test from its generated crate.
+    imports: Vec<&'static str>,
+    /// How this test starts the worker, and what it then does to it.
+    start: String,
+    transitions: &'static [&'static str],
 }
 
 /// The fake peer of one slot that calls or publishes.
@@ -47,10 +53,34 @@ pub(super) fn of(view: &view::Component) -> Testing {
         .filter(|(_, slot)| slot.sends)
         .map(|(index, slot)| fake(view, index, slot, &mut taken))
         .collect();
+    // A worker with actions or members is more than what its function `initialize` returns.
+    let is_started = (view.machine.is_some() && !view.managed) || view.has_arrays();
+    let mut imports = Vec::new();
+    if is_started {
+        imports.push("WorkerError");
+    }
+    if view.managed {
+        imports.push("lifecycle::Transition");
+    }
+    imports.push("testing::TestContext");
+    if !is_started {
+        imports.push("{Worker, WorkerError}");
+    }
     Testing {
         calls: fakes.iter().any(|fake| fake.calls),
         arrays: fakes.iter().any(|fake| fake.is_array),
         fakes,
+        imports,
+        start: if is_started {
+            format!(": {WORKER} = test.start()")
+        } else {
+            format!(" = {WORKER}::initialize(&mut test)")
+        },
+        transitions: if view.managed {
+            &["Configure", "Activate"]
+        } else {
+            &[]
+        },
     }
 }
 

@@ -1,7 +1,10 @@
-//! Where rustfmt breaks a line of the user's worker. `cargo fmt` must leave this file as rcgen
+//! The user's worker: its name, and where rustfmt breaks its lines. `cargo fmt` must leave this file as rcgen
 //! wrote it.
 
 use std::cmp::Ordering;
+
+/// Name of a new component's worker.
+pub(crate) const WORKER: &str = "SpecificWorker";
 
 /// Most characters of a line.
 const LINE: usize = 100;

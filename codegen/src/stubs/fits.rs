@@ -3,7 +3,7 @@
 //! Only certain differences count: an unknown name may stand for any type.
 
 use super::source::Code;
-use crate::rust::component::meanings;
+use crate::rust::meanings;
 use crate::view;
 use std::collections::{BTreeMap, BTreeSet};
 use syn::{Expr, FnArg, GenericArgument, Lit, PathArguments, ReturnType, Signature, Type};
@@ -24,7 +24,7 @@ pub(super) struct Types {
 
 impl Types {
     pub(super) fn of(view: &view::Component, code: &Code) -> Self {
-        let (aliases, known) = meanings(view);
+        let (aliases, known) = meanings::of(view);
         let parsed = aliases.into_iter().filter_map(|(name, target)| {
             let target = syn::parse_str(&target).ok()?;
             Some((name, target))

@@ -1,7 +1,8 @@
 //! One component: its slots, its middlewares, what it is built from.
 
 use super::library::{self, Module};
-use super::{Machine, Parameters, machine, parameters};
+use super::machine::{self, Machine};
+use super::parameters::{self, Parameters};
 use crate::note::Note;
 use crate::project::Project;
 use crate::{ros, viewer};

@@ -66,7 +66,7 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
     let interface = library.interface(id);
     let operation = |operation: &model::Operation| Operation {
         name: operation.name.text.clone(),
-        id: rpc_hash(&operation.name.text),
+        id: rpc_hash::of(&operation.name.text),
         hash: format!(
             "{:016x}",
             rc_idsl::canonical::operation_hash(library, id, operation)
@@ -85,7 +85,12 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
         throws: operation
             .throws
             .iter()
-            .map(|id| (library.type_path(*id), rpc_hash(&library.ty(*id).name.text)))
+            .map(|id| {
+                (
+                    library.type_path(*id),
+                    rpc_hash::of(&library.ty(*id).name.text),
+                )
+            })
             .collect(),
     };
     Interface {

@@ -242,14 +242,14 @@ fn operation(library: &Library, id: InterfaceId, operation: &model::Operation) -
     let members = |all: &[model::Member]| all.iter().map(|m| member(library, m)).collect();
     let exception = |id: &TypeId| Exception {
         ty: named(library, *id),
-        id: super::rpc_hash(&library.ty(*id).name.text),
+        id: super::rpc_hash::of(&library.ty(*id).name.text),
     };
     let sample = operation.topic_in_place(library).filter(|_| !two_way);
     let result = operation.result_in_place(library).filter(|_| two_way);
     Operation {
         name: operation.name.text.clone(),
         doc: operation.doc.clone(),
-        id: super::rpc_hash(&operation.name.text),
+        id: super::rpc_hash::of(&operation.name.text),
         type_hash: format!(
             "{:016x}",
             rc_idsl::canonical::operation_hash(library, id, operation)
