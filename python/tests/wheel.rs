@@ -68,13 +68,14 @@ fn a_wheel_is_all_that_a_client_needs() {
     run(Command::new(numpy)
         .args(["-m", "venv", "--without-pip"])
         .arg(&environment));
-    let python = environment.join("bin/python");
-    let place = packages(&python);
+    let own_python = environment.join("bin/python");
+    let place = packages(&own_python);
     let borrowed = packages(numpy).display().to_string();
     std::fs::write(place.join("numpy.pth"), borrowed).expect("a file");
-    run(Command::new(numpy)
+    let pip = python::pip().expect("pip, which has installed NumPy");
+    run(Command::new(pip)
         .args(["-m", "pip", "--python"])
-        .arg(&python)
+        .arg(&own_python)
         .args([
             "install",
             "--quiet",
@@ -83,14 +84,14 @@ fn a_wheel_is_all_that_a_client_needs() {
         ])
         .arg(&wheel));
     let print = "import robocomp; print(robocomp.__file__)";
-    let package = run(Command::new(&python)
+    let package = run(Command::new(&own_python)
         .args(["-c", print])
         .current_dir(folder.path()));
     assert_eq!(PathBuf::from(package), place.join("robocomp/__init__.py"));
     for typed in ["py.typed", "_native.pyi"] {
         assert!(place.join("robocomp").join(typed).exists(), "{typed}");
     }
-    run(Command::new(&python)
+    run(Command::new(&own_python)
         .args(["-B", "test_client.py"])
         .current_dir(own.join("tests/python"))
         .env("TEST_MIDDLEWARE", "iceoryx2")

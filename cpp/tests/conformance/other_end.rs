@@ -15,6 +15,7 @@ use std::fs::File;
 use std::io::{Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
+use std::sync::{Mutex, PoisonError};
 
 /// The component.
 const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type");
@@ -39,7 +40,11 @@ pub(crate) struct Package {
     slots: Value,
 }
 
-/// Where the builds of the program are, so that only the first one compiles the worker.
+/// Held by the test that builds. The programs for all middlewares have the same worker and the same
+/// interfaces, which the first build compiles.
+static BUILD: Mutex<()> = Mutex::new(());
+
+/// Where the program is built.
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("every type")
 }
@@ -57,8 +62,9 @@ pub(crate) fn package(over: &Over) -> Option<Package> {
     let project = project.expect("a component");
     let (files, found) = generate::component(&project, over.backend, "").expect("templates");
     right(found);
+    let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     // A path with a space.
-    let folder = folder().join(over.name());
+    let folder = folder();
     files.write(&folder).expect("to write");
     for file in ["specificworker.h", "specificworker.cpp", "values.h"] {
         let from = Path::new(COMPONENT).join("src").join(file);
@@ -93,8 +99,12 @@ pub(crate) fn package(over: &Over) -> Option<Package> {
     let description = main.split("R\"rc_json(").nth(1).expect("a description");
     let description = description.split(")rc_json\"").next().expect("its end");
     let mut description: Value = serde_json::from_str(description).expect("JSON");
+    let program = build.join(format!("every_type_{}", over.name()));
+    // An earlier test may still run it.
+    let _ = std::fs::remove_file(&program);
+    std::fs::copy(build.join("every_type"), &program).expect("a copy");
     Some(Package {
-        program: build.join("every_type"),
+        program,
         slots: description["slots"].take(),
     })
 }

@@ -26,6 +26,10 @@ const LIBRARY: &str = "librobocomp_python.so";
 pub(crate) const TREE_CRATE: &str = "rc-python-innermodel";
 const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
 
+/// Keeps the build independent of the interpreter and the search path, as `.cargo/config.toml` of
+/// the framework does in its own folder.
+const WITHOUT_PYTHON: [&str; 2] = ["--config", "env.PYO3_NO_PYTHON=\"1\""];
+
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 2] = ["etc", "src"];
 
@@ -63,6 +67,7 @@ pub(crate) fn build(
     let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
         .map(Into::into)
         .to_vec();
+    args.extend(WITHOUT_PYTHON.map(Into::into));
     for name in crates {
         args.extend(["--package".into(), name.into()]);
     }

@@ -348,7 +348,7 @@ import jsonschema
 folder = sys.argv[1]
 found = lambda: glob.glob(folder + "/docker_compose-1.29.2-*.whl")
 if not found():
-    pip = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--retries", "1", "--timeout", "15", "-d", folder, "docker-compose==1.29.2"]
+    pip = [sys.argv[2], "-m", "pip", "download", "-q", "--no-deps", "--retries", "1", "--timeout", "15", "-d", folder, "docker-compose==1.29.2"]
     if subprocess.run(pip).returncode != 0:
         sys.exit(77)
 schema = json.load(zipfile.ZipFile(found()[0]).open("compose/config/compose_spec.json"))
@@ -361,8 +361,10 @@ for number, file in enumerate(json.load(sys.stdin)):
 /// The errors that the schema of Compose finds in files.
 fn validate(files: &[Value], test: &str) -> Option<String> {
     let python = python::interpreter("jsonschema==4.23.0", test)?;
+    let pip = python::pip().expect("pip, which has installed this package");
     let mut child = Command::new(python)
         .args(["-c", VALIDATE, env!("CARGO_TARGET_TMPDIR")])
+        .arg(pip)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -73,10 +73,9 @@ pub fn sources(package: &str, endings: &[&str], test: &str) -> Option<PathBuf> {
 }
 
 fn unpacked(package: &str, endings: &[&str]) -> Result<PathBuf, String> {
-    let folder = crate::folder()?;
+    let folder = folder()?;
     let name = package.replace("==", "-");
     let place = folder.join(format!("{name}-sources"));
-    std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let _lock = lock(&folder.join(format!("{name}-sources.lock")))?;
     if place.exists() {
         return Ok(place);
@@ -102,6 +101,31 @@ fn unpacked(package: &str, endings: &[&str]) -> Result<PathBuf, String> {
     });
     let _ = std::fs::remove_dir_all(&new);
     made.map(|()| place)
+}
+
+/// Returns an interpreter of the environment `name` with packages, for programs that are no tests.
+///
+/// # Errors
+/// There is no Python, or no way to the packages.
+pub fn installed(name: &str, requirements: &str) -> Result<PathBuf, String> {
+    install(name, requirements, &[], || Ok("python3".into()))
+}
+
+/// Returns an interpreter that has pip. Other environments have none of their own, and it installs
+/// into them with `pip --python`.
+///
+/// # Errors
+/// There is no Python, or it cannot make an environment.
+pub fn pip() -> Result<PathBuf, String> {
+    let folder = folder()?;
+    let place = folder.join("pip");
+    let (python, complete) = (place.join("bin/python"), place.join("complete.txt"));
+    let _lock = lock(&folder.join("pip.lock"))?;
+    if !complete.exists() || run(&python, &["-c", ""]).is_err() {
+        make(&place, "python3".as_ref(), &[])?;
+        std::fs::write(&complete, "").map_err(failed(&complete))?;
+    }
+    Ok(python)
 }
 
 /// The environment `name` with `requirements`, in the syntax of a file of pip, and more options of
@@ -168,13 +192,7 @@ fn install(
     options: &[&str],
     base: impl FnOnce() -> Result<PathBuf, String>,
 ) -> Result<PathBuf, String> {
-    let folder = crate::folder()?;
-    let failed = |what: &Path| {
-        let what = what.display().to_string();
-        move |error: std::io::Error| format!("{what}: {error}")
-    };
-    // Cargo makes the folder of tests only.
-    std::fs::create_dir_all(&folder).map_err(failed(&folder))?;
+    let folder = folder()?;
     let place = folder.join(name);
     let python = place.join("bin/python");
     let complete = place.join("complete.txt");
@@ -184,27 +202,46 @@ fn install(
     if is_complete && run(&python, &["-c", ""]).is_ok() {
         return Ok(python);
     }
-    if place.exists() {
-        std::fs::remove_dir_all(&place).map_err(failed(&place))?;
-    }
-    run(
-        &base()?,
-        &[OsStr::new("-m"), "venv".as_ref(), place.as_ref()],
-    )?;
+    make(&place, &base()?, &["--without-pip"])?;
     let list = place.join("requirements.txt");
     std::fs::write(&list, requirements).map_err(failed(&list))?;
-    let pip = "-m pip install --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
-    let pip = pip.split(' ').chain(options.iter().copied()).chain(["-r"]);
-    let pip: Vec<&OsStr> = pip.map(OsStr::new).chain([list.as_ref()]).collect();
-    run(&python, &pip)?;
+    // Tests use a small part of the packages, so Python compiles what it loads.
+    let install = "install --no-compile --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
+    let install = install.split(' ').chain(options.iter().copied());
+    let install = install.chain(["-r"]).map(OsStr::new);
+    let begin = ["-m", "pip", "--python"].map(OsStr::new);
+    let arguments = begin.into_iter().chain([python.as_ref()]);
+    let arguments = arguments.chain(install).chain([list.as_ref()]);
+    run(&pip()?, &arguments.collect::<Vec<_>>())?;
     std::fs::rename(&list, &complete).map_err(failed(&complete))?;
     Ok(python)
 }
 
+/// The folder of environments. Cargo makes it only for tests.
+fn folder() -> Result<PathBuf, String> {
+    let folder = crate::folder()?;
+    std::fs::create_dir_all(&folder).map_err(failed(&folder))?;
+    Ok(folder)
+}
+
+/// Makes an environment in `place`, in place of what is there.
+fn make(place: &Path, base: &Path, options: &[&str]) -> Result<(), String> {
+    if place.exists() {
+        std::fs::remove_dir_all(place).map_err(failed(place))?;
+    }
+    let options = ["-m", "venv"].iter().chain(options).map(OsStr::new);
+    run(base, &options.chain([place.as_ref()]).collect::<Vec<_>>())
+}
+
+/// The message about a file.
+fn failed(what: &Path) -> impl Fn(std::io::Error) -> String {
+    let what = what.display().to_string();
+    move |error| format!("{what}: {error}")
+}
+
 /// Locks a file for as long as the result lives.
 fn lock(path: &Path) -> Result<File, String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-    let file = File::create(path).map_err(failed)?;
+    let file = File::create(path).map_err(failed(path))?;
     let end = Instant::now() + 2 * LIMIT;
     loop {
         match file.try_lock() {
@@ -215,7 +252,7 @@ fn lock(path: &Path) -> Result<File, String> {
             Err(TryLockError::WouldBlock) => {
                 return Err(format!("{}: another installation holds it", path.display()));
             }
-            Err(TryLockError::Error(error)) => return Err(failed(error)),
+            Err(TryLockError::Error(error)) => return Err(failed(path)(error)),
         }
     }
 }

@@ -11,6 +11,7 @@ use arbtest::arbtest;
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{SourceMap, render};
 use rc_syntax::MemoryLoader;
+use rc_test_support::python;
 use schema::{Case, json_of};
 use std::collections::HashMap;
 use std::time::Duration;
@@ -582,7 +583,8 @@ fn defaults_are_accepted_and_every_fault_is_rejected() {
         .run();
     }
     assert!(faults > 5000, "only {faults} faults were tried");
-    if let Some(python) = schema::python() {
-        schema::judge(&python, &cases);
+    let test = "defaults_are_accepted_and_every_fault_is_rejected";
+    if let Some(python) = python::interpreter(schema::PACKAGE, test) {
+        schema::judge(python, &cases);
     }
 }

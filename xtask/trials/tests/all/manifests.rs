@@ -87,9 +87,7 @@ fn targets_have_tests_or_say_that_they_have_none() {
                 text.lines().any(|line| line.trim() == "#[test]")
             });
             let is_tested = target["test"].as_bool().expect("a flag");
-            // The library of a component may get tests at any time.
-            let is_worker = kind == "lib" && root.with_file_name("specific_worker.rs").exists();
-            if is_tested && !has_tests && !is_worker || is_generated && is_tested {
+            if is_tested && (is_generated || !has_tests) {
                 in_vain.push(root);
             } else if !is_tested && has_tests {
                 not_run.push(root);

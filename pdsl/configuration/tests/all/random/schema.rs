@@ -1,9 +1,8 @@
-//! Checks the schema with an independent validator: the Python package `jsonschema`, in a virtual
-//! environment below the target folder.
+//! Checks the schema with an independent validator: the Python package `jsonschema`.
 
 use serde_json::{Value as Json, json};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use toml_edit::{Document, Item, TableLike, Value};
 
@@ -20,49 +19,12 @@ for line in sys.stdin:
             print("should be", right, json.dumps(instance), json.dumps(case["schema"]))
 print("done")
 "#;
-const PACKAGE: &str = "jsonschema==4.23.0";
+pub(crate) const PACKAGE: &str = "jsonschema==4.23.0";
 
 /// A schema, and documents with whether it must accept them.
 pub(crate) struct Case {
     pub(crate) schema: String,
     pub(crate) instances: Vec<(Json, bool)>,
-}
-
-/// A Python interpreter with the package. Without one, prints that the check is skipped.
-pub(crate) fn python() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("jsonschema");
-    let python = folder.join("bin/python");
-    let run = |program: &Path, arguments: &[&str]| {
-        let output = Command::new(program)
-            .args(arguments)
-            .stdin(Stdio::null())
-            .output()
-            .map_err(|e| e.to_string())?;
-        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-        output.status.success().then_some(()).ok_or(errors)
-    };
-    if run(&python, &["-c", "import jsonschema"]).is_ok() {
-        return Some(python);
-    }
-    let pip = ["-m", "pip", "install", "--quiet", "--timeout", "20"];
-    let pip = [&pip[..], &["--retries", "1", PACKAGE]].concat();
-    let made = run(
-        Path::new("python3"),
-        &["-m", "venv", "--clear", &folder.to_string_lossy()],
-    )
-    .and_then(|()| run(&python, &pip));
-    match made {
-        Ok(()) => Some(python),
-        Err(why) => {
-            let why = why.lines().last().unwrap_or("python3 failed").to_owned();
-            // Written directly, because the test harness captures `eprintln!`.
-            let _ = writeln!(
-                std::io::stderr(),
-                "skipped: the schema of configurations by an independent validator ({PACKAGE}): {why}"
-            );
-            None
-        }
-    }
 }
 
 /// Checks the verdict on every document.
