@@ -269,7 +269,7 @@ fn miri() -> Result<Result<(), String>, String> {
             return Err(format!("rustup {install} failed"));
         }
     }
-    for test in ["rc-runtime --test in_place", "graph-pages"] {
+    for test in ["rc-middleware --test in_place", "graph-pages"] {
         let test = format!("+nightly miri test -q -p {test}");
         let status = run("cargo", &test.split(' ').collect::<Vec<_>>())?;
         if !status.success() {

@@ -22,9 +22,7 @@ fn model(cdsl: &Path) -> String {
 /// Replaces a text in a file by one of the same length.
 fn patch(file: &Path, from: &str, to: &str) {
     let mut bytes = fs::read(file).expect("a program");
-    let places = bytes.windows(from.len()).enumerate();
-    let places = places.filter(|(_, bytes)| *bytes == from.as_bytes());
-    let places: Vec<usize> = places.map(|(at, _)| at).collect();
+    let places: Vec<usize> = memchr::memmem::find_iter(&bytes, from).collect();
     assert!(!places.is_empty(), "{from} is not in {}", file.display());
     for at in places {
         bytes[at..at + to.len()].copy_from_slice(to.as_bytes());

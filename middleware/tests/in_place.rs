@@ -1,9 +1,9 @@
 //! Bodies received in place may contain any bytes, at any length and address. The structures are
-//! generated from the interface of the camera. `cargo +nightly miri test -p rc-runtime --test
+//! generated from the interface of the camera. `cargo +nightly miri test -p rc-middleware --test
 //! in_place` also detects undefined behaviour; under Miri, the sequences are read partly.
 
 use interfaces::robo_comp_camera::{CloudInPlace, CloudPoint, Image, ImageInPlace, PixelFormat};
-use rc_runtime::middleware::{Cdr, DecodeError, Encoding, InPlace, Reader, Writer, in_place};
+use rc_middleware::{Cdr, DecodeError, Encoding, InPlace, Reader, Writer, in_place};
 
 /// The offset of the length of `data`, after the numbers and `frame`.
 const LENGTH_OF_DATA: usize = 64;
