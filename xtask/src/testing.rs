@@ -55,12 +55,16 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
             Err(lines) => unsteady = lines,
         }
     }
-    if rest.is_empty() {
-        tested = tested.and(cargo(&["test", "--workspace", "--no-fail-fast", "--doc"]));
-    }
     let mut skipped = String::new();
     if rest.is_empty() {
-        match miri() {
+        // Examples run crate after crate, on one processor. Miri has a target folder of its own.
+        let (examples, under_miri) = std::thread::scope(|scope| {
+            let under_miri = scope.spawn(miri);
+            let examples = cargo(&["test", "--workspace", "--no-fail-fast", "--doc"]);
+            (examples, under_miri.join())
+        });
+        tested = tested.and(examples);
+        match under_miri.unwrap_or_else(|panic| std::panic::resume_unwind(panic)) {
             Ok(outcome) => tested = tested.and(outcome),
             Err(why) => skipped = format!("skipped: values in place and pages under Miri: {why}\n"),
         }
@@ -251,10 +255,14 @@ fn processors() -> usize {
 /// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The
 /// outer error is the reason why Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
+    // The output comes as a whole, because other tests print meanwhile.
     let run = |program: &str, args: &[&str]| {
-        println!("+ {program} {}", args.join(" "));
-        let status = Command::new(program).args(args).status();
-        status.map_err(|e| format!("{program} cannot be started: {e}"))
+        let output = Command::new(program).args(args).output();
+        let output = output.map_err(|e| format!("{program} cannot be started: {e}"))?;
+        let [said, errors] =
+            [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+        println!("+ {program} {}\n{said}{errors}", args.join(" "));
+        Ok::<_, String>(output.status)
     };
     let works =
         |program: &str, args: &[&str]| run(program, args).is_ok_and(|status| status.success());

@@ -1,6 +1,6 @@
 //! The component `avoider`.
 
-mod policy;
+pub mod policy;
 mod specific_worker;
 
 pub use specific_worker::SpecificWorker;

@@ -22,43 +22,43 @@ const LEAN: f32 = 0.8;
 
 /// One measure of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Measure {
+pub struct Measure {
     /// In rad from straight ahead, counter-clockwise.
-    pub(crate) angle: f32,
+    pub angle: f32,
     /// In mm.
-    pub(crate) distance: f32,
+    pub distance: f32,
 }
 
 /// The parameters of the policy.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Settings {
+pub struct Settings {
     /// Nothing ahead may come nearer, in mm.
-    pub(crate) safe_distance: f32,
+    pub safe_distance: f32,
     /// In mm/s.
-    pub(crate) speed: f32,
+    pub speed: f32,
     /// In rad/s.
-    pub(crate) turn_speed: f32,
+    pub turn_speed: f32,
 }
 
 /// A command for the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Motion {
+pub struct Motion {
     /// Forwards, in mm/s.
-    pub(crate) advance: f32,
+    pub advance: f32,
     /// Counter-clockwise, in rad/s.
-    pub(crate) turn: f32,
+    pub turn: f32,
 }
 
 /// A side to which the robot turns on the spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Side {
+pub enum Side {
     Left,
     Right,
 }
 
 impl Side {
     /// The side on which things are farther, on average.
-    pub(crate) fn freer(scan: &[Measure]) -> Self {
+    pub fn freer(scan: &[Measure]) -> Self {
         let left = mean(scan, |angle| angle > 0.0);
         let right = mean(scan, |angle| angle < 0.0);
         if left >= right {
@@ -69,7 +69,7 @@ impl Side {
     }
 
     /// A turn to this side, on the spot.
-    pub(crate) fn turn(self, settings: &Settings) -> Motion {
+    pub fn turn(self, settings: &Settings) -> Motion {
         let turn = match self {
             Self::Left => settings.turn_speed,
             Self::Right => -settings.turn_speed,
@@ -79,17 +79,17 @@ impl Side {
 }
 
 /// Whether a robot that drives can drive on.
-pub(crate) fn is_clear(scan: &[Measure], settings: &Settings) -> bool {
+pub fn is_clear(scan: &[Measure], settings: &Settings) -> bool {
     has_room(scan, settings.safe_distance)
 }
 
 /// Whether a robot that stands or turns can drive again.
-pub(crate) fn is_clear_again(scan: &[Measure], settings: &Settings) -> bool {
+pub fn is_clear_again(scan: &[Measure], settings: &Settings) -> bool {
     !scan.is_empty() && has_room(scan, settings.safe_distance * MARGIN)
 }
 
 /// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stands.
-pub(crate) fn cruise(scan: &[Measure], settings: &Settings) -> Motion {
+pub fn cruise(scan: &[Measure], settings: &Settings) -> Motion {
     if scan.is_empty() {
         return Motion::default();
     }

@@ -1,12 +1,9 @@
 //! The policy of the avoider in the house that is shipped, for minutes of simulated time.
 
-#[path = "../../avoider/src/policy.rs"]
-mod policy;
-
 use crate::lidar::Lidar;
 use crate::world::{Robot, Simulation, Speed};
+use avoider::policy::{Measure, Settings, Side, cruise, is_clear, is_clear_again};
 use planar_map::{Map, Point};
-use policy::{Measure, Settings, Side, cruise, is_clear, is_clear_again};
 use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::path::Path;
