@@ -123,6 +123,12 @@ pub fn pip() -> Result<PathBuf, String> {
     let _lock = lock(&folder.join("pip.lock"))?;
     if !complete.exists() || run(&python, &["-c", ""]).is_err() {
         make(&place, "python3".as_ref(), &[])?;
+        // That of Python 3.10 installs into no other environment.
+        let knows_others = "-m pip --python . --help".split(' ').collect::<Vec<_>>();
+        if run(&python, &knows_others).is_err() {
+            let newer = "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15 pip>=23";
+            run(&python, &newer.split(' ').collect::<Vec<_>>())?;
+        }
         std::fs::write(&complete, "").map_err(failed(&complete))?;
     }
     Ok(python)

@@ -97,3 +97,25 @@ fn targets_have_tests_or_say_that_they_have_none() {
     assert_eq!(in_vain, Vec::<PathBuf>::new(), "give them `test = false`");
     assert_eq!(not_run, Vec::<PathBuf>::new(), "remove `test = false`");
 }
+
+/// A build script that looks for an interpreter runs again with each other search path, and cargo then
+/// compiles pyo3 and the extension modules again.
+#[test]
+fn extension_modules_are_built_without_an_interpreter() {
+    let own = std::env::current_exe().expect("this program");
+    let builds = own.ancestors().nth(2).expect("the profile").join("build");
+    let scripts = fs::read_dir(builds).expect("a folder").flatten();
+    let scripts =
+        scripts.filter(|entry| entry.file_name().to_string_lossy().starts_with("pyo3-ffi-"));
+    let outputs = scripts.map(|entry| entry.path().join("output"));
+    // Earlier versions and profiles leave theirs.
+    let last = outputs
+        .filter_map(|path| Some((fs::metadata(&path).ok()?.modified().ok()?, path)))
+        .max()
+        .expect("`cargo xtask test` builds the extension modules first");
+    let said = fs::read_to_string(last.1).expect("what the script said");
+    for variable in ["PATH", "VIRTUAL_ENV", "PYO3_PYTHON"] {
+        let line = format!("cargo:rerun-if-env-changed={variable}");
+        assert!(!said.lines().any(|said| said == line), "{said}");
+    }
+}
