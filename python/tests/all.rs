@@ -30,6 +30,7 @@ fn interpreter(test: &str) -> Option<Command> {
         .env("PYTHONPATH", package)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("ROBOCOMP_NATIVE", native("librobocomp_python.so"))
+        .env("ROBOCOMP_GRAPH", native("librobocomp_graph.so"))
         .env("ROBOCOMP_INNERMODEL", native("librobocomp_innermodel.so"));
     Some(command)
 }
@@ -113,6 +114,16 @@ fn a_tree_of_innermodel_has_versions_and_frames() {
     check(
         "a_tree_of_innermodel_has_versions_and_frames",
         "test_innermodel.py",
+        "local",
+        0,
+    );
+}
+
+#[test]
+fn a_graph_is_asked_by_texts_and_by_traversals() {
+    check(
+        "a_graph_is_asked_by_texts_and_by_traversals",
+        "test_graph.py",
         "local",
         0,
     );

@@ -1,0 +1,227 @@
+//! Property graphs for Python: the extension module `robocomp._graph`.
+//!
+//! It is a library of its own, because most programs in Python ask no graph.
+
+mod elements;
+mod values;
+mod walk;
+
+use elements::Node;
+use graph_query::{Budget, Cell, Queries, Query, Rows};
+use property_graph::schema::Schema;
+use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use rc_codegen::FileLoader;
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The module `robocomp._graph`.
+#[pymodule]
+mod _graph {
+    #[pymodule_export]
+    use super::elements::{Edge, Node};
+    #[pymodule_export]
+    use super::{Graph, Snapshot};
+}
+
+/// What is written in a file, or wrong in it.
+fn told(sources: &SourceMap, found: &Diagnostics) -> String {
+    render(sources, found, Format::Short).trim_end().to_owned()
+}
+
+fn refused(error: &impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A graph of a file.
+#[pyclass(frozen, module = "robocomp._graph")]
+struct Graph {
+    inner: property_graph::Graph,
+    schema: Arc<Schema>,
+    queries: Arc<Queries>,
+}
+
+#[pymethods]
+impl Graph {
+    /// Reads a `.graph` file, or the JSON of DSR. Its schema is searched beside it and in the folders
+    /// `include`. Returns the graph, and warnings about the file.
+    #[staticmethod]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "a function of Python owns its arguments"
+    )]
+    fn read(file: PathBuf, include: Vec<PathBuf>) -> PyResult<(Self, Vec<String>)> {
+        let mut sources = SourceMap::new();
+        let mut found = Diagnostics::new();
+        let loader = FileLoader::new(&include);
+        let loaded = rcgen::graphs::load(&file, &mut sources, &loader, &mut found);
+        let loaded =
+            loaded.map_err(|error| PyOSError::new_err(format!("{}: {error}", file.display())))?;
+        let told = told(&sources, &found);
+        let loaded = loaded.filter(|_| !found.has_errors());
+        let loaded = loaded.ok_or_else(|| PyValueError::new_err(told.clone()))?;
+        let graph = loaded.document.kept(&loaded.schema, 1);
+        let graph = graph.map_err(|error| refused(&error))?;
+        let schema = Arc::new(loaded.schema);
+        let queries = Arc::new(Queries::of(&schema));
+        let made = Self {
+            inner: graph,
+            schema,
+            queries,
+        };
+        Ok((made, told.lines().map(str::to_owned).collect()))
+    }
+
+    /// The present version.
+    fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            now: self.inner.snapshot(),
+            schema: Arc::clone(&self.schema),
+            queries: Arc::clone(&self.queries),
+        }
+    }
+}
+
+/// A version of a graph, which never changes.
+#[pyclass(frozen, module = "robocomp._graph")]
+struct Snapshot {
+    now: Arc<property_graph::Snapshot>,
+    schema: Arc<Schema>,
+    queries: Arc<Queries>,
+}
+
+/// Names of columns, and rows.
+type Table<'py> = (Vec<String>, Vec<Vec<Bound<'py, PyAny>>>);
+
+impl Snapshot {
+    fn node_of(&self, id: property_graph::NodeId) -> Node {
+        Node {
+            now: Arc::clone(&self.now),
+            id,
+        }
+    }
+
+    fn cells(
+        &self,
+        parameters: HashMap<String, Bound<'_, PyAny>>,
+    ) -> PyResult<HashMap<String, Cell>> {
+        let cells = parameters.into_iter().map(|(name, value)| {
+            let cell = values::cell(&value, &self.now)?;
+            Ok((name, cell))
+        });
+        cells.collect()
+    }
+
+    fn table<'py>(&self, py: Python<'py>, rows: Rows) -> PyResult<Table<'py>> {
+        let cells = rows.cells.iter().map(|row| {
+            let row = row.iter().map(|cell| values::of_cell(py, cell, &self.now));
+            row.collect()
+        });
+        Ok((rows.columns, cells.collect::<PyResult<_>>()?))
+    }
+}
+
+#[pymethods]
+impl Snapshot {
+    /// The number of this version.
+    #[getter]
+    fn version(&self) -> u64 {
+        self.now.version()
+    }
+
+    fn __len__(&self) -> usize {
+        self.now.node_count()
+    }
+
+    /// All nodes, or those of a type and of all that inherit from it.
+    #[pyo3(signature = (kind=None))]
+    fn nodes(&self, kind: Option<&str>) -> Vec<Node> {
+        let all = || self.now.nodes().map(|node| node.node_id()).collect();
+        let nodes: Vec<_> = kind.map_or_else(all, |kind| self.now.instances(kind).collect());
+        nodes.into_iter().map(|node| self.node_of(node)).collect()
+    }
+
+    /// The only node with a name.
+    fn node(&self, name: &str) -> PyResult<Node> {
+        let mut named = self.now.named(name);
+        match (named.next(), named.next()) {
+            (Some(node), None) => Ok(self.node_of(node)),
+            (None, _) => Err(PyKeyError::new_err(format!(
+                "no node has the name {name:?}"
+            ))),
+            _ => Err(PyKeyError::new_err(format!(
+                "several nodes have the name {name:?}"
+            ))),
+        }
+    }
+
+    /// The rows of a query in openCypher.
+    fn query<'py>(
+        &self,
+        py: Python<'py>,
+        text: &str,
+        parameters: HashMap<String, Bound<'py, PyAny>>,
+        steps: u64,
+        rows: usize,
+    ) -> PyResult<Table<'py>> {
+        let parameters = self.cells(parameters)?;
+        let mut sources = SourceMap::new();
+        let source = sources.add("query", text);
+        let known: HashSet<String> = parameters.keys().cloned().collect();
+        let (query, found) = Query::with_parameters(&sources, source, &self.schema, &known);
+        let query = query.ok_or_else(|| PyValueError::new_err(told(&sources, &found)))?;
+        let found = py.detach(|| query.run(&self.now, &parameters, Budget::new(steps, rows)));
+        self.table(py, found.map_err(|error| refused(&error))?)
+    }
+
+    /// The rows of a query that the schema names.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        parameters: HashMap<String, Bound<'py, PyAny>>,
+        steps: u64,
+        rows: usize,
+    ) -> PyResult<Table<'py>> {
+        let parameters = self.cells(parameters)?;
+        let found = py.detach(|| {
+            let parameters = parameters
+                .iter()
+                .map(|(name, cell)| (name.as_str(), cell.clone()));
+            let budget = Budget::new(steps, rows);
+            self.queries.run(&self.now, name, parameters, budget)
+        });
+        self.table(py, found.map_err(|error| refused(&error))?)
+    }
+
+    /// The names of the queries of the schema.
+    fn queries(&self) -> Vec<&str> {
+        let queries = self.schema.queries.iter();
+        queries.map(|query| query.name.as_str()).collect()
+    }
+
+    /// The pose of a node in another one: x, y, z and the angles about x, y, z.
+    fn pose(&self, to: &Node, frame: &Node) -> PyResult<(f64, f64, f64, f64, f64, f64)> {
+        let pose = self.now.pose(to.id, frame.id);
+        let pose = pose.map_err(|error| refused(&error))?;
+        let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
+        Ok((x, y, z, rx, ry, rz))
+    }
+
+    /// The ways that steps lead from nodes: where each ends, and what it has marked.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "a function of Python owns its arguments"
+    )]
+    fn walk(
+        &self,
+        starts: Vec<PyRef<'_, Node>>,
+        steps: Vec<walk::Words<'_>>,
+        most: u64,
+    ) -> PyResult<Vec<(Node, Vec<Option<Node>>)>> {
+        let starts = starts.iter().map(|node| node.id).collect();
+        walk::walk(&self.now, starts, steps, most)
+    }
+}

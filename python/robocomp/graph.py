@@ -1,0 +1,237 @@
+"""Property graphs of files: queries as text, and traversals with Gremlin's words."""
+
+from __future__ import annotations
+
+import logging
+from collections import namedtuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from robocomp._load import load
+
+load("robocomp._graph", "ROBOCOMP_GRAPH", "rc-python-graph", "librobocomp_graph.so")
+
+from robocomp import _graph  # noqa: E402
+from robocomp._graph import Edge, Node  # noqa: E402
+
+__all__ = ["Edge", "Graph", "Node", "Snapshot", "Traversal", "Way"]
+
+Total = TypeVar("Total")
+
+STEPS = 10_000_000
+"""How many steps a query or a traversal takes at most, if nothing else is said."""
+
+ROWS = 100_000
+"""How many rows a query makes at most, if nothing else is said."""
+
+MARKS = 4
+"""How many marks a traversal has at most."""
+
+
+class Graph:
+    """A graph of a file."""
+
+    __slots__ = ("_graph",)
+
+    def __init__(self, graph: _graph.Graph) -> None:
+        self._graph = graph
+
+    @classmethod
+    def read(cls, file: str | Path, include: Iterable[str | Path] = ()) -> Graph:
+        """Reads a `.graph` file, or the JSON of DSR. The schema that it names is searched beside it and
+        in the folders `include`. Warnings go to the log `robocomp`.
+
+        Raises `ValueError` with line and column if the text is wrong, and `OSError` if the file cannot
+        be read.
+        """
+        graph, warnings = _graph.Graph.read(Path(file), [Path(folder) for folder in include])
+        for line in warnings:
+            logging.getLogger("robocomp").warning(line)
+        return cls(graph)
+
+    def snapshot(self) -> Snapshot:
+        """The present version, which never changes."""
+        return Snapshot(self._graph.snapshot())
+
+
+class Snapshot:
+    """A version of a graph, which never changes."""
+
+    __slots__ = ("_now",)
+
+    def __init__(self, now: _graph.Snapshot) -> None:
+        self._now = now
+
+    @property
+    def version(self) -> int:
+        """The number of this version."""
+        return self._now.version
+
+    def __len__(self) -> int:
+        """How many nodes there are."""
+        return len(self._now)
+
+    def nodes(self, kind: str | None = None) -> list[Node]:
+        """All nodes, or those of a type and of all that inherit from it."""
+        return self._now.nodes(kind)
+
+    def node(self, name: str) -> Node:
+        """The only node with a name. Raises `KeyError` if there is none, or if there are several."""
+        return self._now.node(name)
+
+    @property
+    def queries(self) -> list[str]:
+        """The names of the queries of the schema."""
+        return self._now.queries()
+
+    def query(
+        self,
+        text: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        steps: int = STEPS,
+        rows: int = ROWS,
+    ) -> list[tuple[Any, ...]]:
+        """The rows of a query in openCypher, as named tuples. `$name` in the text is a parameter.
+
+        Raises `ValueError` with the place if the text is wrong, and if the query takes more steps or
+        makes more rows.
+        """
+        return _rows(*self._now.query(text, dict(parameters or {}), steps, rows))
+
+    def run(
+        self, query: str, *, steps: int = STEPS, rows: int = ROWS, **parameters: Any
+    ) -> list[tuple[Any, ...]]:
+        """The rows of a query that the schema names, as named tuples."""
+        return _rows(*self._now.run(query, parameters, steps, rows))
+
+    def pose(self, to: Node, frame: Node) -> tuple[float, float, float, float, float, float]:
+        """The pose of a node in the node `to`: x, y, z in the unit of the schema, and the angles about
+        x, y, z. Raises `ValueError` if no poses connect them."""
+        return self._now.pose(to, frame)
+
+    def traverse(self, *starts: Node | Iterable[Node]) -> Traversal:
+        """Starts a traversal at nodes."""
+        nodes: list[Node] = []
+        for start in starts:
+            nodes += [start] if isinstance(start, Node) else start
+        return Traversal(self, nodes)
+
+
+def _rows(columns: list[str], rows: list[list[Any]]) -> list[tuple[Any, ...]]:
+    # A column that is no word of Python has its number as its name.
+    row = namedtuple("Row", columns, rename=True)
+    return [row._make(cells) for cells in rows]
+
+
+class Way:
+    """A way that was taken: where it ends, and what it has marked."""
+
+    __slots__ = ("_marks", "node")
+
+    node: Node
+
+    def __init__(self, node: Node, marks: dict[str, Node]) -> None:
+        self.node = node
+        self._marks = marks
+
+    def __getitem__(self, mark: str) -> Node:
+        """The node with a mark."""
+        return self._marks[mark]
+
+
+class Traversal:
+    """Steps from nodes to nodes. Each step returns a traversal of its own; nothing is walked until it is
+    asked for nodes."""
+
+    __slots__ = ("_graph", "_marks", "_starts", "_steps")
+
+    def __init__(
+        self,
+        graph: Snapshot,
+        starts: list[Node],
+        steps: tuple[tuple[str, str, Any], ...] = (),
+        marks: tuple[str, ...] = (),
+    ) -> None:
+        self._graph = graph
+        self._starts = starts
+        self._steps = steps
+        self._marks = marks
+
+    def _then(self, word: str, name: str = "", value: Any = None) -> Traversal:
+        steps = (*self._steps, (word, name, value))
+        return Traversal(self._graph, self._starts, steps, self._marks)
+
+    def out(self, relation: str) -> Traversal:
+        """Along edges of a relation."""
+        return self._then("out", relation)
+
+    def in_(self, relation: str) -> Traversal:
+        """Against edges of a relation."""
+        return self._then("in_", relation)
+
+    def has(self, attribute: str, value: Any) -> Traversal:
+        """Only nodes with a value of an attribute."""
+        return self._then("has", attribute, value)
+
+    def has_type(self, kind: str) -> Traversal:
+        """Only nodes of a type, or of one that inherits from it."""
+        return self._then("has_type", kind)
+
+    def as_(self, mark: str) -> Traversal:
+        """Marks the present node. Raises `ValueError` beyond four marks."""
+        marks = self._marks if mark in self._marks else (*self._marks, mark)
+        if len(marks) > MARKS:
+            raise ValueError(f"a traversal has at most {MARKS} marks: {', '.join(marks)}")
+        made = self._then("as_", value=marks.index(mark))
+        made._marks = marks
+        return made
+
+    def _mark(self, mark: str) -> int:
+        if mark not in self._marks:
+            known = ", ".join(self._marks) or "none"
+            raise ValueError(f"there is no mark {mark!r}; there are: {known}")
+        return self._marks.index(mark)
+
+    def where_eq(self, mark: str) -> Traversal:
+        """Only ways that have come back to a marked node."""
+        return self._then("where_eq", value=self._mark(mark))
+
+    def select(self, mark: str) -> Traversal:
+        """Goes back to a marked node."""
+        return self._then("select", value=self._mark(mark))
+
+    def repeat_until(self, relation: str, until: Callable[[Node], bool]) -> Traversal:
+        """Along the first edge of a relation until `until` holds. A way that ends before is left out."""
+        return self._then("repeat_until", relation, until)
+
+    def ways(self, steps: int = STEPS) -> list[Way]:
+        """The ways. Raises `ValueError` if there are more than `steps` on all steps together."""
+        found = self._graph._now.walk(self._starts, list(self._steps), steps)
+        return [
+            Way(node, {name: at for name, at in zip(self._marks, marks, strict=False) if at is not None})
+            for node, marks in found
+        ]
+
+    def nodes(self) -> list[Node]:
+        """Where the ways end."""
+        return [way.node for way in self.ways()]
+
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self.nodes())
+
+    def values(self, attribute: str) -> list[Any]:
+        """The values of an attribute; nodes without it are left out."""
+        return [node[attribute] for node in self.nodes() if attribute in node]
+
+    def fold(self, start: Total, next: Callable[[Total, Way], Total]) -> Total:
+        """Computes over all ways."""
+        total = start
+        for way in self.ways():
+            total = next(total, way)
+        return total
+
+    def count(self) -> int:
+        """How many ways there are."""
+        return len(self.ways())
