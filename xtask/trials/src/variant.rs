@@ -126,7 +126,9 @@ fn network(
     let network = network
         .filter(|_| !errors.any(is_error))
         .ok_or_else(|| render(&sources, &found, Format::Human))?;
-    let needed = builds.then(|| network.programs.builds(profile)).transpose()?;
+    let needed = builds
+        .then(|| network.programs.builds(profile))
+        .transpose()?;
     for build in needed.into_iter().flatten() {
         let build = build?;
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
