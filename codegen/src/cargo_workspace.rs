@@ -131,7 +131,7 @@ impl Workspace {
         let is_manifest = |path: &Path| path.file_name().is_some_and(|file| file == "Cargo.toml");
         for path in source_files::files(std::slice::from_ref(&self.root), &is_manifest)? {
             let folder = path.parent().unwrap_or(Path::new(""));
-            if !self.names(folder) {
+            if !self.names(folder) || self.excludes(folder) {
                 continue;
             }
             // A manifest with a fault is not judged here.

@@ -59,7 +59,7 @@ impl Packages {
 /// A manifest of a workspace cannot be read.
 pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
     let mut packages = Packages::default();
-    let mut named: BTreeMap<(PathBuf, String), Vec<&Project>> = BTreeMap::new();
+    let mut named: BTreeMap<(PathBuf, String), BTreeMap<PathBuf, &Project>> = BTreeMap::new();
     for project in projects
         .iter()
         .filter(|project| project.is_built_by_cargo())
@@ -70,21 +70,27 @@ pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
         if let Some(workspace) = workspace {
             let package = names::package(&project.component.name.text);
             let key = (workspace.root().to_path_buf(), package);
-            named.entry(key).or_default().push(project);
+            // Two descriptions of one folder are no copies.
+            named
+                .entry(key)
+                .or_default()
+                .entry(folder)
+                .or_insert(project);
         }
     }
     for same in named.values() {
-        let Some((first, copies)) = same.split_first() else {
+        let mut folders = same.values();
+        let Some(first) = folders.next() else {
             continue;
         };
         let name = &first.component.name;
-        for copy in copies {
+        for copy in folders {
             let message = format!("component `{}` {TWICE}", name.text);
             let span = copy.component.name.span;
             let error = Diagnostic::error("copied-component", span, message);
             found.push(error.label(name.span, "first declared here").help(HELP));
         }
-        if copies.is_empty()
+        if same.len() == 1
             && let Some(twin) = packages.twin(first)?
         {
             let message = message(first, &twin);

@@ -266,7 +266,8 @@ fn list(
 /// its topic.
 fn headline(message: &Message, after: Duration) -> String {
     let (date, topic) = (date(message.log_time), &message.channel.topic);
-    format!("{date} +{:.6}s {topic}", after.as_secs_f64())
+    let (seconds, nanoseconds) = (after.as_secs(), after.subsec_nanos());
+    format!("{date} +{seconds}.{nanoseconds:09}s {topic}")
 }
 
 /// The document of `bag info --format json`.

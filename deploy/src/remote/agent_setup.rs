@@ -157,14 +157,16 @@ fn receive(
             wanted.push(at);
         }
     }
-    known.write();
     output
         .write_all(&lines::encode(&AgentMessage::Missing(wanted.clone())))
         .context("answer its supervisor")?;
     for at in wanted {
-        let received = copies::receive(&files[at], root, input, &mut || step(output));
-        received.context(format!("copy {}", files[at].path.display()))?;
+        let file = &files[at];
+        let received = copies::receive(file, root, input, &mut || step(output));
+        received.context(format!("copy {}", file.path.display()))?;
+        known.keep_own(&copies::mirrored(root, &file.path), &file.hash);
     }
+    known.finish();
     Ok(())
 }
 

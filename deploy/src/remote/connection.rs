@@ -125,7 +125,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
         sent.map_err(lost)?;
         files.push(file.map_err(|error| format!("cannot read {}: {error}", path.display()))?);
     }
-    known.write();
+    known.finish();
     let message = SupervisorMessage::Network {
         name: setup.network.clone(),
         files: files.clone(),

@@ -371,7 +371,7 @@ mod tests {
                 read = true;
                 Ok(())
             });
-            known.write();
+            known.finish();
             (described.expect("a file").hash, read)
         };
         // What has just changed may change again at the same time.

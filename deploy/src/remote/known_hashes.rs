@@ -102,12 +102,30 @@ impl KnownHashes {
         }
     }
 
-    /// Replaces the list, atomically. Without it, all files are read again.
-    pub(crate) fn write(self) {
+    /// Keeps the hash of the file at `path`, which only this process writes.
+    pub(super) fn keep_own(&mut self, path: &Path, hash: &str) {
+        if let Ok(file) = fs::symlink_metadata(path) {
+            let known = (Stamp::of(&file), hash.to_owned());
+            self.now.insert(path.to_path_buf(), known);
+        }
+    }
+
+    /// Forgets the files that were not asked for, and replaces the list.
+    pub(crate) fn finish(mut self) {
+        self.before.clear();
+    }
+}
+
+/// Replaces the list, atomically, also after an error: what was read is not read again. Without a
+/// list, all files are read again.
+impl Drop for KnownHashes {
+    fn drop(&mut self) {
         let new = self.place.with_extension("new");
+        let mut all = std::mem::take(&mut self.before);
+        all.extend(self.now.drain());
         let write = || -> io::Result<()> {
             let mut out = BufWriter::new(fs::File::create(&new)?);
-            serde_json::to_writer(&mut out, &self.now)?;
+            serde_json::to_writer(&mut out, &all)?;
             out.flush()?;
             fs::rename(&new, &self.place)
         };

@@ -379,6 +379,37 @@ fn a_copied_component_needs_a_name_of_its_own() {
         assert!(err.contains(&wanted), "{args:?}: {err}");
         assert_eq!(err.matches("copied-component").count(), 1, "{err}");
     }
+    // The workspace need not have it.
+    let path = robot.join("Cargo.toml");
+    let manifest = std::fs::read_to_string(&path).expect("a manifest");
+    let excluding = manifest.replace(
+        "[workspace]\n",
+        "[workspace]\nexclude = [\"components/other\"]\n",
+    );
+    assert_ne!(manifest, excluding);
+    std::fs::write(&path, excluding).expect("to write");
+    succeeds(&robot, &["check", "components/mover"]);
+    std::fs::write(&path, manifest).expect("to write");
     std::fs::remove_dir_all(robot.join("components/other")).expect("a folder");
     succeeds(&robot, &["check", "."]);
+    // Another description of the same folder is no copy.
+    let mover = robot.join("components/mover");
+    std::fs::copy(mover.join("mover.cdsl"), mover.join("old.cdsl")).expect("to copy");
+    succeeds(&robot, &["check", "."]);
+}
+
+#[test]
+fn a_manifest_with_a_fault_hides_no_finding() {
+    let (_folder, robot) = workspace();
+    succeeds(&robot, &["new", "mover"]);
+    let path = robot.join("components/mover/mover.cdsl");
+    let description = std::fs::read_to_string(&path).expect("a description");
+    std::fs::write(&path, description.replace("period", "perriod")).expect("to write");
+    let sound = robot.join("components/sound.cdsl");
+    std::fs::write(&sound, "Component sound { };\n").expect("to write");
+    std::fs::write(robot.join("Cargo.toml"), "[workspace\n").expect("to write");
+    let (code, _, err) = rcgen(&robot, &["check", ".", "--format", "short"]);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("mover.cdsl:"), "{err}");
+    assert!(err.contains("Cargo.toml"), "{err}");
 }

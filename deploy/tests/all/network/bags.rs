@@ -30,7 +30,7 @@ fn write(path: &Path) {
     };
     let channel = writer.channel("/arm", "cdr", Some(schema), BTreeMap::new());
     for at in 0..11 {
-        let time = BEGIN + at * 12_500_000_000;
+        let time = BEGIN + at * 12_500_000_007;
         let stamp = Stamp {
             log_time: time,
             publish_time: time,
@@ -90,8 +90,8 @@ fn a_recording_is_shown_to_people() {
     let list = bag(&["list", &file, "-n", "1"]);
     assert!(list.stdout.contains("\"a\\u{1b}[31mb\\u{7}\""), "{list:?}");
     // The time after the beginning is one for `--from`.
-    let later = bag(&["list", &file, "--from", "12.500000s", "-n", "1"]);
-    let wanted = "2026-11-26 12:00:12.500 UTC +12.500000s /arm\n";
+    let later = bag(&["list", &file, "--from", "12.500000007s", "-n", "1"]);
+    let wanted = "2026-11-26 12:00:12.500 UTC +12.500000007s /arm\n";
     assert!(later.stdout.starts_with(wanted), "{later:?}");
     let json = bag(&["list", &file, "-n", "1", "--format", "json"]);
     let wanted = "\"log_time\":\"1795694400.000000000\"";

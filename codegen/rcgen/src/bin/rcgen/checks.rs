@@ -8,6 +8,7 @@ use rc_diagnostics::foreign::clean_lines;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rcgen::check::Model;
 use rcgen::mend::{Change, Which};
+use std::io;
 use std::path::PathBuf;
 
 /// How often files are checked again. A mend may make a text readable that has further ones.
@@ -28,7 +29,7 @@ pub(crate) fn check(
     loop {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
-        let mut refused = look(files, robocomp, common, &mut sources, &mut found)?;
+        let (mut refused, copies) = look(files, robocomp, common, &mut sources, &mut found)?;
         if let Some(which) = which.filter(|_| rounds < ROUNDS) {
             rounds += 1;
             let (changes, errors) = rcgen::mend::files(&sources, &found, which);
@@ -51,18 +52,19 @@ pub(crate) fn check(
         if common.format == Format::Human {
             offer(&sources, &found, which);
         }
+        copies.map_err(manifest)?;
         return refused.map_or(reported, |why| Err(Failure::System(why)));
     }
 }
 
-/// Checks all files once. Returns what the system refused.
+/// Checks all files once. Returns what the system refused, and whether the manifests could be read.
 fn look(
     files: &[PathBuf],
     robocomp: bool,
     common: &Common,
     sources: &mut SourceMap,
     found: &mut Diagnostics,
-) -> Result<Option<String>, Failure> {
+) -> Result<(Option<String>, io::Result<()>), Failure> {
     let loader = FileLoader::new(&common.include);
     let (mut components, mut refused) = (Vec::new(), None);
     for file in rcgen::check::files(files, sources, found).map_err(system)? {
@@ -74,8 +76,8 @@ fn look(
         }
     }
     let components: Vec<&Project> = components.iter().map(Box::as_ref).collect();
-    copied::check(&components, found).map_err(manifest)?;
-    Ok(refused)
+    let copies = copied::check(&components, found);
+    Ok((refused, copies))
 }
 
 /// A change, for people.
