@@ -221,6 +221,8 @@ pub struct Bind {
     pub provider: SlotPath,
     /// Where `convert;` stands in its block.
     pub convert: Option<Span>,
+    /// The slot that `convert { frames SLOT; }` names.
+    pub frames: Option<Name>,
 }
 
 /// `external avoider.Laser, arm.Motor at "robot/Laser";`

@@ -18,6 +18,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 mod join;
 mod languages;
 mod transports;
+mod trees;
 
 /// A connection between a consumer and a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -83,6 +84,7 @@ pub fn connect(
         compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
         conversions: BTreeMap::new(),
+        trees: Vec::new(),
         transports: BTreeMap::new(),
         bound_by: Vec::new(),
         externals: BTreeMap::new(),
@@ -94,6 +96,7 @@ pub fn connect(
     connector.connect_implicitly(&bound);
     connector.choose_transports();
     connector.check_conversions();
+    connector.check_trees();
     connector.check_languages();
     let mut network = connector.network();
     connector.check_requires_cycles(&network);
@@ -113,6 +116,8 @@ struct Connector<'a> {
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
     conversions: BTreeMap<Connection, Conversion>,
+    /// The slots that know where frames are, of connections that need them.
+    trees: Vec<(Connection, Name)>,
     transports: BTreeMap<Connection, Middleware>,
     /// The explicit connections, each with the location of its consumer.
     bound_by: Vec<(Connection, Span)>,
@@ -330,7 +335,8 @@ impl<'a> Connector<'a> {
             self.report(consumer, Some(provider), error);
             return;
         }
-        self.join(written.0.span, bind.convert, consumer, provider);
+        let convert = (bind.convert, bind.frames.as_ref());
+        self.join(written.0.span, convert, consumer, provider);
     }
 
     /// All slots of all components, as endpoints.
@@ -384,7 +390,7 @@ impl<'a> Connector<'a> {
                     read.extend(seen.iter().copied());
                     let span = self.instance(consumer).name.span;
                     for provider in seen {
-                        self.join(span, None, consumer, provider);
+                        self.join(span, (None, None), consumer, provider);
                     }
                 }
             }

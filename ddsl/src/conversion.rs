@@ -3,6 +3,7 @@
 
 use crate::image::image_items;
 use crate::meaning::{Chosen, Meaning, Meanings, NotConverted, chosen, has_prefix, prototype};
+use crate::moves::{Moves, NoMove};
 use crate::units::End;
 use rc_conversion::{Item, Part, Place, Plan};
 use rc_idsl::Library;
@@ -20,6 +21,8 @@ pub struct Conversion {
     pub members: Vec<Converted>,
     /// The plan that the consumer gets.
     pub plan: Plan,
+    /// The slot of the consumer that knows where frames are, if the plan needs one.
+    pub tree: Option<String>,
 }
 
 /// A member that is converted.
@@ -89,6 +92,13 @@ impl fmt::Display for Conversion {
     }
 }
 
+impl Conversion {
+    /// Whether something must know where frames are.
+    pub fn needs_frames(&self) -> bool {
+        self.plan.parts.iter().any(|part| !part.moves.is_empty())
+    }
+}
+
 /// The most values in the plan of a connection.
 const MOST: usize = 8192;
 
@@ -99,6 +109,8 @@ pub(crate) enum NoPlan {
     TooLarge,
     /// This type has a prototype with numbers at places that no plan has.
     Place(String),
+    /// The frame or the time of values of this type is not where a plan can find it.
+    Move(String, NoMove),
 }
 
 /// The plan of a connection whose types are equal and whose units convert.
@@ -106,10 +118,12 @@ pub(crate) fn plan(
     consumer: End<'_>,
     provider: End<'_>,
     meanings: &Meanings,
+    moves: bool,
 ) -> Result<Conversion, NoPlan> {
     let mut out = Conversion {
         members: Vec::new(),
         plan: Plan::default(),
+        tree: None,
     };
     let operations = |end: End<'_>| end.library.interface(end.interface).operations.len();
     for at in 0..operations(consumer).min(operations(provider)) {
@@ -119,6 +133,7 @@ pub(crate) fn plan(
             from: provider,
             to: consumer,
             meanings,
+            moves,
         };
         // Requests travel to the provider, samples and replies to the consumer.
         let there = if consumer.subscribes {
@@ -128,6 +143,7 @@ pub(crate) fn plan(
                 from: consumer,
                 to: provider,
                 meanings,
+                moves,
             }
         };
         let ours = &consumer.library.interface(consumer.interface).operations[at];
@@ -142,6 +158,7 @@ pub(crate) fn plan(
             out: &mut out.members,
             left: &mut left,
             marks: None,
+            moves: Moves::default(),
         };
         let inputs = there.members(
             &path,
@@ -150,14 +167,15 @@ pub(crate) fn plan(
             &taken.inputs,
             &mut members,
         )?;
-        parts.push((Place::Input, inputs));
+        let own = std::mem::take(&mut members.moves);
+        parts.push((Place::Input, own.into_moves(), inputs));
         if let (Some(one), Some(other)) = (
             sent.topic_in_place(there.from.library),
             taken.topic_in_place(there.to.library),
         ) {
             let chosen = there.chosen_in(&sent.inputs, &taken.inputs);
-            let items = image_items(&there, (one, other), chosen);
-            parts.push((Place::InputImage, items));
+            let (moves, items) = image_items(&there, (one, other), chosen);
+            parts.push((Place::InputImage, moves, items));
         }
         if !consumer.subscribes {
             let mut outputs = back.members(
@@ -170,28 +188,29 @@ pub(crate) fn plan(
             if let (Some(one), Some(other)) = (&theirs.result, &ours.result) {
                 outputs.extend(back.values(one, other, None, "", (None, None), &mut members)?);
             }
-            parts.push((Place::Output, outputs));
+            parts.push((Place::Output, Vec::new(), outputs));
             if let (Some(one), Some(other)) = (
                 theirs.result_in_place(back.from.library),
                 ours.result_in_place(back.to.library),
             ) {
                 let chosen = back.chosen_in(&theirs.outputs, &ours.outputs);
-                let items = image_items(&back, (one, other), chosen);
-                parts.push((Place::OutputImage, items));
+                let (_, items) = image_items(&back, (one, other), chosen);
+                parts.push((Place::OutputImage, Vec::new(), items));
             }
             for (number, (one, other)) in (0..).zip(theirs.throws.iter().zip(&ours.throws)) {
                 let items = back.declared(*one, *other, (None, None), &mut members)?;
-                parts.push((Place::Exception(number), items));
+                parts.push((Place::Exception(number), Vec::new(), items));
             }
         }
         let operation = u32::try_from(at).unwrap_or(u32::MAX);
         out.plan
             .parts
-            .extend(parts.into_iter().filter_map(|(place, items)| {
+            .extend(parts.into_iter().filter_map(|(place, moves, items)| {
                 let items = merged(items);
                 (!items.is_empty()).then_some(Part {
                     operation,
                     place,
+                    moves,
                     items,
                 })
             }));
@@ -276,6 +295,8 @@ pub(crate) struct Pair<'a> {
     pub(crate) from: End<'a>,
     pub(crate) to: End<'a>,
     pub(crate) meanings: &'a Meanings,
+    /// Whether something knows where frames are.
+    pub(crate) moves: bool,
 }
 
 /// The prototypes that the sender and the receiver choose for a type.
@@ -287,6 +308,7 @@ struct Members<'o> {
     left: &'o mut usize,
     /// Those of the structure that is converted as a whole.
     marks: Option<Marks>,
+    moves: Moves,
 }
 
 /// The numbers of a structure that its formula converts, in the order of the message.
@@ -336,11 +358,12 @@ impl Marks {
         }
     }
 
-    /// The values with their formula. `None` if not all numbers were found.
-    pub(crate) fn group(self, items: Vec<Item>) -> Option<Item> {
+    /// The values with their formula, which takes the change of frames with this number. `None` if
+    /// not all numbers were found.
+    pub(crate) fn group(self, items: Vec<Item>, change: u32) -> Option<Item> {
         let meaning = self.meaning.get()?;
         let found: HashSet<&String> = self.found.iter().collect();
-        let formula = meaning.formula(&self.found);
+        let formula = meaning.formula(&self.found, change);
         let mut wanted = meaning.members.iter();
         wanted
             .all(|path| found.contains(path))
@@ -358,7 +381,10 @@ impl<'a> Pair<'a> {
     ) -> Option<Known> {
         let own = prototype(self.from, from, chosen.0).ok().flatten()?;
         let their = prototype(self.to, to, chosen.1).ok().flatten()?;
-        let known = Known(self.meanings.of((self.from, own), (self.to, their)));
+        let known = Known(
+            self.meanings
+                .of((self.from, own), (self.to, their), self.moves),
+        );
         known.get().is_some().then_some(known)
     }
 
@@ -378,7 +404,9 @@ impl<'a> Pair<'a> {
     ) -> Result<Vec<Item>, NoPlan> {
         let mut items = Vec::new();
         let start = found.marks.as_ref().map_or(0, |marks| marks.prefix.len());
+        let place = found.moves.place();
         for (one, other) in from.iter().zip(to) {
+            found.moves.enter(place, &one.name.text);
             let units = (one.unit.as_deref(), other.unit.as_deref());
             let factor = between(units.0, units.1).zip(units.0.zip(units.1));
             let path = format!("{path}.{}", one.name.text);
@@ -393,7 +421,9 @@ impl<'a> Pair<'a> {
             );
             let values = if one.optional {
                 let marks = found.marks.take();
+                found.moves.repeat();
                 let values = self.values(&one.ty, &other.ty, factor, &path, chosen, found)?;
+                found.moves.repeated();
                 found.marks = marks;
                 vec![Item::Sequence(values)]
             } else {
@@ -401,6 +431,7 @@ impl<'a> Pair<'a> {
             };
             items.extend(values);
         }
+        found.moves.leave(place);
         if let Some(marks) = &mut found.marks {
             marks.prefix.truncate(start);
         }
@@ -432,8 +463,13 @@ impl<'a> Pair<'a> {
         }
         let outer = found.marks.take();
         let meaning = self.meaning(from, to, chosen);
+        let no_move = |reason| NoPlan::Move(path.clone(), reason);
+        let open = found.moves.count();
+        let change = self.changes((from, to), (one, other), meaning.as_ref(), &mut found.moves);
+        let change = change.map_err(no_move)?;
         found.marks = meaning.clone().map(Marks::new);
         let mut items = self.members(&path, whole, one, other, found)?;
+        found.moves.close(open).map_err(no_move)?;
         let marks = std::mem::replace(&mut found.marks, outer);
         let (Some(marks), Some(meaning)) = (marks, meaning.as_ref().and_then(Known::get)) else {
             return Ok(items);
@@ -449,7 +485,49 @@ impl<'a> Pair<'a> {
         if !found.out.contains(&converted) {
             found.out.push(converted);
         }
-        Ok(vec![marks.group(items).ok_or(NoPlan::Place(path))?])
+        Ok(vec![marks.group(items, change).ok_or(NoPlan::Place(path))?])
+    }
+
+    /// Opens the changes of frames of a structure, and of the sequences in it whose frame or time it
+    /// has. Returns the number of its own one.
+    pub(crate) fn changes(
+        &self,
+        (from, to): (TypeId, TypeId),
+        (one, other): (&[Member], &[Member]),
+        own: Option<&Known>,
+        moves: &mut Moves,
+    ) -> Result<u32, NoMove> {
+        if !self.moves {
+            return Ok(0);
+        }
+        let library = self.from.library;
+        for (one, other) in one.iter().zip(other) {
+            let chosen = (
+                chosen(self.from, Some(from), one),
+                chosen(self.to, Some(to), other),
+            );
+            let (Some(one), Some(other)) = (
+                element(library, &one.ty),
+                element(self.to.library, &other.ty),
+            ) else {
+                continue;
+            };
+            let known = self.meaning(one, other, chosen);
+            let meaning = known.as_ref().and_then(Known::get);
+            if let Some((meaning, change)) = meaning.and_then(|of| Some((of, of.change.as_ref()?)))
+                && change.of_sequence
+            {
+                moves.open((library, from), (meaning, change))?;
+            }
+        }
+        let Some(meaning) = own.and_then(Known::get) else {
+            return Ok(0);
+        };
+        match &meaning.change {
+            None => Ok(0),
+            Some(change) if change.of_sequence => moves.known(meaning).ok_or(NoMove::Hidden),
+            Some(change) => moves.open((library, from), (meaning, change)),
+        }
     }
 
     /// The values of a type. `factor` converts its own numbers, which `path` names: elements of
@@ -468,6 +546,9 @@ impl<'a> Pair<'a> {
             self.from.library.resolved(from),
             self.to.library.resolved(to),
         );
+        if let Some(item) = found.moves.take(from) {
+            return Ok(vec![item]);
+        }
         if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
             && let Some((array, number)) = numbers(self.from.library, from)
         {
@@ -504,7 +585,9 @@ impl<'a> Pair<'a> {
                 // How many values these have is known later, so none of them belong to the formula
                 // around them.
                 let marks = found.marks.take();
+                found.moves.repeat();
                 let items = self.several(from, to, (factor, path), chosen, found)?;
+                found.moves.repeated();
                 found.marks = marks;
                 items
             }
@@ -557,6 +640,19 @@ impl<'a> Pair<'a> {
                 _,
             ) => vec![Item::Text],
         })
+    }
+}
+
+/// The type of the elements of a sequence or an array of structures.
+fn element(library: &Library, ty: &Type) -> Option<TypeId> {
+    match library.resolved(ty) {
+        Type::Sequence { element, .. } | Type::Array { element, .. } => {
+            match library.resolved(element) {
+                Type::Named(id) => Some(*id),
+                _ => None,
+            }
+        }
+        _ => None,
     }
 }
 

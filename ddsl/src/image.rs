@@ -2,20 +2,22 @@
 
 use crate::conversion::{ChosenPair, Known, Marks, Pair, between, numbers, unmark};
 use crate::meaning::chosen;
-use rc_conversion::Item;
+use crate::moves::Moves;
+use rc_conversion::{Item, Move};
 use rc_idsl::model::{Layout, Member, Type, TypeDeclKind, TypeId};
 use rc_quantity::Conversion as Factor;
 use rc_vocabulary::layout::aligned;
 
-/// The values of the image of a plain structure, whose bytes between converted numbers are skipped.
+/// The values of the image of a plain structure, whose bytes between converted numbers are skipped,
+/// and its changes of frames.
 pub(crate) fn image_items<'a>(
     pair: &Pair<'a>,
     (from, to): (TypeId, TypeId),
     chosen: ChosenPair<'a>,
-) -> Vec<Item> {
+) -> (Vec<Move>, Vec<Item>) {
     let mut image = Image::default();
     image.declared(pair, (from, to), chosen, 0);
-    image.items
+    (image.moves.into_moves(), image.items)
 }
 
 /// The items up to byte `at`.
@@ -25,6 +27,7 @@ struct Image {
     at: usize,
     /// Those of the structure that is converted as a whole.
     marks: Option<Marks>,
+    moves: Moves,
 }
 
 /// A size of a plain type, which travels only if it is below 2^30.
@@ -67,9 +70,13 @@ impl Image {
         let meaning = pair.meaning(from, to, chosen);
         let known = meaning.as_ref().and_then(Known::get);
         let is_identity = known.is_some_and(|meaning| meaning.is_identity);
+        let open = self.moves.count();
+        // The plan of the encoded message has the same changes, and reports missing ones.
+        let change = pair.changes((from, to), (one, other), meaning.as_ref(), &mut self.moves);
         self.marks = meaning.map(Marks::new);
         let start = self.items.len();
         self.members(pair, whole, (one, other), offset);
+        let change = self.moves.close(open).and(change);
         let marks = std::mem::replace(&mut self.marks, outer);
         let Some(marks) = marks else {
             return;
@@ -80,7 +87,8 @@ impl Image {
             self.items.extend(items);
         } else {
             // The plan of the encoded message has the same numbers, and reports missing ones.
-            self.items.extend(marks.group(items));
+            let group = change.ok().and_then(|change| marks.group(items, change));
+            self.items.extend(group);
         }
     }
 
@@ -92,12 +100,14 @@ impl Image {
         start: usize,
     ) {
         let mut offset = 0;
+        let place = self.moves.place();
         let prefix = self.marks.as_ref().map_or(0, |marks| marks.prefix.len());
         for (one, other) in from.iter().zip(to) {
             let Some(layout) = pair.from.library.member_image(one) else {
                 return;
             };
             offset = aligned(offset, layout.align);
+            self.moves.enter(place, &one.name.text);
             let factor = between(one.unit.as_deref(), other.unit.as_deref());
             let at = start + offset;
             if let Some(marks) = &mut self.marks {
@@ -116,6 +126,7 @@ impl Image {
             }
             offset += layout.size;
         }
+        self.moves.leave(place);
         if let Some(marks) = &mut self.marks {
             marks.prefix.truncate(prefix);
         }
@@ -133,6 +144,14 @@ impl Image {
             pair.from.library.resolved(from),
             pair.to.library.resolved(to),
         );
+        if let Some(item) = self.moves.take(from) {
+            if let Item::KeptNumber(number) = &item {
+                self.skip_to(offset);
+                self.at = offset + number.size();
+                self.items.push(item);
+            }
+            return;
+        }
         if self.marks.as_ref().is_some_and(Marks::has)
             && let Some((array, number)) = numbers(pair.from.library, from)
         {
@@ -163,7 +182,7 @@ impl Image {
                 let Some(element) = pair.from.library.image(one) else {
                     return;
                 };
-                let items = element_items(pair, (one, other), (factor, chosen), element);
+                let items = self.element_items(pair, (one, other), (factor, chosen), element);
                 if !items.iter().any(Item::converts) {
                     return;
                 }
@@ -215,7 +234,7 @@ impl Image {
         let Some(element) = pair.from.library.image(types.0) else {
             return;
         };
-        let items = element_items(pair, types, factor, element);
+        let items = self.element_items(pair, types, factor, element);
         if bound == 0 || !items.iter().any(Item::converts) {
             return;
         }
@@ -229,19 +248,26 @@ impl Image {
         });
         self.at = offset + first + element.times(bound).size;
     }
-}
 
-/// The values of one element, with the bytes up to the next one.
-fn element_items<'a>(
-    pair: &Pair<'a>,
-    types: (&Type, &Type),
-    factor: (Option<Factor>, ChosenPair<'a>),
-    element: Layout,
-) -> Vec<Item> {
-    let mut image = Image::default();
-    image.value(pair, types, factor, 0);
-    if image.items.iter().any(Item::converts) {
-        image.skip_to(element.size);
+    /// The values of one element, with the bytes up to the next one.
+    fn element_items<'a>(
+        &mut self,
+        pair: &Pair<'a>,
+        types: (&Type, &Type),
+        factor: (Option<Factor>, ChosenPair<'a>),
+        element: Layout,
+    ) -> Vec<Item> {
+        let mut image = Image {
+            moves: std::mem::take(&mut self.moves),
+            ..Image::default()
+        };
+        image.moves.repeat();
+        image.value(pair, types, factor, 0);
+        if image.items.iter().any(Item::converts) {
+            image.skip_to(element.size);
+        }
+        image.moves.repeated();
+        self.moves = image.moves;
+        image.items
     }
-    image.items
 }

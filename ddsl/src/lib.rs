@@ -21,6 +21,7 @@ mod leaders;
 mod meaning;
 mod members;
 pub mod model;
+mod moves;
 mod parse;
 mod resolve;
 mod settings;

@@ -9,6 +9,7 @@ use rc_prototypes::model::{Content, Covariance, Library, Part, Prototype};
 use rc_quantity::Unit;
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
+use std::fmt;
 use std::ops::Bound;
 use std::rc::Rc;
 
@@ -72,6 +73,47 @@ pub(crate) struct Meaning {
     pub(crate) is_identity: bool,
     /// The code of the finding if the connection does not convert.
     pub(crate) code: &'static str,
+    /// The change of frames, if it is one between frames that move.
+    pub(crate) change: Option<Change>,
+}
+
+/// A change between two frames that move.
+pub(crate) struct Change {
+    pub(crate) from: FrameOf,
+    pub(crate) to: String,
+    /// The path of the member with the time.
+    pub(crate) stamp: String,
+    /// Whether the paths are those of the structure around a sequence of the values.
+    pub(crate) of_sequence: bool,
+}
+
+/// The frame of values.
+pub(crate) enum FrameOf {
+    Named(String),
+    /// The path of the member with its name.
+    Member(String),
+}
+
+/// What a prototype says of its frame: a name, or the path of a member.
+fn frame_of(of: &Prototype, end: &str) -> Option<FrameOf> {
+    let mut frames = of.frames.iter();
+    let (_, text) = frames.find(|(own, _)| own == end)?;
+    Some(match text.strip_prefix("member ") {
+        Some(path) => FrameOf::Member(path.to_owned()),
+        None => FrameOf::Named(text.clone()),
+    })
+}
+
+/// The frames that a connection changes: from that of the first prototype to the name that the second
+/// one has. `None` if they are one, or if a message says to which frame.
+fn frames(from: &Prototype, to: &Prototype) -> Option<(FrameOf, String)> {
+    let Some(FrameOf::Named(to)) = frame_of(to, "with_respect_to") else {
+        return None;
+    };
+    match frame_of(from, "with_respect_to")? {
+        FrameOf::Named(from) if from == to => None,
+        from => Some((from, to)),
+    }
 }
 
 /// Whether a path of these begins with the prefix.
@@ -91,22 +133,24 @@ pub(crate) struct Meanings {
     /// The numbers of libraries by their place in memory, and by what they say.
     places: RefCell<HashMap<*const Library, usize>>,
     texts: RefCell<HashMap<String, usize>>,
-    known: RefCell<HashMap<(Key, Key), Rc<Result<Meaning, NotConverted>>>>,
+    known: RefCell<HashMap<(Key, Key, bool), Rc<Result<Meaning, NotConverted>>>>,
 }
 
 impl Meanings {
-    /// How values of one prototype become those of another one. Both libraries live as long as this.
+    /// How values of one prototype become those of another one, also in other frames if something
+    /// knows where these are. Both libraries live as long as this.
     pub(crate) fn of(
         &self,
         (sender, from): (End<'_>, &Prototype),
         (receiver, to): (End<'_>, &Prototype),
+        moves: bool,
     ) -> Rc<Result<Meaning, NotConverted>> {
         let key = |end: End<'_>, of: &Prototype| (self.number(end.prototypes), of.name.clone());
-        let key = (key(sender, from), key(receiver, to));
+        let key = (key(sender, from), key(receiver, to), moves);
         if let Some(known) = self.known.borrow().get(&key) {
             return Rc::clone(known);
         }
-        let found = Rc::new(meaning((sender, from), (receiver, to)));
+        let found = Rc::new(meaning((sender, from), (receiver, to), moves));
         self.known.borrow_mut().insert(key, Rc::clone(&found));
         found
     }
@@ -134,6 +178,8 @@ pub(crate) enum NotConverted {
     Function(String),
     /// A connection would leave the covariance as it is.
     Covariance,
+    /// The prototype with this name does not say when its values were measured.
+    Stamp(String),
     /// This composite does not say which members hold its parts.
     Places(String),
 }
@@ -156,17 +202,40 @@ fn directions(library: &Library, name: Option<&String>) -> Option<String> {
 fn meaning(
     (sender, from): (End<'_>, &Prototype),
     (receiver, to): (End<'_>, &Prototype),
+    moves: bool,
 ) -> Result<Meaning, NotConverted> {
     let ends = (
         (sender.prototypes, from.name.as_str()),
         (receiver.prototypes, to.name.as_str()),
     );
-    let plan = rc_plans::between(ends.0, ends.1).map_err(NotConverted::Refused)?;
+    let change = match frames(from, to).filter(|_| moves) {
+        None => None,
+        Some((own, wanted)) => {
+            let Some(FrameOf::Member(stamp)) = frame_of(from, "stamp") else {
+                return Err(NotConverted::Stamp(from.name.clone()));
+            };
+            Some(Change {
+                from: own,
+                to: wanted,
+                stamp,
+                of_sequence: from.sequence.is_some(),
+            })
+        }
+    };
+    let plan = if change.is_some() {
+        rc_plans::moving(ends.0, ends.1)
+    } else {
+        rc_plans::between(ends.0, ends.1)
+    };
+    let plan = plan.map_err(NotConverted::Refused)?;
     if let Some(function) = plan.program.functions().next() {
         return Err(NotConverted::Function(function.to_owned()));
     }
     let values = sender.prototypes.numbers(from).map_or(0, |of| of.len());
-    let spread = plan.program.inputs().saturating_sub(values);
+    let spread = plan
+        .program
+        .inputs()
+        .saturating_sub(values + plan.transform);
     let (ours, theirs) = (
         members(sender, from, spread)?,
         members(receiver, to, spread)?,
@@ -190,6 +259,7 @@ fn meaning(
     for kind in &kinds {
         match (kind, &axes) {
             (Kind::Unit, _) => parts.push(units((sender, from), (receiver, to))),
+            (Kind::Frames, _) => parts.extend(change.as_ref().map(ToString::to_string)),
             (Kind::Axes, Some((own, wanted))) => parts.push(format!("axes {own} → {wanted}")),
             (Kind::Coordinate, _) if !coordinate(from).is_empty() => parts.push(format!(
                 "coordinates {} → {}",
@@ -216,9 +286,10 @@ fn meaning(
         what,
         is_identity: false,
         code,
+        change,
     };
     let all: Vec<String> = meaning.members.iter().cloned().collect();
-    let formula = meaning.formula(&all);
+    let formula = meaning.formula(&all, 0);
     let outputs = formula.outputs.iter().zip(0..);
     meaning.is_identity =
         formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
@@ -254,6 +325,17 @@ fn units((sender, from): (End<'_>, &Prototype), (receiver, to): (End<'_>, &Proto
     conversion.unwrap_or_else(|| "units".to_owned())
 }
 
+impl fmt::Display for Change {
+    /// `frames lidar → map at member stamp`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.from {
+            FrameOf::Named(name) => write!(f, "frames {name} → {}", self.to)?,
+            FrameOf::Member(path) => write!(f, "frames of member {path} → {}", self.to)?,
+        }
+        write!(f, " at member {}", self.stamp)
+    }
+}
+
 /// What a prototype says, in a few words: `Position (cartesian, x in mm, right-ahead-up)`.
 pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
     let mut words = Vec::new();
@@ -276,14 +358,15 @@ pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
 
 impl Meaning {
     /// The formula over the members with these paths, which stand in the order of the message.
-    /// Members that only the sender has a meaning for stay as they are.
-    pub(crate) fn formula(&self, marks: &[String]) -> Formula {
+    /// Members that only the sender has a meaning for stay as they are. A change of frames has this
+    /// number among those of the message.
+    pub(crate) fn formula(&self, marks: &[String], change: u32) -> Formula {
         let places: HashMap<&str, u32> = marks.iter().map(String::as_str).zip(0..).collect();
         let placed = |paths: &[String]| -> Vec<Option<u32>> {
             let place = |path: &String| places.get(path.as_str()).copied();
             paths.iter().map(place).collect()
         };
         let (from, to) = (placed(&self.from), placed(&self.to));
-        self.plan.formula(&from, &to, marks.len())
+        self.plan.formula((&from, &to), marks.len(), change)
     }
 }

@@ -269,6 +269,8 @@ pub struct Bind {
     pub provider: Option<SlotPath>,
     /// Where `convert;` stands: the consumer converts units that differ.
     pub convert: Option<Span>,
+    /// The slot of the consumer that knows where frames are: `convert { frames SLOT; }`.
+    pub frames: Option<Name>,
 }
 
 /// A slot in `external avoider.Laser at "robot/Laser";`

@@ -70,6 +70,7 @@ const PROCESS: [(&str, Rule); 5] = [
     ("priority", Rule::priority),
 ];
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
+const CONVERT: [(&str, Rule); 1] = [("frames", Rule::frames)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
 const HOST: [(&str, Rule); 3] = [
@@ -153,7 +154,7 @@ fn decl(
 }
 
 fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
-    let (mut paths, mut convert) = (Vec::new(), None);
+    let (mut paths, mut convert, mut frames) = (Vec::new(), None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::slot_path => paths.extend(slot_path(r, part)),
@@ -163,7 +164,7 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
                     match part.as_rule() {
                         Rule::convert => {
                             convert = convert.or(Some(r.first_word(&part).span));
-                            r.texts(part);
+                            frames = frames.or(frames_of(r, part));
                         }
                         Rule::skipped => report_skipped(r, &part, &BIND, "`convert`"),
                         _ => {}
@@ -178,7 +179,32 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
         consumer,
         provider,
         convert,
+        frames,
     })
+}
+
+/// The slot that `convert { frames SLOT; }` names.
+fn frames_of(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
+    let mut slot = None;
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::semicolon => r.semicolon(&part),
+            Rule::convert_block => {
+                for part in part.into_inner() {
+                    match part.as_rule() {
+                        Rule::frames => {
+                            let name = r.texts(part).into_iter().next();
+                            slot = slot.or(name);
+                        }
+                        Rule::skipped => report_skipped(r, &part, &CONVERT, "`frames`"),
+                        _ => {}
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    slot
 }
 
 fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> External {
@@ -523,7 +549,8 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
     field | process_field => "a field",
-    settings | bind_block => "`{`",
+    settings | bind_block | convert_block => "`{`",
+    frames => "`frames SLOT;`",
     setting => "a setting such as `lease 500ms;`",
     parameter => "a parameter such as `speed 300;`",
     members => "members such as `lasers \"front\", \"back\";`",

@@ -376,11 +376,12 @@ impl<'a> Resolver<'a> {
             let consumer = self.slot_path(&bind.consumer, group);
             let provider = self.slot_path(&bind.provider, group);
             if let Some(consumer) = consumer {
-                let convert = bind.convert;
+                let (convert, frames) = (bind.convert, bind.frames.clone());
                 self.deployment.binds.push(Bind {
                     consumer,
                     provider,
                     convert,
+                    frames,
                 });
             }
         }

@@ -5,11 +5,16 @@ use crate::conversion::{Conversion, NoPlan, effort, plan};
 use crate::meaning::{
     Ambiguous, Chosen, Meanings, NotConverted, chosen, described, has_prefix, prototype,
 };
+use crate::moves::NoMove;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
+use rc_plans::Refusal;
 use rc_quantity::Unit;
 use std::collections::{BTreeSet, HashSet};
+
+/// The interface of a slot that knows where frames are.
+pub(crate) const TREE: &str = "RcInnerModel::InnerModel";
 
 /// One end of a connection.
 #[derive(Clone, Copy)]
@@ -33,6 +38,8 @@ pub(crate) struct Line<'a> {
     pub(crate) text: &'a str,
     /// Where `convert;` stands.
     pub(crate) convert: Option<Span>,
+    /// Where the slot stands that knows where frames are.
+    pub(crate) frames: Option<Span>,
 }
 
 /// Reports members of equal types whose units differ. Returns what the connection converts, and
@@ -48,6 +55,7 @@ pub(crate) fn compare(
     let nothing = Conversion {
         members: Vec::new(),
         plan: rc_conversion::Plan::default(),
+        tree: None,
     };
     let says_nothing = |end: End| end.prototypes.prototypes.is_empty();
     if declared(consumer) == declared(provider)
@@ -78,10 +86,16 @@ pub(crate) fn compare(
     if line.convert.is_none() {
         return Some(nothing);
     }
-    match plan(consumer, provider, meanings) {
+    match plan(consumer, provider, meanings, line.frames.is_some()) {
         Ok(conversion) => {
             if conversion.members.is_empty() {
                 warn_without_effect(line, found);
+            } else if !conversion.needs_frames()
+                && let Some(span) = line.frames
+            {
+                let message = "`frames` has no effect: no frame changes";
+                let warning = Diagnostic::warning("nothing-to-convert", span, message);
+                found.push(warning.help("remove it"));
             }
             Some(conversion)
         }
@@ -99,6 +113,22 @@ pub(crate) fn compare(
                         "`{path}` has a prototype whose numbers are not where a connection can convert them"
                     ),
                     "its numbers must be members of the structure, of structures in it, or of arrays of numbers",
+                ),
+                NoPlan::Move(path, NoMove::Repeated) => (
+                    format!("`{path}` has a frame that changes, and occurs in a sequence"),
+                    "give the prototype to the structure around it: `sequence = member NAME`",
+                ),
+                NoPlan::Move(path, NoMove::Time) => (
+                    format!("the `stamp` of `{path}` is no time"),
+                    "name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds",
+                ),
+                NoPlan::Move(path, NoMove::Frame) => (
+                    format!("the frame of `{path}` is no string"),
+                    "name a member with the name of the frame, or the frame itself",
+                ),
+                NoPlan::Move(path, NoMove::Hidden) => (
+                    format!("the frame or the `stamp` of `{path}` is not in every message once"),
+                    "name members that are neither optional nor in a sequence",
                 ),
             };
             let span = line.convert.unwrap_or(line.span);
@@ -321,7 +351,8 @@ impl<'a> Comparison<'a, '_> {
             provider.name,
             described(provider, their)
         );
-        let error = match self.meanings.of(from, to).as_ref() {
+        let moves = self.line.frames.is_some();
+        let error = match self.meanings.of(from, to, moves).as_ref() {
             Ok(meaning) => {
                 if !meaning.is_identity && self.line.convert.is_none() {
                     let help = format!(
@@ -336,7 +367,24 @@ impl<'a> Comparison<'a, '_> {
             }
             Err(NotConverted::Refused(refusal)) => {
                 let message = format!("{message}: {refusal}");
-                Diagnostic::error(refusal.code(), self.line.span, message)
+                let error = Diagnostic::error(refusal.code(), self.line.span, message);
+                match refusal {
+                    Refusal::Frame(end, ..) if end == "with_respect_to" && consumer.subscribes => {
+                        error.help(format!(
+                            "if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} {{ convert {{ frames SLOT; }}; }};`",
+                            self.line.text
+                        ))
+                    }
+                    _ => error,
+                }
+            }
+            Err(NotConverted::Stamp(name)) => {
+                let message =
+                    format!("{message}: `{name}` does not say when its values were measured");
+                let error = Diagnostic::error("no-conversion", self.line.span, message);
+                error.help(
+                    "a change of frames is one at a time: `frames = { …, stamp = member NAME }`",
+                )
             }
             Err(NotConverted::Covariance) => {
                 let message = format!("{message}: the covariance would stay as it is");

@@ -111,7 +111,7 @@ impl Prototypes {
         let (input, output) = (members(own)?, members(wanted)?);
         let width = input.len().max(output.len());
         let places = |count: usize| (0..).take(count).map(Some).collect::<Vec<Option<u32>>>();
-        let formula = plan.formula(&places(input.len()), &places(output.len()), width);
+        let formula = plan.formula((&places(input.len()), &places(output.len())), width, 0);
         let marked = Item::Marked(u32::try_from(width).unwrap_or(u32::MAX), Primitive::F64);
         let group = Item::Group {
             items: vec![marked],

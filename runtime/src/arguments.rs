@@ -61,7 +61,7 @@ impl Arguments {
             record: None,
             keep_free: None,
             members: Listed::new(),
-            conversions: BTreeMap::new(),
+            conversions: Conversions::default(),
         }
     }
 

@@ -60,7 +60,11 @@ pub(crate) fn parse(
             }
             Long("convert") => {
                 let (slot, plan) = conversion(description, &parser.value()?.string()?)?;
-                out.conversions.insert(slot, plan);
+                out.conversions.plans.insert(slot, plan);
+            }
+            Long("frames") => {
+                let (slot, tree) = frames(description, &parser.value()?.string()?)?;
+                out.conversions.trees.insert(slot, tree);
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
@@ -266,6 +270,17 @@ fn conversion(description: &Description, text: &str) -> Result<(String, Plan), l
     Ok((slot, plan))
 }
 
+/// Parses `lidar=tree`.
+fn frames(description: &Description, text: &str) -> Result<(String, String), lexopt::Error> {
+    let Some((slot, tree)) = text.split_once('=') else {
+        return Err("--frames takes SLOT=TREE, as in `--frames lidar=tree`".into());
+    };
+    Ok((
+        check_slot(description, slot)?,
+        check_slot(description, tree)?,
+    ))
+}
+
 /// Parses `lasers=front,back`. A list may be empty.
 fn members(description: &Description, text: &str) -> Result<(String, Vec<String>), lexopt::Error> {
     let Some((array, list)) = text.split_once('=') else {
@@ -382,6 +397,7 @@ fn help(description: &Description) -> String {
          middlewares of a slot, with commas, as `middleware auto;` chooses them; one that serves or publishes may have several\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
+         --frames SLOT=TREE    the slot of an InnerModel that knows where the frames of these values are\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

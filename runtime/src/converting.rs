@@ -2,42 +2,101 @@
 //! middleware and other subscribers see the values of the sender. Taps and exact recordings of this
 //! component see converted values.
 
+mod frames;
+
+pub(crate) use frames::Frames;
+
+use frames::NoTransform;
 use rc_conversion::{Fault, Place, Plan, Program};
+use rc_diagnostics::foreign::clean;
 use rc_middleware::in_place::zerocopy::IntoBytes;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{self, Operation};
 use rc_middleware::{
-    CallError, Client, DecodeError, EncodeError, Encoding, Header, KeptSample, Profile, QueueGauge,
-    ReceiveError, Subscriber, Unread, rpc,
+    CallError, Client, DecodeError, EncodeError, Encoding, Header, KeptSample, OpenError, Profile,
+    QueueGauge, ReceiveError, Subscriber, Unread, rpc,
 };
 use std::collections::BTreeMap;
+use std::fmt;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What each slot converts, by name.
-pub(crate) type Conversions = BTreeMap<String, Plan>;
+/// What slots convert.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Conversions {
+    /// The plan of each slot, by name.
+    pub(crate) plans: BTreeMap<String, Plan>,
+    /// The slot that knows where frames are, for slots whose plans need one.
+    pub(crate) trees: BTreeMap<String, String>,
+}
 
 /// Counts the messages of a slot. One thread counts, others read.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ConversionCounts(Arc<(AtomicU64, AtomicU64)>);
+pub(crate) struct ConversionCounts(Arc<[AtomicU64; 3]>);
 
 impl ConversionCounts {
     /// Messages that were converted.
     pub(crate) fn converted(&self) -> u64 {
-        self.0.0.load(Ordering::Relaxed)
+        self.0[0].load(Ordering::Relaxed)
     }
 
     /// Messages that were refused, because a value has no counterpart in the other unit.
     pub(crate) fn refused(&self) -> u64 {
-        self.0.1.load(Ordering::Relaxed)
+        self.0[1].load(Ordering::Relaxed)
     }
 
-    fn note<T>(&self, result: &Result<T, Fault>) {
-        let counter = if result.is_ok() { &self.0.0 } else { &self.0.1 };
-        counter.fetch_add(1, Ordering::Relaxed);
+    /// Messages that were refused, because no transform between their frames was known.
+    pub(crate) fn unplaced(&self) -> u64 {
+        self.0[2].load(Ordering::Relaxed)
+    }
+
+    fn note<T>(&self, result: &Result<T, Refused>) {
+        let counter = match result {
+            Ok(_) => 0,
+            Err(Refused::Fault(_)) => 1,
+            Err(Refused::Frames { .. }) => 2,
+        };
+        self.0[counter].fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Why a message is not converted.
+#[derive(Debug)]
+enum Refused {
+    Fault(Fault),
+    /// Nothing knows the transform between these frames at this time.
+    Frames {
+        from: String,
+        to: String,
+        nanoseconds: i64,
+        reason: NoTransform,
+    },
+}
+
+impl From<Fault> for Refused {
+    fn from(fault: Fault) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fault(fault) => fault.fmt(f),
+            Self::Frames {
+                from,
+                to,
+                nanoseconds,
+                reason,
+            } => write!(
+                f,
+                "no transform from `{}` to `{to}` at {nanoseconds} ns: {reason}",
+                clean(from)
+            ),
+        }
     }
 }
 
@@ -86,12 +145,14 @@ struct SampleProgram {
     type_hash: u64,
     cdr: Option<Program>,
     image: Option<Program>,
+    /// Knows where frames are, if a program needs it.
+    frames: Option<Frames>,
     counts: ConversionCounts,
 }
 
 impl SampleProgram {
     /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
-    fn run(&self, header: Header, body: &[u8], copy: &mut Copied) -> Result<bool, Fault> {
+    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<bool, Refused> {
         let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
         let program = match header.encoding {
             Encoding::Cdr => &self.cdr,
@@ -100,44 +161,73 @@ impl SampleProgram {
         let Some(program) = program.as_ref().filter(|_| !is_strange) else {
             return Ok(false);
         };
-        let result = program.run(copy.fill(body), 0);
+        let result = convert(program, self.frames.as_mut(), copy.fill(body));
         self.counts.note(&result);
-        result.map(|_| true)
+        result.map(|()| true)
     }
 }
 
+/// Converts a sample, with the transforms that it needs.
+fn convert(
+    program: &Program,
+    frames: Option<&mut Frames>,
+    bytes: &mut [u8],
+) -> Result<(), Refused> {
+    let Some(frames) = frames.filter(|_| program.takes_transforms()) else {
+        program.run(bytes, 0)?;
+        return Ok(());
+    };
+    let mut transforms = Vec::new();
+    for needed in program.needed(bytes, 0)? {
+        let transform = frames.transform(&needed);
+        transforms.push(transform.map_err(|reason| Refused::Frames {
+            from: needed.from.clone(),
+            to: needed.to.to_owned(),
+            nanoseconds: needed.time,
+            reason,
+        })?);
+    }
+    program.run_with(bytes, 0, &transforms)?;
+    Ok(())
+}
+
 impl ConvertingSubscriber {
-    /// A subscriber of an operation, which converts its samples if the plan does.
+    /// A subscriber of an operation, which converts its samples if the plan does. `frames` opens
+    /// what knows where frames are, if a program needs it.
     pub(crate) fn over(
-        plan: &Plan,
-        operation: usize,
-        of: &Operation,
+        (plan, operation, of): (&Plan, usize, &Operation),
         address: String,
         counts: &ConversionCounts,
+        frames: impl FnOnce() -> Result<Frames, OpenError>,
         port: Box<dyn Subscriber>,
-    ) -> Box<dyn Subscriber> {
-        let programs = SampleProgram {
+    ) -> Result<Box<dyn Subscriber>, OpenError> {
+        let mut programs = SampleProgram {
             type_hash: of.type_hash,
             cdr: plan.program(operation, Place::Input),
             image: plan.program(operation, Place::InputImage),
+            frames: None,
             counts: counts.clone(),
         };
         if programs.cdr.is_none() && programs.image.is_none() {
-            return port;
+            return Ok(port);
         }
-        Box::new(Self {
+        let mut own = programs.cdr.iter().chain(&programs.image);
+        if own.any(Program::takes_transforms) {
+            programs.frames = Some(frames()?);
+        }
+        Ok(Box::new(Self {
             port,
             programs,
             address,
             copy: Copied::default(),
             unread: Unread::default(),
-        })
+        }))
     }
 
     fn outcome(
         address: &str,
         received: Result<bool, ReceiveError>,
-        fault: Option<Fault>,
+        fault: Option<Refused>,
     ) -> Result<bool, ReceiveError> {
         match fault {
             None => received,
@@ -305,7 +395,7 @@ impl CallPrograms {
         let Some(program) = self.reply(case, header.encoding) else {
             return Ok(false);
         };
-        let result = program.run(copy.fill(body), at);
+        let result = program.run(copy.fill(body), at).map_err(Refused::from);
         counts.note(&result);
         match result {
             Ok(_) => Ok(true),
@@ -337,7 +427,7 @@ fn converted_request(
         return Ok(None);
     };
     let mut bytes = buffer(request)?;
-    let result = program.run(&mut bytes, at);
+    let result = program.run(&mut bytes, at).map_err(Refused::from);
     counts.note(&result);
     match result {
         Ok(_) => Ok(Some(bytes)),

@@ -4,7 +4,10 @@ mod counts;
 mod endpoints;
 
 use crate::clock::SimulatedClock;
-use crate::converting::{ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber};
+use crate::clock::{Clock, SystemClock};
+use crate::converting::{
+    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, Frames,
+};
 use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
@@ -81,6 +84,8 @@ pub struct Connections {
     /// Notes of messages on chains.
     hops: Rc<HopNotes>,
     clock: ClockKind,
+    /// The time of the network.
+    now: Arc<dyn Clock>,
     /// Of a source of time: what its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
     exact: Exact,
@@ -102,6 +107,8 @@ pub(crate) struct Interceptors {
     pub(crate) defaults: &'static [(usize, DefaultReply)],
     /// Conversions of units, by slots.
     pub(crate) conversions: Conversions,
+    /// The time of the network.
+    pub(crate) now: Arc<dyn Clock>,
 }
 
 impl Connections {
@@ -134,6 +141,7 @@ impl Connections {
             exact: interceptors.exact,
             defaults: interceptors.defaults,
             conversions: interceptors.conversions,
+            now: interceptors.now,
             ..ports
         })
     }
@@ -153,7 +161,7 @@ impl Connections {
             settings: Settings::default(),
             sent: RefCell::default(),
             withheld: RefCell::default(),
-            conversions: Conversions::new(),
+            conversions: Conversions::default(),
             converted: RefCell::default(),
             gate: Gate::default(),
             transports: RefCell::default(),
@@ -164,6 +172,7 @@ impl Connections {
             taps: Arc::new(Taps::new(SlotTable::capacity(description), None)),
             hops: Rc::new(HopNotes::new(Arc::default())),
             clock,
+            now: Arc::new(SystemClock),
             source: None,
             exact: Exact::Off,
             defaults: &[],
@@ -314,7 +323,7 @@ impl Connections {
         } else {
             let open = self.slot(slot)?;
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
-            let port = match self.conversions.get(&*open.name) {
+            let port = match self.conversions.plans.get(&*open.name) {
                 Some(plan) => {
                     ConvertingClient::over(plan, open.slot.operations, &self.conversion(slot), port)
                 }
@@ -425,7 +434,7 @@ impl Connections {
             }
             Role::SubscribesTo => {
                 let operations = 0..slot.operations.len();
-                let plan = self.conversions.get(&*slot.name);
+                let plan = self.conversions.plans.get(&*slot.name);
                 let plan = plan.map(|plan| (plan, self.conversion(at)));
                 let ports = operations.map(|operation| {
                     let endpoint = self.topic_endpoint(&slot, operation, slot.middleware())?;
@@ -435,7 +444,9 @@ impl Connections {
                         Some((plan, counts)) => {
                             let (of, address) = (&slot.operations[operation], &endpoint.address);
                             let address = address.to_string();
-                            ConvertingSubscriber::over(plan, operation, of, address, counts, port)
+                            let frames = || self.frames(&slot.name);
+                            let plan = (*plan, operation, of);
+                            ConvertingSubscriber::over(plan, address, counts, frames, port)?
                         }
                         None => port,
                     };
@@ -450,6 +461,33 @@ impl Connections {
             }
             Role::Requires | Role::Publishes => Ok(Vec::new()),
         }
+    }
+
+    /// What knows where frames are, for a slot that converts.
+    fn frames(&self, slot: &str) -> Result<Frames, OpenError> {
+        let wrong = |reason: String| OpenError::Backend {
+            address: slot.to_owned(),
+            reason,
+        };
+        let tree = self.conversions.trees.get(slot);
+        let tree = tree.ok_or_else(|| {
+            wrong(format!(
+                "its plan changes frames: pass the slot that knows where they are, `--frames {slot}=TREE`"
+            ))
+        })?;
+        let mut slots = self.description.slots.iter();
+        let at = slots.position(|own| own.name == tree && own.role == Role::Requires);
+        let at = at.ok_or_else(|| wrong(format!("`{tree}` is no slot that requires a tree")))?;
+        let open = self.slot(at)?;
+        let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
+        let client = TypedClient::new(port, open.qos.timeout);
+        let waits = self.clock == ClockKind::System;
+        let frames = Frames::new(client, open.slot.operations, &self.now, waits);
+        frames.ok_or_else(|| {
+            wrong(format!(
+                "`{tree}` is not of `RcInnerModel::InnerModel` as this component knows it"
+            ))
+        })
     }
 
     /// The slots.

@@ -275,6 +275,10 @@ impl<'a> Managed<'a> {
             exact: exact.clone(),
             defaults,
             conversions: arguments.conversions.clone(),
+            now: match prepared.clock {
+                ClockKind::System => Arc::new(SystemClock),
+                _ => prepared.simulated.clone(),
+            },
         };
         let middleware = match &arguments.clock {
             ClockChoice::Simulated(middleware) => middleware.as_deref(),

@@ -284,6 +284,7 @@ impl Status {
         counts.map(|(_, counts)| ConvertedStatus {
             messages: counts.converted(),
             bad_values: counts.refused(),
+            unplaced: counts.unplaced(),
         })
     }
 

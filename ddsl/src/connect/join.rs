@@ -4,15 +4,16 @@ use super::{Connection, Connector};
 use crate::endpoint::Endpoint;
 use crate::units::Line;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_syntax::Name;
 use std::collections::HashMap;
 
 impl Connector<'_> {
     /// Connects two endpoints of one interface if they are compatible. Reports errors if not.
-    /// `convert` is the location of `convert;`.
+    /// `convert` is the location of `convert;`, with the slot that knows where frames are.
     pub(super) fn join(
         &mut self,
         span: Span,
-        convert: Option<Span>,
+        (convert, frames): (Option<Span>, Option<&Name>),
         consumer: Endpoint,
         provider: Endpoint,
     ) {
@@ -22,6 +23,7 @@ impl Connector<'_> {
             span,
             text: &text,
             convert,
+            frames: frames.map(|slot| slot.span),
         };
         let agreed = self
             .compatibility
@@ -29,8 +31,12 @@ impl Connector<'_> {
         for diagnostic in found {
             self.report(consumer, Some(provider), diagnostic);
         }
-        if let Some(conversion) = agreed {
+        if let Some(mut conversion) = agreed {
             let connection = Connection { consumer, provider };
+            if let Some(slot) = frames.filter(|_| conversion.needs_frames()) {
+                conversion.tree = Some(slot.text.clone());
+                self.trees.push((connection, slot.clone()));
+            }
             if !conversion.plan.is_empty() {
                 self.conversions.insert(connection, conversion);
             }
@@ -54,7 +60,7 @@ impl Connector<'_> {
         for at in 0..self.connections.len() {
             let connection = self.connections[at];
             let one = *first.entry(connection.consumer).or_insert(connection);
-            let plan = |connection| self.conversions.get(connection).map(|c| &c.plan);
+            let plan = |connection| self.conversions.get(connection).map(|c| (&c.plan, &c.tree));
             if plan(&one) == plan(&connection) {
                 continue;
             }

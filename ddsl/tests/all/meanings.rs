@@ -84,7 +84,7 @@ fn other_meanings_are_refused() {
         &frame("odom"),
         convert,
         &expect![[r#"
-            n.ddsl:2:6: error[frame-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, ahead-left-up): the frames differ: `with_respect_to` is `odom` and `map`, and no transform between them is known; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19
+            n.ddsl:2:6: error[frame-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, ahead-left-up): the frames differ: `with_respect_to` is `odom` and `map`, and no transform between them is known; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (if a slot of the subscriber requires `RcInnerModel::InnerModel`, its tree knows the transform: `bind a.Laser -> b.Laser { convert { frames SLOT; }; };`)
             n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
         "#]],
     );
@@ -531,4 +531,140 @@ fn a_structure_and_its_elements_convert_each_by_its_own_prototype() {
         &of(LIDAR, "mm"),
     );
     expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value; L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up; 7 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value; L::Scan axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:{{3f!|n@0;=@1&$0&@2}3f![{3f!|d@1&1e3;t$0;n@0;d$2&1e3;t$3;d@2&1e3;t$5;=$1&$4&$6}]|n@0;=@1&$0&@2}"].assert_eq(&made);
+}
+
+const SCAN: &str =
+    "module L { struct T { int sec; uint32 nanosec; }; struct H { T stamp; string frame; };
+    struct P { float x; float y; float z; }; sequence<P> Ps;
+    struct S { H header; @unit(\"ms\") long taken; Ps points; @optional T maybe; };
+    interface Laser { void push(S scan); }; };";
+
+/// A prototype of the points of `L::S` in a frame.
+fn scan(units: &str, axes: &str, frames: &str) -> String {
+    point(
+        units,
+        axes,
+        &format!("sequence = member points frames = {{ {frames} }}"),
+    )
+    .replace("L::P", "L::S")
+}
+
+/// Connects a subscriber with a tree to a publisher of scans with these frames.
+fn moving(ours: &str, theirs: &str, block: &str, expected: &Expect) -> Vec<String> {
+    let idsl = SCAN;
+    let ours = format!(
+        "[{idsl}|||{}]subscribesTo Laser; requires InnerModel as tree;",
+        scan("m", ROS, ours)
+    );
+    let theirs = format!("[{idsl}|||{}]publishes Laser;", scan("mm", LIDAR, theirs));
+    let binds = format!("bind a.Laser -> b.Laser {{ {block} }}; bind a.tree -> w.InnerModel;");
+    connect(
+        &[
+            ("a", &ours),
+            ("b", &theirs),
+            ("w", "implements InnerModel;"),
+        ],
+        &binds,
+        expected,
+    )
+}
+
+#[test]
+fn frames_change_by_the_tree_of_a_slot() {
+    let of = "with_respect_to = lidar, stamp = member header.stamp";
+    let made = moving(
+        "with_respect_to = map",
+        of,
+        "convert { frames tree; };",
+        &expect![[""]],
+    );
+    expect!["a.Laser -> b.Laser converts L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up, frames lidar → map at member header.stamp; 25 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value by 0i^lidar>map@0*1000000000+1*1:i?I?sq[{3f!|d@0&1e3;d@1&1e3;d@2&1e3;n$0;m^0&$1;m^1&$3;a$4&$5;m^2&$2;a$6&$7;m^4&$1;m^5&$3;a$9&$10;m^6&$2;a$11&$12;m^8&$1;m^9&$3;a$14&$15;m^10&$2;a$16&$17;a$8&^3;a$13&^7;a$18&^11;t$19;t$20;t$21;=$22&$23&$24}]"].assert_eq(&made[0]);
+    // The name of the frame is in each message, and the time is a number.
+    let of = "with_respect_to = member header.frame, stamp = member taken";
+    let made = moving(
+        "with_respect_to = map",
+        of,
+        "convert { frames tree; };",
+        &expect![[""]],
+    );
+    expect!["a.Laser -> b.Laser converts L::P units mm ×1/1000 = m, axes right-ahead-up → ahead-left-up, frames of member header.frame → map at member taken; 25 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value by 0i^$0>map@0*1000000:iIs?q?[{3f!|d@0&1e3;d@1&1e3;d@2&1e3;n$0;m^0&$1;m^1&$3;a$4&$5;m^2&$2;a$6&$7;m^4&$1;m^5&$3;a$9&$10;m^6&$2;a$11&$12;m^8&$1;m^9&$3;a$14&$15;m^10&$2;a$16&$17;a$8&^3;a$13&^7;a$18&^11;t$19;t$20;t$21;=$22&$23&$24}]"].assert_eq(&made[0]);
+    // Without a tree, such a frame is taken for the right one.
+    let made = moving("with_respect_to = map", of, "convert;", &expect![[""]]);
+    assert!(!made[0].contains('^'), "{made:?}");
+}
+
+#[test]
+fn frames_that_cannot_change_are_refused() {
+    let map = "with_respect_to = map";
+    let of = "with_respect_to = lidar, stamp = member header.stamp";
+    moving(
+        map,
+        of,
+        "convert;",
+        &expect![[r#"
+        n.ddsl:2:6: error[frame-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up): the frames differ: `with_respect_to` is `lidar` and `map`, and no transform between them is known; the consumer's declaration at Laser.idsl:2:12; the provider's declaration at Laser.idsl:2:12 (if a slot of the subscriber requires `RcInnerModel::InnerModel`, its tree knows the transform: `bind a.Laser -> b.Laser { convert { frames SLOT; }; };`)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    moving(
+        map,
+        of,
+        "convert { frames trea; };",
+        &expect![[r#"
+        n.ddsl:2:44: error[unknown-slot]: `a` has no slot `trea`; its component at a.cdsl:2:11 (did you mean `tree`?)
+    "#]],
+    );
+    moving(
+        map,
+        of,
+        "convert { frames Laser; };",
+        &expect![[r#"
+        n.ddsl:2:44: error[wrong-frames]: `a.Laser` does not know where frames are; declared here at a.cdsl:2:45 (name a slot that requires `RcInnerModel::InnerModel`, and is no array)
+    "#]],
+    );
+    moving(
+        map,
+        "with_respect_to = lidar",
+        "convert { frames tree; };",
+        &expect![[r#"
+        n.ddsl:2:6: error[no-conversion]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up): `point` does not say when its values were measured; the consumer's declaration at Laser.idsl:2:12; the provider's declaration at Laser.idsl:2:12 (a change of frames is one at a time: `frames = { …, stamp = member NAME }`)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    moving(
+        map,
+        "with_respect_to = lidar, stamp = member header.frame",
+        "convert { frames tree; };",
+        &expect![[r#"
+        n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is no time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    moving(
+        map,
+        "with_respect_to = lidar, stamp = member maybe",
+        "convert { frames tree; };",
+        &expect![[r#"
+        n.ddsl:2:27: error[not-convertible]: the frame or the `stamp` of `L::S` is not in every message once (name members that are neither optional nor in a sequence)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
+    moving(
+        "with_respect_to = lidar",
+        of,
+        "convert { frames tree; };",
+        &expect![[r#"
+        n.ddsl:2:44: warning[nothing-to-convert]: `frames` has no effect: no frame changes (remove it)
+    "#]],
+    );
+    moving(
+        map,
+        of,
+        "convert { tree; };",
+        &expect![[r#"
+        n.ddsl:2:6: error[frame-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up): the frames differ: `with_respect_to` is `lidar` and `map`, and no transform between them is known; the consumer's declaration at Laser.idsl:2:12; the provider's declaration at Laser.idsl:2:12 (if a slot of the subscriber requires `RcInnerModel::InnerModel`, its tree knows the transform: `bind a.Laser -> b.Laser { convert { frames SLOT; }; };`)
+        n.ddsl:2:37: error[unknown-field]: expected `frames`, found `tree` (expected `frames`)
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "#]],
+    );
 }

@@ -9,7 +9,7 @@ use rc_syntax::MemoryLoader;
 use std::collections::HashMap;
 
 /// All interfaces of these tests.
-const INTERFACES: [(&str, &str); 2] = [
+const INTERFACES: [(&str, &str); 3] = [
     (
         "Laser.idsl",
         "module L { struct D { int a; }; interface Laser { D get(); }; };",
@@ -17,6 +17,10 @@ const INTERFACES: [(&str, &str); 2] = [
     (
         "Pub.idsl",
         "module P { interface Pub { void push(int x); }; };",
+    ),
+    (
+        "InnerModel.idsl",
+        "module RcInnerModel { interface InnerModel { int getPoseAt(); }; };",
     ),
 ];
 
@@ -40,7 +44,7 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         }
         None => communications,
     };
-    let imports = ["Laser", "Pub"]
+    let imports = ["Laser", "Pub", "InnerModel"]
         .into_iter()
         .filter(|i| communications.contains(i));
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();

@@ -204,6 +204,9 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             if converted.bad_values > 0 {
                 write!(f, " and refused {}", converted.bad_values)?;
             }
+            if converted.unplaced > 0 {
+                write!(f, ", without a transform {}", converted.unplaced)?;
+            }
         }
         if let Some(clock) = &component.clock {
             write!(f, "  {}", clock_text(clock))?;

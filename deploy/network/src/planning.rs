@@ -129,6 +129,9 @@ impl Network {
                 let own = conversions.iter().find(|(made, _)| made.consumer == end);
                 if let Some((_, conversion)) = own {
                     option("--convert", format!("{}={}", slot.name, conversion.plan));
+                    if let Some(tree) = &conversion.tree {
+                        option("--frames", format!("{}={tree}", slot.name));
+                    }
                 }
             }
             for (name, value) in network_time::options(self, at) {

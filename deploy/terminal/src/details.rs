@@ -274,6 +274,9 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
         if converted.bad_values > 0 {
             facts += &format!(", {} refused", converted.bad_values);
         }
+        if converted.unplaced > 0 {
+            facts += &format!(", {} without a transform", converted.unplaced);
+        }
     }
     vec![
         Span::styled(slot.name.clone(), strong()),

@@ -10,6 +10,7 @@ mod hosts;
 mod inner_model;
 mod mapping;
 mod mixed;
+mod moving;
 mod patrol;
 mod python_elsewhere;
 mod python_programs;

@@ -34,6 +34,8 @@ pub enum Operand {
     Step(u32),
     /// A number, by its bits.
     Constant(u64),
+    /// The number at this place of the transforms of the message, which are 12 each.
+    Transform(u32),
 }
 
 /// An operation. All of them compute as `f64`.
@@ -135,16 +137,23 @@ pub(crate) struct Scratch {
     values: Vec<f64>,
     /// Those of many groups.
     pub(crate) lanes: Lanes,
+    /// The numbers of the transforms of the message.
+    pub(crate) transforms: Vec<f64>,
+    /// What changes of frames need of the message: where texts begin and how long they are.
+    pub(crate) texts: Vec<(usize, usize)>,
+    /// Where numbers are.
+    pub(crate) numbers: Vec<(usize, Primitive)>,
 }
 
 impl Formula {
-    /// Whether each operand is a number of the group, of which there are `inputs`, or an earlier
-    /// step.
-    pub(crate) fn is_closed(&self, inputs: usize) -> bool {
+    /// Whether each operand is a number of the group, of which there are `inputs`, one of as many
+    /// numbers of `transforms`, or an earlier step.
+    pub(crate) fn is_closed(&self, inputs: usize, transforms: usize) -> bool {
         let known = |operand: &Operand, before: usize| match operand {
             Operand::Input(at) => (*at as usize) < inputs,
             Operand::Step(at) => (*at as usize) < before,
             Operand::Constant(_) => true,
+            Operand::Transform(at) => (*at as usize) < transforms,
         };
         let mut steps = self.steps.iter().enumerate();
         let all = steps.all(|(at, step)| step.operands.iter().all(|of| known(of, at)));
@@ -160,7 +169,12 @@ impl Formula {
         scratch: &mut Scratch,
         first: usize,
     ) -> Result<(), Rejected> {
-        let Scratch { marks, values, .. } = scratch;
+        let Scratch {
+            marks,
+            values,
+            transforms,
+            ..
+        } = scratch;
         let marks = marks.get(first..).unwrap_or_default();
         let start = marks.first().map_or(0, |(at, _)| *at);
         if marks.len() != self.outputs.len() {
@@ -175,7 +189,7 @@ impl Formula {
         for step in &self.steps {
             let mut operands = [0.0; 4];
             for (operand, value) in operands.iter_mut().zip(&step.operands) {
-                *operand = value.of(values, inputs);
+                *operand = value.of(values, inputs, transforms);
             }
             let value = step.operation.apply(operands);
             values.push(value.ok_or(Rejected::Value(start))?);
@@ -185,7 +199,7 @@ impl Formula {
                 // It keeps its bits.
                 continue;
             }
-            let fits = number.write(bytes, *at, output.of(values, inputs));
+            let fits = number.write(bytes, *at, output.of(values, inputs, transforms));
             if !fits || is_finite && !number.read(bytes, *at).is_finite() {
                 return Err(Rejected::Overflow(*at));
             }
@@ -201,11 +215,12 @@ pub(crate) enum Rejected {
 }
 
 impl Operand {
-    fn of(self, values: &[f64], inputs: usize) -> f64 {
+    fn of(self, values: &[f64], inputs: usize, transforms: &[f64]) -> f64 {
         let value = match self {
             Self::Input(at) => values.get(at as usize),
             Self::Step(at) => values.get(inputs + at as usize),
             Self::Constant(bits) => return f64::from_bits(bits),
+            Self::Transform(at) => transforms.get(at as usize),
         };
         value.copied().unwrap_or(f64::NAN)
     }
@@ -217,6 +232,7 @@ impl fmt::Display for Operand {
             Self::Input(at) => write!(f, "@{at}"),
             Self::Step(at) => write!(f, "${at}"),
             Self::Constant(bits) => write!(f, "{:e}", f64::from_bits(*bits)),
+            Self::Transform(at) => write!(f, "^{at}"),
         }
     }
 }

@@ -13,6 +13,10 @@ pub enum Item {
     Numbers(u32, Primitive, Option<Conversion>),
     /// So many numbers of one type that the formula of the group around them takes and gives.
     Marked(u32, Primitive),
+    /// A number that a change of frames needs. It stays as it is.
+    KeptNumber(Primitive),
+    /// A string that a change of frames needs.
+    KeptText,
     /// Values with marked numbers, which a formula converts together.
     Group {
         /// The values.
@@ -56,12 +60,12 @@ impl Item {
         }
     }
 
-    /// Whether it holds a number that is converted.
+    /// Whether it holds a number that is converted, or a value that a change of frames needs.
     #[must_use]
     pub fn converts(&self) -> bool {
         match self {
             Self::Numbers(_, _, conversion) => conversion.is_some(),
-            Self::Marked(..) | Self::Group { .. } => true,
+            Self::Marked(..) | Self::Group { .. } | Self::KeptNumber(_) | Self::KeptText => true,
             Self::Bytes(_) | Self::Text => false,
             Self::Sequence(items) | Self::Array(_, items) | Self::Bounded { items, .. } => {
                 items.iter().any(Self::converts)
@@ -89,6 +93,8 @@ impl fmt::Display for Item {
                 count(f, *times)?;
                 write!(f, "{}!", number.letter())
             }
+            Self::KeptNumber(number) => write!(f, "{}?", number.letter()),
+            Self::KeptText => f.write_str("s?"),
             Self::Group { items, formula } => write!(f, "{{{}|{formula}}}", Items(items)),
             Self::Bytes(bytes) => {
                 count(f, *bytes)?;

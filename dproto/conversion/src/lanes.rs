@@ -32,7 +32,7 @@ impl Lanes {
     /// elements are converted.
     pub(crate) fn run(
         &mut self,
-        formula: &Formula,
+        (formula, transforms): (&Formula, &[f64]),
         marks: &Marks,
         bytes: &mut [u8],
         size: usize,
@@ -40,13 +40,13 @@ impl Lanes {
         if size == 0 || marks.0.len() != formula.outputs.len() {
             return 0;
         }
-        self.prepare(formula, marks.0.len());
+        self.prepare(formula, transforms, marks.0.len());
         let mut done = 0;
         for block in bytes.chunks_mut(WIDTH * size) {
             let length = block.len() / size;
             let is_whole = self.load(marks, block, size)
                 && self.compute(formula, marks.0.len(), length)
-                && self.store(formula, marks, block, size);
+                && self.store((formula, transforms), marks, block, size);
             if !is_whole {
                 break;
             }
@@ -57,12 +57,9 @@ impl Lanes {
 
     /// Lays out the values of a formula. Constants are as wide as the rest, in place of a branch for
     /// each element.
-    fn prepare(&mut self, formula: &Formula, inputs: usize) {
+    fn prepare(&mut self, formula: &Formula, transforms: &[f64], inputs: usize) {
         let operands = || formula.steps.iter().flat_map(|step| &step.operands);
-        let constants = operands().filter_map(|operand| match operand {
-            Operand::Constant(bits) => Some(f64::from_bits(*bits)),
-            _ => None,
-        });
+        let constants = operands().filter_map(|operand| constant(operand, transforms));
         self.values.clear();
         self.values.push([0.0; WIDTH]);
         self.values.extend(constants.map(|value| [value; WIDTH]));
@@ -77,7 +74,7 @@ impl Lanes {
                 *place = match operand {
                     Operand::Input(at) => self.inputs + *at as usize,
                     Operand::Step(at) => self.inputs + inputs + *at as usize,
-                    Operand::Constant(_) => {
+                    Operand::Constant(_) | Operand::Transform(_) => {
                         next += 1;
                         next - 1
                     }
@@ -149,12 +146,20 @@ impl Lanes {
     }
 
     /// Writes the outputs of a block, if all of them fit.
-    fn store(&self, formula: &Formula, marks: &Marks, block: &mut [u8], size: usize) -> bool {
+    fn store(
+        &self,
+        (formula, transforms): (&Formula, &[f64]),
+        marks: &Marks,
+        block: &mut [u8],
+        size: usize,
+    ) -> bool {
         let steps = self.inputs + marks.0.len();
         let lane = |output: &Operand| match output {
             Operand::Input(at) => self.values.get(self.inputs + *at as usize).copied(),
             Operand::Step(at) => self.values.get(steps + *at as usize).copied(),
-            Operand::Constant(bits) => Some([f64::from_bits(*bits); WIDTH]),
+            Operand::Constant(_) | Operand::Transform(_) => {
+                constant(output, transforms).map(|value| [value; WIDTH])
+            }
         };
         let length = block.len() / size;
         let outputs = || {
@@ -196,6 +201,15 @@ impl Lanes {
             }
         }
         true
+    }
+}
+
+/// The operand that all elements share.
+fn constant(operand: &Operand, transforms: &[f64]) -> Option<f64> {
+    match operand {
+        Operand::Constant(bits) => Some(f64::from_bits(*bits)),
+        Operand::Transform(at) => Some(transforms.get(*at as usize).copied().unwrap_or(f64::NAN)),
+        Operand::Input(_) | Operand::Step(_) => None,
     }
 }
 

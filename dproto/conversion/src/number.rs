@@ -14,6 +14,10 @@ pub(crate) trait Stored: Copy {
     /// Whether a number of this type is finite after it was written.
     fn stores(self, value: f64) -> bool;
 
+    /// So many times the number at a byte, rounded to a whole number. `None` behind the end, or if
+    /// it is not finite.
+    fn times(self, bytes: &[u8], at: usize, factor: u32) -> Option<i128>;
+
     /// The least and the greatest whole number; of a type of floating-point numbers, none.
     fn whole_limits(self) -> Option<(i128, i128)>;
 }
@@ -42,6 +46,29 @@ impl Stored for Primitive {
             Class::Float if size == 4 => f64::from(f32::from_bits(bits as u32)),
             Class::Float => f64::from_bits(bits),
         }
+    }
+
+    fn times(self, bytes: &[u8], at: usize, factor: u32) -> Option<i128> {
+        let size = self.size();
+        let item = bytes.get(at..)?.get(..size)?;
+        let mut word = [0; 8];
+        word[..size].copy_from_slice(item);
+        let bits = u64::from_le_bytes(word);
+        let unused = 64 - 8 * size;
+        #[expect(
+            clippy::cast_possible_wrap,
+            clippy::cast_possible_truncation,
+            reason = "the low bytes are the number"
+        )]
+        let whole = match self.class() {
+            Class::Bool | Class::Unsigned => i128::from(bits),
+            Class::Signed => i128::from((bits << unused) as i64 >> unused),
+            Class::Float => {
+                let product = self.read(bytes, at) * f64::from(factor);
+                return product.is_finite().then(|| libm::round(product) as i128);
+            }
+        };
+        whole.checked_mul(i128::from(factor))
     }
 
     fn write(self, bytes: &mut [u8], at: usize, value: f64) -> bool {

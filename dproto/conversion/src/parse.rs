@@ -2,20 +2,26 @@
 //!
 //! ```text
 //! plan    = part ("," part)*
-//! part    = OPERATION ("i" | "I" | "o" | "O" | "e" EXCEPTION) ":" item*
+//! part    = OPERATION ("i" | "I" | "o" | "O" | "e" EXCEPTION) move* ":" item*
+//! move    = "^" (FRAME | "$" TEXT) ">" FRAME "@" time ("+" time)*
+//! time    = KEPT "*" NANOSECONDS
 //! item    = COUNT? LETTER ("{" CONVERSION "}")?      letters of Python's struct; x is a byte
 //!         | "s" | "[" item* "]" | COUNT "(" item* ")"
 //!         | BOUND "<" PADDING "," STRIDE ":" item* ">"
+//!         | "s?" | LETTER "?"                          a value that a move needs
 //!         | COUNT? LETTER "!"                          a number of the group around it
 //!         | "{" item* "|" formula "}"
 //! formula = (LETTER operands ";")* "=" operands      letters of operations
 //! operands = operand ("&" operand)*
-//! operand = "@" NUMBER | "$" STEP | CONSTANT         a constant as `1e3`
+//! operand = "@" NUMBER | "$" STEP | "^" NUMBER       the last one in the transforms of the moves
+//!         | CONSTANT                                 a constant as `1e3`
 //! ```
 
 use crate::formula::{Formula, Operand, Operation, Step};
 use crate::item::Item;
+use crate::moves::{Frame, Move, is_frame};
 use crate::plan::{Part, Place, Plan};
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
@@ -52,6 +58,9 @@ impl FromStr for Plan {
             text,
             at: 0,
             groups: 0,
+            loops: 0,
+            transforms: 0,
+            kept: (0, 0),
         };
         if text.len() > LONGEST {
             return parser.fail("at most 65536 bytes");
@@ -72,6 +81,12 @@ struct Parser<'a> {
     at: usize,
     /// The groups that are open.
     groups: usize,
+    /// The sequences and arrays that are open.
+    loops: usize,
+    /// The numbers of the transforms of the part.
+    transforms: usize,
+    /// The kept texts and numbers of the part.
+    kept: (u32, u32),
 }
 
 impl Parser<'_> {
@@ -138,12 +153,73 @@ impl Parser<'_> {
         } else {
             return self.fail("`i`, `I`, `o`, `O` or `e`");
         };
-        self.expect(':', "`:`")?;
+        let at = self.at;
+        let mut moves = Vec::new();
+        while self.take('^') {
+            moves.push(self.change()?);
+        }
+        self.transforms = 12 * moves.len();
+        self.kept = (0, 0);
+        self.expect(':', "`^` or `:`")?;
+        let items = self.items(0)?;
+        let (texts, numbers) = self.kept;
+        let is_kept = |one: &Move| {
+            let name = match &one.from {
+                Frame::Kept(at) => *at < texts,
+                Frame::Named(_) => true,
+            };
+            name && one.stamp.iter().all(|(at, _)| *at < numbers)
+        };
+        if !moves.iter().all(is_kept) {
+            self.at = at;
+            return self.fail("a change of frames whose values are kept");
+        }
         Ok(Part {
             operation,
             place,
-            items: self.items(0)?,
+            moves,
+            items,
         })
+    }
+
+    /// What follows the `^` of a change of frames.
+    fn change(&mut self) -> Result<Move, PlanError> {
+        let from = if self.take('$') {
+            Frame::Kept(self.number()?)
+        } else {
+            Frame::Named(self.frame('>')?)
+        };
+        self.expect('>', "`>`")?;
+        let to = self.frame('@')?;
+        self.expect('@', "`@`")?;
+        let mut stamp = Vec::new();
+        loop {
+            let at = self.number()?;
+            self.expect('*', "`*`")?;
+            stamp.push((at, self.number()?));
+            if !self.take('+') {
+                return Ok(Move { from, to, stamp });
+            }
+        }
+    }
+
+    /// The name of a frame, up to a character.
+    fn frame(&mut self, end: char) -> Result<String, PlanError> {
+        let rest = &self.text[self.at..];
+        let name = rest.find(end).and_then(|end| rest.get(..end));
+        let Some(name) = name.filter(|name| is_frame(name)) else {
+            return self.fail("the name of a frame");
+        };
+        self.at += name.len();
+        Ok(name.into())
+    }
+
+    /// Values that repeat: nothing in them is kept.
+    fn repeated(&mut self, depth: usize) -> Result<Vec<Item>, PlanError> {
+        self.loops += 1;
+        let items = self.items(depth)?;
+        self.loops -= 1;
+        Ok(items)
     }
 
     /// Values up to a character that begins none.
@@ -162,15 +238,20 @@ impl Parser<'_> {
             }
             let times = count.unwrap_or(1);
             items.push(if count.is_none() && self.take('s') {
-                Item::Text
+                if self.loops == 0 && self.take('?') {
+                    self.kept.0 += 1;
+                    Item::KeptText
+                } else {
+                    Item::Text
+                }
             } else if count.is_none() && self.take('[') {
-                let items = self.items(depth + 1)?;
+                let items = self.repeated(depth + 1)?;
                 self.expect(']', "a value or `]`")?;
                 Item::Sequence(items)
             } else if count.is_none() && self.take('{') {
                 self.group(depth)?
             } else if count.is_some() && self.take('(') {
-                let items = self.items(depth + 1)?;
+                let items = self.repeated(depth + 1)?;
                 self.expect(')', "a value or `)`")?;
                 Item::Array(times, items)
             } else if count.is_some() && self.take('<') {
@@ -182,7 +263,7 @@ impl Parser<'_> {
                     return self.fail("a stride above 0");
                 }
                 self.expect(':', "`:`")?;
-                let items = self.items(depth + 1)?;
+                let items = self.repeated(depth + 1)?;
                 self.expect('>', "a value or `>`")?;
                 Item::Bounded {
                     bound: times,
@@ -206,6 +287,10 @@ impl Parser<'_> {
             return self.fail("a value");
         };
         self.take(letter);
+        if times == 1 && self.loops == 0 && self.take('?') {
+            self.kept.1 += 1;
+            return Ok(Item::KeptNumber(number));
+        }
         if self.groups > 0 && self.take('!') {
             return Ok(Item::Marked(times, number));
         }
@@ -253,7 +338,7 @@ impl Parser<'_> {
             .iter()
             .map(Item::marked)
             .fold(0, usize::saturating_add);
-        if !formula.is_closed(inputs) {
+        if !formula.is_closed(inputs, self.transforms) {
             self.at = at;
             return self.fail("a formula of the numbers of the group");
         }
@@ -268,6 +353,8 @@ impl Parser<'_> {
                 Operand::Input(self.number()?)
             } else if self.take('$') {
                 Operand::Step(self.number()?)
+            } else if self.take('^') {
+                Operand::Transform(self.number()?)
             } else {
                 let rest = &self.text[self.at..];
                 let end = rest.find(['&', ';', '}']).unwrap_or(rest.len());

@@ -1,6 +1,7 @@
 //! What a connection converts.
 
 use crate::item::{Item, Items};
+use crate::moves::Move;
 use crate::program::Program;
 use alloc::vec::Vec;
 use core::fmt;
@@ -20,6 +21,8 @@ pub struct Part {
     pub operation: u32,
     /// Which message of the operation.
     pub place: Place,
+    /// The transforms between frames that its formulas take.
+    pub moves: Vec<Move>,
     /// The values of the message, up to the last number that is converted.
     pub items: Vec<Item>,
 }
@@ -51,7 +54,7 @@ impl Plan {
     pub fn program(&self, operation: usize, place: Place) -> Option<Program> {
         let mut parts = self.parts.iter();
         let part = parts.find(|part| part.operation as usize == operation && part.place == place);
-        part.map(|part| Program::new(&part.items))
+        part.map(|part| Program::new(&part.items).with_moves(&part.moves, &part.items))
     }
 }
 
@@ -62,7 +65,11 @@ impl fmt::Display for Plan {
             if number > 0 {
                 f.write_str(",")?;
             }
-            write!(f, "{}{}:{}", part.operation, part.place, Items(&part.items))?;
+            write!(f, "{}{}", part.operation, part.place)?;
+            for change in &part.moves {
+                write!(f, "{change}")?;
+            }
+            write!(f, ":{}", Items(&part.items))?;
         }
         Ok(())
     }

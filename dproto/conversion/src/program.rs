@@ -3,8 +3,12 @@
 use crate::fault::Fault;
 use crate::formula::{Formula, Rejected, Scratch};
 use crate::item::Item;
+use crate::kernel::Kernel;
 use crate::lanes::Marks;
+use crate::moves::{Frame, Move, Needed, Transform};
 use crate::number::Stored;
+use alloc::boxed::Box;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
 use rc_quantity::{Conversion, Factor};
@@ -14,6 +18,10 @@ use rc_vocabulary::Primitive;
 #[derive(Clone, Debug)]
 pub struct Program {
     steps: Vec<Step>,
+    /// The transforms that it takes.
+    moves: Vec<Move>,
+    /// Finds the values that these need, and converts nothing.
+    looks: Option<Box<Program>>,
 }
 
 /// How many elements of a block that is refused run by single steps.
@@ -55,8 +63,13 @@ enum Step {
     Group {
         end: usize,
         formula: Formula,
+        /// If its numbers have fixed places, and are only moved and scaled.
+        fixed: Option<Box<Fixed>>,
     },
     Text,
+    /// What a change of frames needs.
+    KeptNumber(Primitive),
+    KeptText,
     Sequence {
         end: usize,
         record: Option<Record>,
@@ -75,6 +88,49 @@ enum Step {
     },
 }
 
+/// Appends the values of a message as they are, without the groups around them.
+fn looked_at(out: &mut Vec<Item>, items: &[Item]) {
+    let below = |items: &[Item]| {
+        let mut out = Vec::new();
+        looked_at(&mut out, items);
+        out
+    };
+    for item in items {
+        out.push(match item {
+            Item::Numbers(count, number, _) | Item::Marked(count, number) => {
+                Item::Numbers(*count, *number, None)
+            }
+            Item::Group { items, .. } => {
+                looked_at(out, items);
+                continue;
+            }
+            Item::Sequence(items) => Item::Sequence(below(items)),
+            Item::Array(count, items) => Item::Array(*count, below(items)),
+            Item::Bounded {
+                bound,
+                padding,
+                stride,
+                items,
+            } => Item::Bounded {
+                bound: *bound,
+                padding: *padding,
+                stride: *stride,
+                items: below(items),
+            },
+            other => other.clone(),
+        });
+    }
+}
+
+/// A text of a message, without the zero at its end.
+fn text(bytes: &[u8], place: Option<&(usize, usize)>) -> Result<String, Fault> {
+    let (at, length) = *place.ok_or(Fault::Value(0))?;
+    let text = at.checked_add(length).and_then(|end| bytes.get(at..end));
+    let text = text.map(|text| text.strip_suffix(&[0]).unwrap_or(text));
+    let text = text.and_then(|text| core::str::from_utf8(text).ok());
+    text.map(String::from).ok_or(Fault::Value(at))
+}
+
 /// The layout of the elements of a loop without inner loops and texts: each begins where the one
 /// before ends, and its numbers have the same offsets.
 #[derive(Clone, Debug)]
@@ -89,13 +145,117 @@ struct Record {
     marks: Option<Marks>,
 }
 
+/// The layout of a group without loops and texts, with its kernel.
+#[derive(Clone, Debug)]
+struct Fixed {
+    record: Record,
+    kernel: Kernel,
+}
+
+impl Fixed {
+    fn new(body: &[Step], formula: &Formula) -> Option<Self> {
+        let record = layout(body, Some(Marks::default()))?;
+        let kernel = Kernel::new(formula, &record.marks.as_ref()?.0)?;
+        Some(Self { record, kernel })
+    }
+
+    /// Converts the group behind byte `at`, and returns where it ends. `None` if single steps have to
+    /// do it, or to say what is wrong.
+    #[inline]
+    fn run(&self, bytes: &mut [u8], at: usize) -> Option<usize> {
+        let start = next_multiple(at, self.record.first)?;
+        if !start.is_multiple_of(self.record.align) {
+            return None;
+        }
+        let end = start.checked_add(self.record.size)?;
+        let group = bytes.get_mut(start..end)?;
+        self.kernel.run(group).then_some(end)
+    }
+}
+
 impl Program {
     /// The program that converts these values.
     #[must_use]
     pub fn new(items: &[Item]) -> Self {
         let mut steps = Vec::new();
         add(&mut steps, items);
-        Self { steps }
+        Self {
+            steps,
+            moves: Vec::new(),
+            looks: None,
+        }
+    }
+
+    /// The same program, whose formulas take transforms. `items` are those of the program.
+    #[must_use]
+    pub fn with_moves(mut self, moves: &[Move], items: &[Item]) -> Self {
+        if !moves.is_empty() {
+            let mut seen = Vec::new();
+            looked_at(&mut seen, items);
+            while seen
+                .last()
+                .is_some_and(|last| !matches!(last, Item::KeptNumber(_) | Item::KeptText))
+            {
+                seen.pop();
+            }
+            self.looks = Some(Box::new(Self::new(&seen)));
+            self.moves = moves.to_vec();
+        }
+        self
+    }
+
+    /// Whether a message needs transforms: then [`Self::needed`] says which ones.
+    #[must_use]
+    pub fn takes_transforms(&self) -> bool {
+        !self.moves.is_empty()
+    }
+
+    /// The transforms that a message needs, whose values begin at byte `at`. The bytes stay as they
+    /// are.
+    ///
+    /// # Errors
+    /// The message is too short, has no name of a frame, or a time that is none.
+    pub fn needed(&self, bytes: &mut [u8], at: usize) -> Result<Vec<Needed<'_>>, Fault> {
+        let mut scratch = Scratch::default();
+        if let Some(looks) = &self.looks {
+            looks.steps(0..looks.steps.len(), bytes, at, &mut scratch)?;
+        }
+        let mut out = Vec::with_capacity(self.moves.len());
+        for one in &self.moves {
+            let from = match &one.from {
+                Frame::Named(name) => name.clone(),
+                Frame::Kept(at) => text(bytes, scratch.texts.get(*at as usize))?,
+            };
+            let mut time = 0_i128;
+            for (number, unit) in &one.stamp {
+                let place = scratch.numbers.get(*number as usize).copied();
+                let (at, number) = place.ok_or(Fault::Value(at))?;
+                let part = number.times(bytes, at, *unit).ok_or(Fault::Value(at))?;
+                time = time.saturating_add(part);
+            }
+            let time = i64::try_from(time).map_err(|_| Fault::Value(at))?;
+            let to = one.to.as_str();
+            out.push(Needed { from, to, time });
+        }
+        Ok(out)
+    }
+
+    /// Converts a message as [`Self::run`] does, with the transforms that [`Self::needed`] asks for.
+    ///
+    /// # Errors
+    /// As [`Self::run`]; a transform is missing.
+    pub fn run_with(
+        &self,
+        bytes: &mut [u8],
+        at: usize,
+        transforms: &[Transform],
+    ) -> Result<usize, Fault> {
+        if transforms.len() != self.moves.len() {
+            return Err(Fault::Value(at));
+        }
+        let mut scratch = Scratch::default();
+        scratch.transforms.extend(transforms.iter().flatten());
+        self.steps(0..self.steps.len(), bytes, at, &mut scratch)
     }
 
     /// Converts a message, whose values begin at byte `at`. Alignment counts from the start of
@@ -104,8 +264,7 @@ impl Program {
     /// # Errors
     /// The message is too short, or holds a number that its type cannot hold in the other unit.
     pub fn run(&self, bytes: &mut [u8], at: usize) -> Result<usize, Fault> {
-        let mut scratch = Scratch::default();
-        self.steps(0..self.steps.len(), bytes, at, &mut scratch)
+        self.run_with(bytes, at, &[])
     }
 
     fn steps(
@@ -132,7 +291,16 @@ impl Program {
                     let marks = range.step_by(size).map(|at| (at, *number));
                     scratch.marks.extend(marks);
                 }
-                Step::Group { end, formula } => {
+                Step::Group {
+                    end,
+                    formula,
+                    fixed,
+                } => {
+                    if let Some(behind) = fixed.as_ref().and_then(|of| of.run(bytes, at)) {
+                        at = behind;
+                        step = *end;
+                        continue;
+                    }
                     let first = scratch.marks.len();
                     scratch.marks.reserve(formula.outputs.len());
                     at = self.steps(body..*end, bytes, at, scratch)?;
@@ -143,6 +311,16 @@ impl Program {
                         Rejected::Overflow(at) => Fault::Overflow(at),
                     })?;
                     step = *end;
+                }
+                Step::KeptNumber(number) => {
+                    let range = span(bytes, at, number.size(), 1)?;
+                    at = range.end;
+                    scratch.numbers.push((range.start, *number));
+                }
+                Step::KeptText => {
+                    let (length, behind) = length(bytes, at)?;
+                    at = span(bytes, behind, 1, length)?.end;
+                    scratch.texts.push((behind, length));
                 }
                 Step::Text => {
                     let (length, behind) = length(bytes, at)?;
@@ -259,7 +437,7 @@ impl Program {
         scratch: &mut Scratch,
     ) -> Result<usize, Fault> {
         let all = span(bytes, start, 1, record.size.saturating_mul(count))?;
-        let Some(Step::Group { formula, .. }) =
+        let Some(Step::Group { formula, fixed, .. }) =
             self.steps.get(body.start).filter(|_| count >= FEWEST)
         else {
             return self.repeat(body, bytes, (start, count), scratch);
@@ -267,9 +445,15 @@ impl Program {
         let mut done = 0;
         while done < count {
             let rest = all.start + done * record.size..all.end;
-            done += scratch
-                .lanes
-                .run(formula, marks, &mut bytes[rest], record.size);
+            done += match fixed {
+                Some(fixed) => fixed.kernel.run_all(&mut bytes[rest], record.size),
+                None => scratch.lanes.run(
+                    (formula, &scratch.transforms),
+                    marks,
+                    &mut bytes[rest],
+                    record.size,
+                ),
+            };
             let single = BLOCK.min(count - done);
             let at = all.start + done * record.size;
             self.repeat(body.clone(), bytes, (at, single), scratch)?;
@@ -382,8 +566,15 @@ fn add(steps: &mut Vec<Step>, items: &[Item]) {
                 add(steps, items);
                 let end = steps.len();
                 let formula = formula.clone();
-                steps[open] = Step::Group { end, formula };
+                let fixed = Fixed::new(&steps[open + 1..], &formula).map(Box::new);
+                steps[open] = Step::Group {
+                    end,
+                    formula,
+                    fixed,
+                };
             }
+            Item::KeptNumber(number) => steps.push(Step::KeptNumber(*number)),
+            Item::KeptText => steps.push(Step::KeptText),
             Item::Bytes(count) => steps.push(Step::Bytes(*count as usize)),
             Item::Text => steps.push(Step::Text),
             Item::Sequence(items) => {
@@ -440,6 +631,8 @@ impl Step {
             Self::Integers { count, number, .. } => (number.size(), *count),
             Self::Marked { .. }
             | Self::Group { .. }
+            | Self::KeptNumber(_)
+            | Self::KeptText
             | Self::Text
             | Self::Sequence { .. }
             | Self::Array { .. }
@@ -454,10 +647,16 @@ fn record(body: &[Step]) -> Option<Record> {
         // One step takes all elements anyway.
         return None;
     };
-    let (body, mut marks) = match first {
-        Step::Group { .. } => (&body[1..], Some(Marks::default())),
-        _ => (body, None),
+    let record = match first {
+        Step::Group { .. } => layout(&body[1..], Some(Marks::default())),
+        _ => layout(body, None),
     };
+    // Otherwise elements that follow each other begin at different alignments.
+    record.filter(|record| record.size.is_multiple_of(record.align))
+}
+
+/// The layout of numbers that follow each other. `marks` are those of a group, if it is one.
+fn layout(body: &[Step], mut marks: Option<Marks>) -> Option<Record> {
     let (mut size, mut align) = (0_usize, 1);
     for step in body {
         let (one, count) = match (step, &mut marks) {
@@ -482,8 +681,7 @@ fn record(body: &[Step]) -> Option<Record> {
         Step::Marked { number, .. } => number.size(),
         step => step.numbers().0,
     };
-    // Otherwise elements that follow each other begin at different alignments.
-    size.is_multiple_of(align).then_some(Record {
+    Some(Record {
         size,
         align,
         first,

@@ -13,8 +13,35 @@ use std::collections::HashSet;
 /// # Errors
 /// As [`Network::plan`].
 pub fn between(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Refusal> {
-    let mut library = marked(from.0, "sender", to.0);
-    let other = marked(to.0, "receiver", from.0);
+    let library = joined(from.0, to.0);
+    let (from, to) = (mark(SENDER, from.1), mark(RECEIVER, to.1));
+    Network::new(&library).plan(&from, &to)
+}
+
+/// The plan between prototypes whose frames move. The transform from the frame of the first one to
+/// that of the second one is known when a message comes: its numbers follow those of the first one,
+/// see [`TRANSFORM`](crate::TRANSFORM).
+///
+/// # Errors
+/// As [`between`]; the values are no positions, orientations or poses, or have no axes.
+pub fn moving(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Refusal> {
+    let mut library = joined(from.0, to.0);
+    let (from, to) = (mark(SENDER, from.1), mark(RECEIVER, to.1));
+    for prototype in &mut library.prototypes {
+        if prototype.name == from || prototype.name == to {
+            prototype.frames.retain(|(end, _)| end != "with_respect_to");
+        }
+    }
+    Network::new(&library).moving(&from, &to)
+}
+
+const SENDER: &str = "sender";
+const RECEIVER: &str = "receiver";
+
+/// The declarations of both libraries, with names that differ.
+fn joined(from: &Library, to: &Library) -> Library {
+    let mut library = marked(from, SENDER, to);
+    let other = marked(to, RECEIVER, from);
     let known: HashSet<String> = names(&library).map(str::to_owned).collect();
     let algebraics = other.algebraics.into_iter();
     let algebraics = algebraics.filter(|own| !known.contains(&own.name));
@@ -24,8 +51,7 @@ pub fn between(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Ref
     library.aliases.extend(other.aliases);
     library.prototypes.extend(other.prototypes);
     library.views.extend(other.views);
-    let (from, to) = (mark("sender", from.1), mark("receiver", to.1));
-    Network::new(&library).plan(&from, &to)
+    library
 }
 
 fn mark(end: &str, name: &str) -> String {

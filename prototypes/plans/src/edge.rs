@@ -124,7 +124,7 @@ pub(crate) fn pose_of_leaf<'r>(
     Ok((position, matrix))
 }
 
-fn homogeneous<'r>(
+pub(crate) fn homogeneous<'r>(
     position: Vector<'r>,
     turn: &Matrix<Term<'r>>,
     to: &Leaf,

@@ -1,5 +1,6 @@
 //! The formula of a plan, as one over the numbers of a message.
 
+use crate::moving::TRANSFORM;
 use crate::plan::Plan;
 use rc_conversion::{Formula, Operand, Operation, Step};
 use rc_formula::Operand as Term;
@@ -13,8 +14,14 @@ const NOWHERE: Operand = Operand::Input(u32::MAX);
 impl Plan {
     /// The formula over so many numbers of a message, in place. `from` and `to` are the places of
     /// the numbers of both prototypes among them. Numbers that only the sender has a meaning for
-    /// stay as they are.
-    pub fn formula(&self, from: &[Option<u32>], to: &[Option<u32>], numbers: usize) -> Formula {
+    /// stay as they are. If it takes a transform, that is the one with this number among those of
+    /// the message.
+    pub fn formula(
+        &self,
+        (from, to): (&[Option<u32>], &[Option<u32>]),
+        numbers: usize,
+        transform: u32,
+    ) -> Formula {
         let mut steps: Vec<Step> = Vec::new();
         let mut values: Vec<Operand> = Vec::new();
         let term = |of: &Term, values: &[Operand]| match of {
@@ -32,6 +39,11 @@ impl Plan {
             };
             let one = |operands: &[Operand]| operands.first().copied().unwrap_or(NOWHERE);
             let operation = match &node.operation {
+                Done::Input(at) if *at >= from.len() && self.transform > 0 => {
+                    let own = u32::try_from(*at - from.len() + TRANSFORM * transform as usize);
+                    values.push(own.map_or(NOWHERE, Operand::Transform));
+                    continue;
+                }
                 Done::Input(at) => {
                     let place = from.get(*at).copied().flatten();
                     values.push(place.map_or(NOWHERE, Operand::Input));

@@ -6,6 +6,7 @@ mod notes;
 use crate::covariance;
 use crate::edge::convert;
 use crate::loss::Bound;
+use crate::moving::{self, TRANSFORM};
 use crate::plan::{Cost, Kind, Plan, Step};
 use crate::refusal::Refusal;
 use crate::rotation;
@@ -166,9 +167,63 @@ impl<'l> Network<'l> {
             lost: notes.lost,
             notes: taken_axes((from, input), (to, output)),
             program,
+            transform: 0,
             input: numbers(ends.from, spread),
             output: numbers(ends.to, spread),
         };
+        self.within_limit(to, plan)
+    }
+
+    /// The plan from one prototype to another one whose frame moves, over the numbers of the first
+    /// one and those of a transform. It leads over no other prototype.
+    pub(crate) fn moving(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
+        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
+        self.agree(one, other)?;
+        if [one, other].iter().any(|of| of.covariance.is_some()) {
+            return Err(Refusal::Still("covariance".to_owned()));
+        }
+        let (input, output) = (self.shape(from)?, self.shape(to)?);
+        let recorder = Recorder::new(input.len() + TRANSFORM);
+        let inputs = self::inputs(&recorder, input);
+        let places = input.len()..input.len() + TRANSFORM;
+        let transform: Vec<Term> = places
+            .map(|at| recorder.input(at, Primitive::F64))
+            .collect();
+        let mut notes = self.notes(from, to, true)?;
+        let mut direct = Notes::default();
+        // What else changes is what changes between two frames that are one.
+        let aliases = &self.library.aliases;
+        let apart = Recorder::new(input.len());
+        let of_direct = self::inputs(&apart, input);
+        if convert(input, output, aliases, &of_direct, &mut direct).is_ok() {
+            notes.kinds.extend(direct.kinds);
+        }
+        notes.kinds.insert(Kind::Frames);
+        let mut of_values = Notes::default();
+        let terms = moving::convert(input, output, (&inputs, &transform), &mut of_values)?;
+        of_values.kinds.clear();
+        notes.add(of_values);
+        rotation::require_length(input, &inputs)?;
+        let program = recorder.program(&terms);
+        let plan = Plan {
+            from: from.to_owned(),
+            steps: vec![Step {
+                to: to.to_owned(),
+                kinds: notes.kinds.iter().copied().collect(),
+            }],
+            cost: Cost::of(&program, &notes.lost),
+            lost: notes.lost,
+            notes: Vec::new(),
+            program,
+            transform: TRANSFORM,
+            input: numbers((input, one), 0),
+            output: numbers((output, other), 0),
+        };
+        self.within_limit(to, plan)
+    }
+
+    /// The plan, unless it loses more than its second prototype allows.
+    fn within_limit(&self, to: &str, plan: Plan) -> Result<Plan, Refusal> {
         let limit = self.limit(to)?;
         match (limit, plan.error()) {
             (Some(limit), None) => {

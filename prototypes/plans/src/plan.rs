@@ -1,6 +1,8 @@
 //! A plan: the steps from one prototype to another one, with what they cost and lose.
 
 use crate::loss::{Bound, Loss};
+#[cfg(doc)]
+use crate::moving::TRANSFORM;
 use rc_formula::{Operation, Program};
 use rc_prototypes::model::Library;
 use std::fmt;
@@ -21,6 +23,8 @@ pub enum Kind {
     Coordinate,
     /// Converts the parts of a composite.
     Composition,
+    /// Changes the frame, by a transform that is known when a message comes.
+    Frames,
     /// Calls a function of the user.
     Declared,
 }
@@ -34,6 +38,7 @@ impl fmt::Display for Kind {
             Self::Axes => "axes",
             Self::Coordinate => "coordinate",
             Self::Composition => "composition",
+            Self::Frames => "frames",
             Self::Declared => "conversion",
         })
     }
@@ -140,6 +145,8 @@ pub struct Plan {
     pub notes: Vec<String>,
     /// The formula.
     pub program: Program,
+    /// How many numbers of a transform it takes behind all others: 0, or [`TRANSFORM`].
+    pub transform: usize,
     /// The numbers of both prototypes, for comments in code.
     pub(crate) input: Vec<String>,
     pub(crate) output: Vec<String>,
@@ -156,7 +163,8 @@ impl Plan {
         let from = library.prototype(&self.from);
         let numbers = from.and_then(|from| library.numbers(from));
         let numbers = numbers.map_or(0, |numbers| numbers.len());
-        self.program.inputs().saturating_sub(numbers)
+        let own = self.program.inputs().saturating_sub(self.transform);
+        own.saturating_sub(numbers)
     }
 
     /// The number of steps: D's distance.

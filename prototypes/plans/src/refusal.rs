@@ -26,6 +26,10 @@ pub enum Refusal {
     Function(String),
     /// No rule leads from one to the other, by itself or over other prototypes.
     NoWay,
+    /// Values with this meaning do not convert between frames that move.
+    Still(String),
+    /// The values with this meaning have no axes, which a change of frames needs.
+    NoAxes(String),
     /// The plan would lose more than the `loss` of the second prototype: how much, and the limit.
     Loss(String, f64),
 }
@@ -44,6 +48,8 @@ impl Refusal {
             | Self::TooMany(_)
             | Self::Aliases(_)
             | Self::Function(_)
+            | Self::Still(_)
+            | Self::NoAxes(_)
             | Self::NoWay => "no-conversion",
         }
     }
@@ -70,6 +76,14 @@ impl fmt::Display for Refusal {
                 "the function `{name}` has a name that the printed code has for something else"
             ),
             Self::NoWay => f.write_str("no alias and no conversion leads from one to the other"),
+            Self::Still(what) => write!(
+                f,
+                "a change of frames converts positions, orientations and poses, and no {what}"
+            ),
+            Self::NoAxes(what) => write!(
+                f,
+                "a change of frames needs the axes of both ends, and the {what} of one of them has none"
+            ),
             Self::Loss(what, limit) => {
                 write!(f, "the plan loses more than {limit:e}: {what}")
             }

@@ -399,6 +399,9 @@ pub struct ConvertedStatus {
     pub messages: u64,
     /// The messages that were refused: a value does not fit its type in the other unit.
     pub bad_values: u64,
+    /// The messages that were refused: no transform between their frames was known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unplaced: u64,
 }
 
 /// Whether a count is left out.

@@ -1,6 +1,7 @@
 //! What passes through the ports of slots that convert.
 
 use super::*;
+use crate::clock::{Clock, SimulatedClock, Time};
 use rc_middleware::typed::{HandlerError, ReplyVariant, Request, Throws, TypedClient};
 use rc_middleware::{Cdr, DecodeError, Gaps, Reader, Writer, cdr};
 use std::cell::RefCell;
@@ -269,9 +270,10 @@ fn subscriber(samples: &[(Header, Vec<u8>)]) -> (Box<dyn Subscriber>, Conversion
     let counts = ConversionCounts::default();
     let plan: Plan = "0i:sf{1000},0I:4x2<0,4:f{1000}>".parse().expect("a plan");
     let address = "n/Topic".to_owned();
-    let port =
-        ConvertingSubscriber::over(&plan, 0, &OPERATIONS[0], address, &counts, Box::new(port));
-    (port, counts)
+    let plan = (&plan, 0, &OPERATIONS[0]);
+    let none = || -> Result<Frames, OpenError> { panic!("no frame changes") };
+    let port = ConvertingSubscriber::over(plan, address, &counts, none, Box::new(port));
+    (port.expect("a port"), counts)
 }
 
 fn sample(values: impl Fn(&mut Writer<'_>)) -> (Header, Vec<u8>) {
@@ -365,4 +367,126 @@ fn a_kept_image_is_an_aligned_copy() {
     let converted = [image[0], image[1], 2000_f32.to_le_bytes(), image[3]];
     assert_eq!(kept.memory(), converted.concat());
     assert_eq!(kept.memory().as_ptr().addr() % 16, 0);
+}
+
+/// A tree in which `lidar` is 2 m ahead of `map`, turned to the left by a quarter about the axis up.
+/// It knows no other frame.
+struct Tree(Rc<RefCell<Vec<i64>>>);
+
+impl Client for Tree {
+    fn guid(&self) -> [u8; 16] {
+        [7; 16]
+    }
+
+    fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    fn call(
+        &mut self,
+        _: Header,
+        request: &dyn RequestBody,
+        _: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let bytes = buffer(request)?;
+        let id = rpc::request_id(&bytes).expect("an envelope");
+        let mut reader = Reader::new(&bytes);
+        let _ = rpc::open_request(&mut reader)?;
+        rpc::open_body(&mut reader, Profile::Rpc);
+        let [to, from] = [reader.get::<String>()?, reader.get::<String>()?];
+        self.0.borrow_mut().push(reader.get()?);
+        let mut writer = Writer::default();
+        if (to.as_str(), from.as_str()) == ("map", "lidar") {
+            rpc::begin_reply(&mut writer, id, QUERY[0].id, 0);
+            let quarter = -std::f64::consts::FRAC_PI_2;
+            writer.put(&[0.0, 0.0, 2000.0, 0.0, quarter, 0.0]);
+        } else {
+            rpc::begin_reply(&mut writer, id, QUERY[0].id, frames::EXCEPTION);
+            writer.put(&0_i32);
+            cdr::text("no\u{7} node", &mut writer);
+        }
+        let bytes = writer.finish()?.to_vec();
+        take(Header::default(), &bytes);
+        Ok(())
+    }
+
+    fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
+        Err(CallError::TooManyStarted)
+    }
+
+    fn poll(
+        &mut self,
+        _: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        None
+    }
+
+    fn forget(&mut self, _: u64) {}
+
+    fn peers(&self) -> usize {
+        1
+    }
+}
+
+static QUERY: [Operation; 1] = [Operation::query(
+    frames::QUERY.0,
+    77,
+    frames::QUERY.1,
+    &[ReplyVariant::of::<[f64; 6]>(0)],
+)];
+
+#[test]
+fn samples_change_their_frame_at_their_time() {
+    let plan: Plan = "0i^$0>map@0*1000000:q?s?[{3f!|m^0&@0;m^1&@1;m^2&@2;a$0&$1;a$3&$2;a$4&^3;m^4&@0;m^5&@1;m^6&@2;a$6&$7;a$9&$8;a$10&^7;=$5&$11&@2}]"
+        .parse()
+        .expect("a plan");
+    let scan = |time: i64, frame: &str, point: [f32; 3]| {
+        sample(|writer| {
+            writer.put(&time);
+            cdr::text(frame, writer);
+            writer.put(&vec![point]);
+        })
+    };
+    let samples = [
+        scan(5, "lidar", [1.0, 0.5, 3.0]),
+        scan(6, "li\u{7}dar", [1.0, 0.5, 3.0]),
+        scan(9000, "lidar", [1.0, 0.5, 3.0]),
+        scan(7, "lidar", [0.0, 0.0, 0.0]),
+    ];
+    let samples = samples.iter().rev().cloned().collect();
+    let port = Samples(File::open("/dev/null").expect("a descriptor"), samples);
+    let (counts, asked) = (ConversionCounts::default(), Rc::default());
+    let clock = SimulatedClock::default();
+    clock.set(Time::from_nanos(8_000_000));
+    let clock: Arc<dyn Clock> = Arc::new(clock);
+    let open = || {
+        let client = TypedClient::new(Box::new(Tree(Rc::clone(&asked))), Duration::from_secs(1));
+        Ok(Frames::new(client, &QUERY, &clock, false).expect("the query"))
+    };
+    let plan = (&plan, 0, &OPERATIONS[0]);
+    let port =
+        ConvertingSubscriber::over(plan, "n/Topic".to_owned(), &counts, open, Box::new(port));
+    let mut port = port.expect("a port");
+    let (mut received, mut errors) = (Vec::new(), Vec::new());
+    loop {
+        match port.receive(&mut |_, body| received.push(body.to_vec())) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(error) => errors.push(error.to_string()),
+        }
+    }
+    // Ahead in the lidar is to the left in the map, and its left is behind.
+    assert_eq!(received[0], scan(5, "lidar", [1.5, 1.0, 3.0]).1);
+    assert_eq!(received[1], scan(7, "lidar", [2.0, 0.0, 0.0]).1);
+    assert_eq!(
+        errors,
+        [
+            "a message at `n/Topic` cannot be received: no transform from `li\\u{7}dar` to `map` at 6000000 ns: the server refused: no\\u{7} node",
+            "a message at `n/Topic` cannot be received: no transform from `lidar` to `map` at 9000000000 ns: it is 0.008 s only",
+        ]
+    );
+    assert_eq!(*asked.borrow(), [5_000_000, 6_000_000, 7_000_000]);
+    let counted = (counts.converted(), counts.refused(), counts.unplaced());
+    assert_eq!(counted, (2, 0, 2));
 }

@@ -92,6 +92,7 @@ fn conditions_are_reported_until_the_network_stops() {
                 ConvertedStatus {
                     messages: 9,
                     bad_values: 1,
+                    unplaced: 0,
                 },
             )]),
             ..Heartbeat::default()

@@ -1,6 +1,8 @@
 //! The texts of plans.
 
-use rc_conversion::{Formula, Item, LONGEST, Operand, Operation, Part, Place, Plan, Step};
+use rc_conversion::{
+    Formula, Frame, Item, LONGEST, Move, Operand, Operation, Part, Place, Plan, Step,
+};
 use rc_quantity::Unit;
 use rc_vocabulary::Primitive;
 
@@ -33,6 +35,7 @@ fn a_plan_is_printed_and_read_again() {
     let part = |operation, place| Part {
         operation,
         place,
+        moves: Vec::new(),
         items: items.clone(),
     };
     let plan = Plan {
@@ -69,6 +72,7 @@ fn a_formula_is_printed_and_read_again() {
         parts: vec![Part {
             operation: 0,
             place: Place::Input,
+            moves: Vec::new(),
             items: vec![Item::Sequence(vec![group])],
         }],
     };
@@ -81,13 +85,38 @@ fn a_formula_is_printed_and_read_again() {
 }
 
 #[test]
+fn changes_of_frames_are_printed_and_read_again() {
+    let text = "0i^lidar>map@0*1000000000+1*1^$0>odom@2*1000:iI?q?s?{3d!|m^0&@0;=$0&^3&^23}";
+    let refused = text.parse::<Plan>();
+    assert!(refused.is_err(), "only two numbers are kept");
+    let text = "0i^lidar>map@0*1000000000+1*1^$0>odom@2*1000:i?I?q?s?{3d!|m^0&@0;=$0&^3&^23}";
+    let plan: Plan = text.parse().expect("a plan");
+    assert_eq!(plan.to_string(), text);
+    assert_eq!(
+        plan.parts[0].moves,
+        [
+            Move {
+                from: Frame::Named("lidar".to_owned()),
+                to: "map".to_owned(),
+                stamp: vec![(0, 1_000_000_000), (1, 1)],
+            },
+            Move {
+                from: Frame::Kept(0),
+                to: "odom".to_owned(),
+                stamp: vec![(2, 1000)],
+            },
+        ]
+    );
+}
+
+#[test]
 fn a_text_that_is_no_plan_is_refused_at_its_place() {
     let deep = format!("0i:{}", "[".repeat(40));
     let long = format!("0i:{}", "f".repeat(LONGEST));
     let cases = [
         ("", "expected a number at byte 0"),
         ("0", "expected `i`, `I`, `o`, `O` or `e` at byte 1"),
-        ("0i", "expected `:` at byte 2"),
+        ("0i", "expected `^` or `:` at byte 2"),
         ("0i:0f", "expected a number above 0 at byte 4"),
         (
             "0i:f{mm}",
@@ -122,6 +151,24 @@ fn a_text_that_is_no_plan_is_refused_at_its_place() {
             "0i:{2f!|=@0}",
             "expected a formula of the numbers of the group at byte 8",
         ),
+        (
+            "0i:{f!|n^0;=@0}",
+            "expected a formula of the numbers of the group at byte 7",
+        ),
+        (
+            "0i^a>b@0*1:q?{f!|n^12;=@0}",
+            "expected a formula of the numbers of the group at byte 17",
+        ),
+        ("0i^a b>c@0*1:q?", "expected the name of a frame at byte 3"),
+        (
+            "0i^$0>c@0*1:q?",
+            "expected a change of frames whose values are kept at byte 2",
+        ),
+        (
+            "0i^a>c@1*1:q?",
+            "expected a change of frames whose values are kept at byte 2",
+        ),
+        ("0i^a>c@0*1:[q?]", "expected a value at byte 13"),
         ("0i:{f!|=@0", "expected `}` at byte 10"),
         ("0i:{f!|=mm}", "expected a number at byte 8"),
         (&deep, "expected at most 32 levels at byte 36"),

@@ -291,3 +291,141 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
     }
     assert!(refused > 10 && whole > 10, "{refused} {whole}");
 }
+
+/// A time in seconds and nanoseconds, a frame, then points in float32 that a transform moves.
+const MOVED: &str = "0i^$0>map@0*1000000000+1*1:i?I?s?[{2f!|m@0&^0;m@1&^1;a$0&$1;a$2&^3;=$3&@1}]";
+
+fn moved(points: &[[f32; 2]]) -> Message {
+    let begin = Message::default().put((-2_i32).to_le_bytes()).u32(5);
+    let count = u32::try_from(points.len()).expect("a length");
+    let message = begin.text("lidar").u32(count);
+    let points = points.iter().flatten();
+    points.fold(message, |message, number| message.f32(*number))
+}
+
+#[test]
+fn points_move_by_the_transform_of_their_message() {
+    let plan: Plan = MOVED.parse().expect("a plan");
+    let program = plan.program(0, Place::Input).expect("a program");
+    assert!(program.takes_transforms());
+    let mut transform = [0.0; 12];
+    (transform[0], transform[1], transform[3]) = (2.0, -1.0, 10.0);
+    // Both by single steps and in blocks.
+    for count in [1, 15, 200] {
+        let points = vec![[3.0, 4.0]; count];
+        let mut bytes = moved(&points).0;
+        let needed = program.needed(&mut bytes, 0).expect("a message");
+        assert_eq!(bytes, moved(&points).0, "looking changes nothing");
+        assert_eq!(needed.len(), 1);
+        assert_eq!((needed[0].from.as_str(), needed[0].to), ("lidar", "map"));
+        assert_eq!(needed[0].time, -1_999_999_995);
+        let end = program.run_with(&mut bytes, 0, &[transform]);
+        assert_eq!(end, Ok(bytes.len()));
+        assert_eq!(bytes, moved(&vec![[12.0, 4.0]; count]).0);
+    }
+}
+
+#[test]
+fn a_message_without_what_a_transform_needs_is_refused() {
+    let plan: Plan = MOVED.parse().expect("a plan");
+    let program = plan.program(0, Place::Input).expect("a program");
+    let whole = moved(&[[3.0, 4.0]]).0;
+    // A program that takes transforms does nothing without them.
+    assert_eq!(program.run(&mut whole.clone(), 0), Err(Fault::Value(0)));
+    for end in 0..17 {
+        let mut cut = whole[..end].to_vec();
+        assert!(
+            matches!(program.needed(&mut cut, 0), Err(Fault::Truncated(_))),
+            "{end}"
+        );
+    }
+    let mut strange = whole;
+    strange[12] = 0xff;
+    assert_eq!(program.needed(&mut strange, 0), Err(Fault::Value(12)));
+    let plan: Plan = "0i^a>b@0*1000000000:d?{d!|a@0&^3;=$0}"
+        .parse()
+        .expect("a plan");
+    let program = plan.program(0, Place::Input).expect("a program");
+    let time = |seconds: f64| {
+        let mut bytes = Message::default().f64(seconds).f64(1.0).0;
+        let needed = program.needed(&mut bytes, 0);
+        needed.map(|needed| needed[0].time)
+    };
+    assert_eq!(time(1.5), Ok(1_500_000_000));
+    assert_eq!(time(f64::NAN), Err(Fault::Value(0)));
+    assert_eq!(time(1e300), Err(Fault::Value(0)));
+}
+
+/// Formulas that only move and scale numbers have a program of their own. Behind a text, the numbers
+/// have no fixed place, and each step of the formula is done.
+#[test]
+fn moved_and_scaled_numbers_have_the_bits_of_their_formulas() {
+    let points = "3f!|d@1&1e3;t$0;n@0;d$2&1e3;t$3;m@2&3e0;d$5&7e0;t$6;=$1&$4&$7";
+    let turned = "3f!|n@0;d@1&1e3;t$1;m@2&2e0;=$3&$0&$2";
+    let doubles = "d!f!d!|m@2&3.048e-1;n@1;=$0&$1&@0";
+    let pose = "3f!4f!|m@3&@3;m@4&@4;a$0&$1;m@5&@5;a$2&$3;m@6&@6;a$4&$5;r$6;q$7&9.99e-1&1.001e0;\
+                d@1&1e3;t$9;n@0;d$11&1e3;t$12;n@3;=$10&$13&@2&@4&$14&@5&@6";
+    let odd = [
+        f32::NAN,
+        f32::INFINITY,
+        -0.0,
+        0.0,
+        f32::MAX,
+        f32::MIN_POSITIVE,
+        1e-45,
+    ];
+    for group in [points, turned, doubles, pose] {
+        let (items, _) = group.split_once('|').expect("a formula");
+        let (singles, size) = match items {
+            "3f!" => (3, 12),
+            "3f!4f!" => (7, 28),
+            _ => (6, 24),
+        };
+        let [alone, behind] = [format!("{{{group}}}"), format!("{{s{group}}}")];
+        let many = format!("[{alone}]");
+        for _ in 0..400 {
+            let mut numbers: Vec<f32> = (0..singles)
+                .map(|_| (fastrand::f32() - 0.5) * 10_f32.powi(fastrand::i32(-3..4)))
+                .collect();
+            if group == pose && fastrand::u8(..) < 200 {
+                let length = numbers[3..].iter().map(|n| n * n).sum::<f32>().sqrt();
+                numbers[3..].iter_mut().for_each(|number| *number /= length);
+            }
+            if fastrand::u8(..) < 60 {
+                let place = fastrand::usize(..numbers.len());
+                numbers[place] = odd[fastrand::usize(..odd.len())];
+            }
+            let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+            let mut own = bytes.clone();
+            let result = program(&alone).run(&mut own, 0).map(drop);
+            // An empty text, whose zero and padding fill 8 bytes.
+            let mut other = [&[1, 0, 0, 0, 0, 0, 0, 0][..], &bytes].concat();
+            let expected = program(&behind).run(&mut other, 0).map(drop);
+            let moved = |fault: Fault| match fault {
+                Fault::Value(at) => Fault::Value(at - 8),
+                Fault::Overflow(at) => Fault::Overflow(at - 8),
+                other @ Fault::Truncated(_) => other,
+            };
+            assert_eq!(result, expected.map_err(moved), "{group} {numbers:?}");
+            if result.is_ok() {
+                assert_eq!(own, other[8..], "{group} {numbers:?}");
+            }
+            // The same among many others, in a block.
+            let count = 40_u32;
+            let begin = |length: u32| length.to_le_bytes().to_vec();
+            let pad = if size == 24 && items.starts_with('d') {
+                4
+            } else {
+                0
+            };
+            let mut all = begin(count);
+            all.resize(4 + pad, 0);
+            all.extend(bytes.repeat(count as usize));
+            let result = program(&many).run(&mut all, 0).map(drop);
+            assert_eq!(result.is_ok(), expected.is_ok());
+            if result.is_ok() {
+                assert!(all[4 + pad..].chunks(size).all(|element| *element == own));
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@
 
 mod covariances;
 mod functions;
+mod moving;
 mod networks;
 mod plans;
 mod samples;

@@ -53,6 +53,7 @@ fn of_links(golden: &mut Golden) {
                 component::ConvertedStatus {
                     messages: 9,
                     bad_values: 1,
+                    unplaced: 0,
                 },
             )]),
             peers: BTreeMap::from([(text("laser"), 1)]),
@@ -130,6 +131,7 @@ fn of_supervisors(golden: &mut Golden) {
             component::ConvertedStatus {
                 messages: 9,
                 bad_values: 1,
+                unplaced: 2,
             },
         )]),
         troubles: vec![supervisor::Trouble {

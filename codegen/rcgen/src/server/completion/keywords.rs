@@ -4,7 +4,7 @@
 pub(super) type Keyword = (&'static str, &'static str);
 
 /// The keywords that may begin a statement, by language and by the first word of the block.
-pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 31] = [
+pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 32] = [
     (
         "idsl",
         "",
@@ -251,6 +251,11 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 31] = [
         "ddsl",
         "bind",
         &[("convert", "The consumer converts units that differ.")],
+    ),
+    (
+        "ddsl",
+        "convert",
+        &[("frames", "The slot that knows where frames are that move.")],
     ),
     (
         "ddsl",
