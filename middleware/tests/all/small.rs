@@ -1,10 +1,13 @@
-//! Settings, run directories, bounds of numbers, values in place.
+//! Settings, run directories, members, bounds of numbers and lengths, values in place, and a backend
+//! without what only some middlewares have.
 
 use rc_middleware::in_place::{Bool, FromBytes, Immutable, IntoBytes, KnownLayout, boxed, resize};
 use rc_middleware::{
-    DecodeError, EncodeError, Encoding, InPlace, Reader, RunDirectory, Settings, Writer,
+    Backend, Client, DecodeError, EncodeError, Encoding, Endpoint, InPlace, LogQueue, Member,
+    OpenError, Publisher, Reader, RunDirectory, Server, Settings, Subscriber, Writer,
 };
 use rc_vocabulary::Value;
+use std::sync::Arc;
 use std::time::Duration;
 
 #[test]
@@ -57,6 +60,69 @@ fn a_run_directory_is_removed_with_its_content_and_may_be_gone() {
     // What cannot be removed is an error.
     std::fs::write(directory.path(), "").expect("a file");
     directory.remove().expect_err("it is no folder");
+}
+
+#[test]
+fn a_member_has_a_number_in_its_array_and_one_in_its_component() {
+    let member = Member::new(2, 7, "front");
+    assert_eq!((member.index(), member.slot()), (2, 7));
+    assert_eq!(member.name(), "front");
+}
+
+/// A middleware that has no more than each must have.
+struct Bare;
+
+impl Backend for Bare {
+    fn name(&self) -> &'static str {
+        "bare"
+    }
+
+    fn publisher(&self, _: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        unreachable!("no port is opened")
+    }
+
+    fn subscriber(&self, _: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        unreachable!("no port is opened")
+    }
+
+    fn client(&self, _: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        unreachable!("no port is opened")
+    }
+
+    fn server(&self, _: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        unreachable!("no port is opened")
+    }
+
+    fn linger(&self, _: Duration) {}
+}
+
+#[test]
+fn a_middleware_without_a_log_publishes_none_and_reports_no_mismatch() {
+    assert!(matches!(Bare.log(&Arc::<LogQueue>::default()), Ok(false)));
+    assert!(Bare.mismatches().is_empty());
+}
+
+#[test]
+fn a_length_is_its_bound_at_most() {
+    let (what, bound) = ("name", 3);
+    for (length, is_within) in [(0, true), (3, true), (4, false)] {
+        let mut writer = Writer::default();
+        writer.bound(what, length, bound);
+        let written = writer.finish().map(drop);
+        let too_long = EncodeError::TooLong {
+            what,
+            length,
+            bound,
+        };
+        assert_eq!(written, if is_within { Ok(()) } else { Err(too_long) });
+        let read = Reader::new(&[]).bound(what, length, bound);
+        let too_long = DecodeError::TooLong {
+            what,
+            length,
+            bound,
+        };
+        assert_eq!(read, if is_within { Ok(()) } else { Err(too_long) });
+    }
 }
 
 #[test]
