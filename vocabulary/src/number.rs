@@ -42,11 +42,11 @@ impl PartialOrd for Number {
 
 /// Compares without rounding the integer to a float.
 fn compare_int_with_float(int: i128, float: f64) -> Option<Ordering> {
-    if !float.is_finite() {
+    // -2^127 is an integer, 2^127 is above all of them.
+    const LEAST: f64 = i128::MIN as f64;
+    if !(LEAST..-LEAST).contains(&float) {
         return 0.0_f64.partial_cmp(&float);
     }
-    // A float that is too large for an integer saturates. No sum of 64-bit integers reaches that
-    // limit.
     let whole = int.cmp(&(float.trunc() as i128));
     Some(whole.then(0.0_f64.partial_cmp(&float.fract())?))
 }
@@ -74,6 +74,18 @@ mod tests {
         assert_eq!(compare_int_with_float(2, 2.5), Some(Ordering::Less));
         assert_eq!(compare_int_with_float(-2, -2.5), Some(Ordering::Greater));
         assert_eq!(compare_int_with_float(-2, -2.0), Some(Ordering::Equal));
+        assert_eq!(
+            compare_int_with_float(i128::MAX, 1e300),
+            Some(Ordering::Less)
+        );
+        assert_eq!(
+            compare_int_with_float(i128::MIN, -1e300),
+            Some(Ordering::Greater)
+        );
+        assert_eq!(
+            compare_int_with_float(i128::MIN, i128::MIN as f64),
+            Some(Ordering::Equal)
+        );
         assert_eq!(
             compare_int_with_float(0, f64::INFINITY),
             Some(Ordering::Less)

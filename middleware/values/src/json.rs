@@ -201,7 +201,11 @@ fn map_key(ty: &Type, name: &str, budget: &mut Budget) -> Result<Value, ValueErr
     let text = Json::String(name.to_owned());
     match ty {
         Type::Text { .. } | Type::Named(Named::Enum(_)) => value(ty, &text, budget),
-        _ => {
+        Type::Primitive(_)
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(Named::Struct(_)) => {
             let json = serde_json::from_str(name).unwrap_or(text);
             value(ty, &json, budget)
         }

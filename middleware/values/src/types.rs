@@ -66,13 +66,14 @@ pub struct Range {
     pub max: Option<Number>,
 }
 
-/// The limit of a number of a type as JSON writes it. The `0.0` of an integer is 0.
+/// The limit of a number of a type as JSON writes it. The `0.0` of an integer is 0. The limit of a
+/// float is the nearest `f64`, as in generated code.
 pub(crate) fn limit(number: &serde_json::Number, is_integer: bool) -> Number {
     let float = number.as_f64().unwrap_or(f64::NAN);
     match number.as_i128() {
-        Some(whole) => Number::Int(whole),
+        Some(whole) if is_integer => Number::Int(whole),
         None if is_integer && float.fract() == 0.0 => Number::Int(float as i128),
-        None => Number::Float(float),
+        Some(_) | None => Number::Float(float),
     }
 }
 
@@ -88,12 +89,13 @@ pub fn limit_json(limit: Number) -> Option<serde_json::Number> {
 }
 
 impl Range {
-    /// Whether it has this number; NaN is in no range. Values that are no numbers have none.
+    /// Whether the number is in the range. NaN is in no range. Values of other types always are.
     pub fn contains(self, value: &Value) -> bool {
         let number = match value {
             Value::Int(value) => Number::Int(i128::from(*value)),
             Value::Uint(value) => Number::Int(i128::from(*value)),
             other => match other.number() {
+                Some(value) if value.is_nan() => return false,
                 Some(value) => Number::Float(value),
                 None => return true,
             },

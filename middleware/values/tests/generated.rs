@@ -7,8 +7,8 @@ use rc_middleware::in_place::{self, InPlace};
 use rc_middleware::{Cdr, Encoding, Reader, Writer};
 use rc_values::description::Module;
 use rc_values::{
-    Catalog, Member, Named, Numbers, Primitive, Struct, Type, Value, decode, decode_image, default,
-    encode_body, encode_image, from_json,
+    Catalog, Member, Named, Number, Numbers, Primitive, Range, Struct, Type, Value, decode,
+    decode_image, default, encode_body, encode_image, from_json,
 };
 use std::sync::Arc;
 
@@ -442,7 +442,9 @@ fn integers_of_64_bits_are_compared_exactly() {
         {"name": "S", "struct": [
             {"name": "a", "type": "int64", "range": [-5.0, 9_007_199_254_740_992_i64]},
             {"name": "b", "type": "uint64", "range": [18_446_744_073_709_551_614_u64, null],
-                "default": u64::MAX}]}]}))
+                "default": u64::MAX},
+            {"name": "c", "type": "float64", "range": [9_007_199_254_740_993_i64, null],
+                "default": 1e16}]}]}))
     .expect("a module");
     let printed = serde_json::to_string(&module).expect("JSON");
     assert!(printed.contains("18446744073709551614"), "{printed}");
@@ -453,6 +455,8 @@ fn integers_of_64_bits_are_compared_exactly() {
         serde_json::json!({"a": 9_007_199_254_740_992_i64}),
         serde_json::json!({"a": -5}),
         serde_json::json!({"b": u64::MAX - 1}),
+        // The limit of a float is a float: 2^53, as in generated code.
+        serde_json::json!({"c": 9_007_199_254_740_992.0}),
     ] {
         read(right).expect("in the range");
     }
@@ -465,6 +469,21 @@ fn integers_of_64_bits_are_compared_exactly() {
         wrong(serde_json::json!({"b": u64::MAX - 2})),
         "`b`: 18446744073709551613 is outside its range at least 18446744073709551614"
     );
+    assert_eq!(
+        wrong(serde_json::json!({"c": 9_007_199_254_740_991.0})),
+        "`c`: 9007199254740991 is outside its range at least 9007199254740992"
+    );
+}
+
+#[test]
+fn nan_is_in_no_range() {
+    let end = Some(Number::Float(0.0));
+    for (min, max) in [(None, None), (end, None), (None, end)] {
+        let range = Range { min, max };
+        assert!(range.contains(&Value::F64(0.0)), "{range}");
+        assert!(!range.contains(&Value::F64(f64::NAN)), "{range}");
+        assert!(!range.contains(&Value::F32(f32::NAN)), "{range}");
+    }
 }
 
 #[test]

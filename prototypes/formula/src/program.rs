@@ -70,15 +70,22 @@ pub enum Operand {
 
 /// Whether each number of one kind is one of the other kind, exactly.
 pub fn fits(number: Primitive, wanted: Primitive) -> bool {
-    // The greatest integers below which a float has all.
-    let whole = |float: Primitive| match (float.class(), float.size()) {
-        (Class::Float, ..=4) => 1_i128 << f32::MANTISSA_DIGITS,
-        (Class::Float, _) => 1_i128 << f64::MANTISSA_DIGITS,
-        (Class::Bool | Class::Signed | Class::Unsigned, _) => i128::MAX,
+    let integers = |of: Primitive| match (of.class(), of.size()) {
+        (Class::Bool, _) => Some((0, 1)),
+        (Class::Signed | Class::Unsigned, _) => of.limits(),
+        (Class::Float, _) => None,
     };
-    match (number.limits(), wanted.limits()) {
+    // A float has all integers up to this one.
+    let is_short = wanted == Primitive::F32;
+    let digits = if is_short {
+        f32::MANTISSA_DIGITS
+    } else {
+        f64::MANTISSA_DIGITS
+    };
+    let whole = 1_i128 << digits;
+    match (integers(number), integers(wanted)) {
         (Some((least, most)), Some((low, high))) => low <= least && most <= high,
-        (Some((least, most)), None) => -whole(wanted) <= least && most <= whole(wanted),
+        (Some((least, most)), None) => -whole <= least && most <= whole,
         (None, Some(_)) => false,
         (None, None) => number == wanted || wanted == Primitive::F64,
     }
@@ -391,5 +398,35 @@ impl Program {
             });
         }
         Ok(self.outputs.iter().map(|of| value(of, &values)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+    use rc_vocabulary::Primitive;
+
+    #[test]
+    fn a_type_fits_if_the_other_one_has_all_its_numbers() {
+        let wider = |number: Primitive| {
+            let all = Primitive::ALL.into_iter();
+            let all = all.filter(|&other| other != number && fits(number, other));
+            all.map(Primitive::word).collect::<Vec<_>>().join(" ")
+        };
+        let found = Primitive::ALL.map(|number| format!("{}: {}", number.word(), wider(number)));
+        let expected = [
+            "bool: int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64",
+            "int8: int16 int32 int64 float32 float64",
+            "uint8: int16 uint16 int32 uint32 int64 uint64 float32 float64",
+            "int16: int32 int64 float32 float64",
+            "uint16: int32 uint32 int64 uint64 float32 float64",
+            "int32: int64 float64",
+            "uint32: int64 uint64 float64",
+            "int64: ",
+            "uint64: ",
+            "float32: float64",
+            "float64: ",
+        ];
+        assert_eq!(found, expected);
     }
 }
