@@ -130,7 +130,8 @@ fn on_the_wire(library: &Library, ty: &rc_idsl::model::Type) -> Option<String> {
     }
 }
 
-/// A type as a text has it.
+/// A type as IDSL is written: `sequence<float32, 16>`.
 fn shown(library: &Library, ty: &rc_idsl::model::Type) -> String {
-    ty.rename(|id| library.type_path(*id)).to_string()
+    let described = ty.rename(|id| library.type_path(*id)).to_string();
+    described.replace(',', ", ")
 }

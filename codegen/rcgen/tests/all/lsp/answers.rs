@@ -197,6 +197,13 @@ fn each_word_has_its_colour() {
 #[test]
 fn what_a_text_does_not_say_stands_beside_it() {
     let mut session = Session::new();
+    let units = session.text("interfaces/Units.idsl");
+    let aliases = "    sequence<Force, 4> Forces;\n    dictionary<string, Side> Sides;\n";
+    let holder = "    struct Hold\n    {\n        Forces forces;\n        Sides sides;\n    };\n";
+    let units = units.replace("    exception", &format!("{aliases}{holder}    exception"));
+    let path = session.editor.folder.join("interfaces/Units.idsl");
+    std::fs::write(path, &units).expect("a file");
+    session.editor.change("interfaces/Units.idsl", &units);
     for file in ALL {
         let hints = session.of_file("inlayHint", file);
         session.log.push_str(&format!("# {file}\n"));
