@@ -334,7 +334,7 @@ impl GuardWait {
         }
     }
 
-    /// Waits until the next look. Fails behind the deadline, or if the guard stays stopped.
+    /// Waits until the next look. Fails after the deadline, or if the guard stays stopped.
     fn pause(&mut self, network: &str, guard: Option<Identity>) -> Result<(), Error> {
         let now = Instant::now();
         let is_stopped = guard.is_some_and(|guard| guard.is_stopped());

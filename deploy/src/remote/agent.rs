@@ -258,7 +258,7 @@ impl Agent {
                 Some(GuardChange::NotStarted(text) | GuardChange::Restarted(text)) => {
                     self.send(&AgentMessage::Note(text));
                 }
-                Some(GuardChange::Lost(text)) => self.trouble("guard-lost", text),
+                Some(GuardChange::Lost(text)) => self.begin_condition("guard-lost", text),
                 None => {}
             },
             Source::GuardLink => {

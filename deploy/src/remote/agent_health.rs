@@ -48,7 +48,7 @@ impl Health {
 
 impl Agent {
     /// Tells that a condition holds, when it begins.
-    pub(super) fn trouble(&mut self, code: &'static str, text: String) {
+    pub(super) fn begin_condition(&mut self, code: &'static str, text: String) {
         if self.health.told.insert(code) {
             let code = code.to_owned();
             self.send(&AgentMessage::Trouble { code, text });
@@ -56,7 +56,7 @@ impl Agent {
     }
 
     /// Tells that a condition has ended, if there was one.
-    pub(super) fn no_trouble(&mut self, code: &'static str, text: &str) {
+    pub(super) fn end_condition(&mut self, code: &'static str, text: &str) {
         if self.health.told.remove(code) {
             self.send(&AgentMessage::TroubleOver {
                 code: code.to_owned(),
@@ -79,7 +79,7 @@ impl Agent {
                     self.logs.display(),
                     free >> 10
                 );
-                self.trouble("disk-full", text);
+                self.begin_condition("disk-full", text);
             }
             Some(DiskChange::Free { free }) => {
                 let text = format!(
@@ -87,7 +87,7 @@ impl Agent {
                     self.logs.display(),
                     free >> 20
                 );
-                self.no_trouble("disk-full", &text);
+                self.end_condition("disk-full", &text);
             }
             None => {}
         }
@@ -103,14 +103,14 @@ impl Agent {
                 let text = format!(
                     "the disk of {shown} has less than {kept} MiB free, which recordings keep free: exact recordings end"
                 );
-                self.trouble("recordings-stopped", text);
+                self.begin_condition("recordings-stopped", text);
             }
             Some((DiskChange::Free { free }, _)) => {
                 let text = format!(
                     "the disk of {shown} has room for recordings again: {} MiB; an exact one begins with the next start of its component",
                     free >> 20
                 );
-                self.no_trouble("recordings-stopped", &text);
+                self.end_condition("recordings-stopped", &text);
             }
             None => {}
         }
@@ -138,7 +138,7 @@ impl Agent {
     fn restore_files(&mut self) {
         match self.network_guard.restore() {
             Ok(is_new) => {
-                self.no_trouble("directory-lost", "the run directory is there again");
+                self.end_condition("directory-lost", "the run directory is there again");
                 if is_new {
                     let note = "the run directory there was removed, and is made again";
                     self.send(&AgentMessage::Note(note.to_owned()));
@@ -148,7 +148,7 @@ impl Agent {
                 let text = format!(
                     "the run directory there was removed, and cannot be made again: {error}"
                 );
-                self.trouble("directory-lost", text);
+                self.begin_condition("directory-lost", text);
             }
         }
     }
@@ -157,13 +157,13 @@ impl Agent {
     pub(super) fn save(&mut self) {
         match self.network_guard.save() {
             Ok(false) => {}
-            Ok(true) => self.no_trouble("not-written", "wrote to the run directory"),
+            Ok(true) => self.end_condition("not-written", "wrote to the run directory"),
             Err(error) => {
                 let text = format!(
                     "cannot write to the run directory: {error}{}",
                     advice(&error)
                 );
-                self.trouble("not-written", text);
+                self.begin_condition("not-written", text);
             }
         }
     }

@@ -85,7 +85,7 @@ impl Agent {
         if self.renewal.step == Step::Ends && self.running.is_empty() {
             self.network_guard.begin_anew(cleanup)?;
             self.renewal.step = Step::Creates;
-            self.no_trouble("guard-lost", "a new guard runs");
+            self.end_condition("guard-lost", "a new guard runs");
         }
         if self.renewal.step == Step::Creates {
             let waiting = std::mem::take(&mut self.renewal.waiting);

@@ -41,19 +41,17 @@ impl<'p> NetworkTroubles<'p> {
         self.begin_of("", severity, code, text);
     }
 
-    /// Reports a condition of `about`, a part of the network, when it starts. Returns whether it does.
+    /// Reports a condition of `about`, a part of the network, when it starts.
     pub(super) fn begin_of(
         &mut self,
         about: &str,
         severity: Severity,
         code: &'static str,
         text: &str,
-    ) -> bool {
-        let starts = self.note(code, about, text);
-        if starts {
+    ) {
+        if self.note(code, about, text) {
             self.report.event(Event::network(severity, code, text));
         }
-        starts
     }
 
     /// Reports that a condition has ended, if there was one.

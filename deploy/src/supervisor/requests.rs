@@ -92,10 +92,12 @@ impl Supervisor<'_> {
         let meant = commands::with_processes(names, &self.units);
         let selected = match verb {
             Verb::Lifecycle(_) => self.managed(&meant, &all),
-            _ => commands::select(&meant, &all).and_then(|selected| {
-                commands::check_whole(&selected, verb, &self.units, self.order.all_mates())?;
-                Ok(selected)
-            }),
+            Verb::Start | Verb::Stop | Verb::Restart => {
+                commands::select(&meant, &all).and_then(|selected| {
+                    commands::check_whole(&selected, verb, &self.units, self.order.all_mates())?;
+                    Ok(selected)
+                })
+            }
         };
         let members = match selected {
             Ok(members) if self.ending.is_none() => members,

@@ -99,16 +99,16 @@ pub(super) struct StartScheduler {
     sweeps: OrphanSweeps,
 }
 
-/// What decides about starts beside the scheduler.
+/// What the scheduler needs of the supervisor to decide about starts.
 #[derive(Clone, Copy)]
-pub(super) struct Situation<'a> {
+pub(super) struct StartInputs<'a> {
     order: &'a StartOrder,
     units: &'a [Unit],
     hosts: &'a Hosts,
     guard: &'a NetworkGuard,
 }
 
-impl<'a> Situation<'a> {
+impl<'a> StartInputs<'a> {
     pub(super) fn new(
         order: &'a StartOrder,
         units: &'a [Unit],
@@ -149,7 +149,7 @@ impl StartScheduler {
     }
 
     /// Begins a turn of the loop.
-    pub(super) fn begin_turn(&mut self, now: Instant, at: Situation<'_>) {
+    pub(super) fn begin_turn(&mut self, now: Instant, at: StartInputs<'_>) {
         let leaders = at
             .units
             .iter()
@@ -161,7 +161,7 @@ impl StartScheduler {
     }
 
     /// The first unit from `from` on whose process may start, if one more may in this turn.
-    pub(super) fn next_start(&mut self, from: usize, at: Situation<'_>) -> Option<usize> {
+    pub(super) fn next_start(&mut self, from: usize, at: StartInputs<'_>) -> Option<usize> {
         if self.quota.is_used_up() {
             return None;
         }
@@ -182,7 +182,7 @@ impl StartScheduler {
 
     /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
     /// one process, the first one stands for all.
-    fn may_start(&self, i: usize, at: Situation<'_>) -> bool {
+    fn may_start(&self, i: usize, at: StartInputs<'_>) -> bool {
         let name = at.units[i].process_name();
         at.order.leads(i)
             && at
@@ -197,7 +197,7 @@ impl StartScheduler {
 }
 
 /// Whether a unit does not hold its process back.
-fn lets_its_process_start(i: usize, at: Situation<'_>) -> bool {
+fn lets_its_process_start(i: usize, at: StartInputs<'_>) -> bool {
     let unit = &at.units[i];
     let mut needs = at.order.needs_outside(i);
     needs.all(|j| at.units[j].lets_start(unit))

@@ -1,6 +1,6 @@
 //! Starts components, and sends managed ones the goals whose turn it is.
 
-use crate::supervisor::start_scheduler::Situation;
+use crate::supervisor::start_scheduler::StartInputs;
 use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::process_name;
@@ -18,11 +18,11 @@ impl Supervisor<'_> {
     /// Starts a few of the units that may start, and notes when it is the turn of the next ones.
     pub(super) fn start_ready_units(&mut self) {
         let now = Instant::now();
-        let at = Situation::new(&self.order, &self.units, &self.hosts, &self.network_guard);
+        let at = StartInputs::new(&self.order, &self.units, &self.hosts, &self.network_guard);
         self.starts.begin_turn(now, at);
         let mut from = 0;
         while self.ending.is_none() {
-            let at = Situation::new(&self.order, &self.units, &self.hosts, &self.network_guard);
+            let at = StartInputs::new(&self.order, &self.units, &self.hosts, &self.network_guard);
             let Some(i) = self.starts.next_start(from, at) else {
                 break;
             };

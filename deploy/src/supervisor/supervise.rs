@@ -8,7 +8,7 @@ use crate::log::reporter::Reporter;
 use crate::process::memory::MemoryRounds;
 use crate::process::signals::Signals;
 use crate::remote::{HostSource, Hosts};
-use crate::supervisor::chains::{self, ChainWatch};
+use crate::supervisor::chains::{ChainWatch, LateContext};
 use crate::supervisor::commands::Commands;
 use crate::supervisor::control::Control;
 use crate::supervisor::detach::Launcher;
@@ -352,16 +352,16 @@ impl<'p> Supervisor<'p> {
         }
     }
 
-    fn take_changes_of_chains(&mut self) {
-        let Some(chains) = &self.chains else { return };
-        let late = chains.take_changes(chains::Situation {
-            plan: self.plan,
-            report: self.report,
-            troubles: &mut self.troubles,
-            directory: self.network_guard.directory(),
-            is_ending: self.ending.is_some(),
-        });
-        for name in late {
+    pub(super) fn take_changes_of_chains(&mut self) {
+        while let Some(chains) = &self.chains {
+            let late = chains.take_changes(LateContext {
+                plan: self.plan,
+                report: self.report,
+                troubles: &mut self.troubles,
+                directory: self.network_guard.directory(),
+                is_ending: self.ending.is_some(),
+            });
+            let Some(name) = late else { return };
             self.stop_late(&name);
         }
     }

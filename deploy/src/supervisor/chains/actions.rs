@@ -17,8 +17,8 @@ use std::time::Duration;
 /// How long a component may take to do what it is asked.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// The supervisor's part in what is done about chains.
-pub(in crate::supervisor) struct Situation<'s, 'p> {
+/// What `take_changes` needs of the supervisor.
+pub(in crate::supervisor) struct LateContext<'s, 'p> {
     pub(in crate::supervisor) plan: &'p Plan,
     pub(in crate::supervisor) report: &'p Reporter,
     pub(in crate::supervisor) troubles: &'s mut NetworkTroubles<'p>,
@@ -28,16 +28,21 @@ pub(in crate::supervisor) struct Situation<'s, 'p> {
 }
 
 impl ChainWatch {
-    /// Reports what has changed of the chains. Returns the components to stop, because a chain is
-    /// late.
-    pub(in crate::supervisor) fn take_changes(&self, mut at: Situation<'_, '_>) -> Vec<String> {
+    /// Reports what has changed of the chains, up to the first component to stop because a chain is
+    /// late. Returns that component; call again after its stop. `None`: nothing is left.
+    pub(in crate::supervisor) fn take_changes(
+        &self,
+        mut at: LateContext<'_, '_>,
+    ) -> Option<String> {
         self.reporter.wake.clear();
-        let mut late = Vec::new();
         let is_ending = at.is_ending;
         for news in self.news.try_iter().filter(|_| !is_ending) {
             match news {
                 News::Changed(chain, Change::Begun { code, text }) => {
-                    late.extend(self.begins(&mut at, chain, code, &text));
+                    let late = self.begins(&mut at, chain, code, &text);
+                    if late.is_some() {
+                        return late;
+                    }
                 }
                 News::Changed(chain, Change::Ended { code, text }) => {
                     at.troubles.remove(code, &at.plan.chains[chain].name);
@@ -49,14 +54,14 @@ impl ChainWatch {
                 News::Done(event) => at.report.event(event),
             }
         }
-        late
+        None
     }
 
     /// Reports a condition of a chain, and acts if it is the first one. Returns the component to
     /// stop.
     fn begins(
         &self,
-        at: &mut Situation<'_, '_>,
+        at: &mut LateContext<'_, '_>,
         chain: usize,
         code: &'static str,
         text: &str,

@@ -10,7 +10,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-pub(super) use actions::Situation;
+pub(super) use actions::LateContext;
 use collector::Collector;
 use join::Change;
 use rc_deploy_network::plan::Plan;
@@ -83,6 +83,15 @@ impl ChainWatch {
     /// Readable when something has changed.
     pub(super) fn descriptor(&self) -> BorrowedFd<'_> {
         self.reporter.wake.as_fd()
+    }
+
+    /// Reports that a chain is late.
+    #[cfg(test)]
+    pub(super) fn pretend_late(&self, chain: usize) {
+        let code = join::LATE;
+        let text = format!("chain {chain} is late");
+        self.reporter
+            .send(News::Changed(chain, Change::Begun { code, text }));
     }
 
     /// What was measured.

@@ -2,6 +2,7 @@
 //! its agent.
 
 mod activation;
+mod chains;
 mod commands;
 mod life_cycle;
 mod local_process;

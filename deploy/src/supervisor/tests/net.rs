@@ -10,6 +10,7 @@ use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::{Component, Host, Plan, Policy, Restart};
+use rc_deploy_network::planned_chain::PlannedChain;
 use rc_management::agent::{AgentMessage, Exit};
 use rc_management::event::Severity;
 use rc_management::lifecycle::LifecycleState::{self, Unconfigured};
@@ -93,13 +94,18 @@ pub(super) fn with_policy(policy: Policy, component: Component) -> Component {
 impl Net {
     /// A network whose machines are not connected yet.
     pub(super) fn new(components: Vec<Component>) -> Self {
+        Self::with_chains(components, Vec::new())
+    }
+
+    /// The same with chains.
+    pub(super) fn with_chains(components: Vec<Component>, chains: Vec<PlannedChain>) -> Self {
         let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
         let plan: &Plan = Box::leak(Box::new(Plan {
             network: format!("supervising-{}-{number}", std::process::id()),
             ddsl: "net.ddsl".into(),
             components,
             ring: None,
-            chains: Vec::new(),
+            chains,
         }));
         let options = Options {
             guard: Some(GuardCommand {
