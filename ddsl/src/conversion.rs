@@ -629,7 +629,7 @@ impl<'a> Pair<'a> {
                 items.extend(self.values(value, other_value, factor, path, chosen, found)?);
                 vec![Item::Sequence(items)]
             }
-            // Ends with two other types were reported.
+            // Texts. Pairs of different forms were reported before.
             (
                 Type::Text { .. }
                 | Type::Primitive(_)
@@ -665,9 +665,15 @@ pub(crate) fn numbers(library: &Library, ty: &Type) -> Option<(Option<u32>, Prim
             length: count,
         } => match library.resolved(element) {
             Type::Primitive(number) => Some((Some(*count), number.number()?)),
-            _ => None,
+            Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => None,
         },
-        _ => None,
+        Type::Text { .. } | Type::Sequence { .. } | Type::Dictionary { .. } | Type::Named(_) => {
+            None
+        }
     }
 }
 

@@ -225,7 +225,7 @@ impl Server {
         Ok(())
     }
 
-    /// Reads the next component of a network. Behind the last one, connects them.
+    /// Reads the next component of a network. After the last one, connects them.
     fn wire(&mut self) -> io::Result<()> {
         let Some(wiring) = self.networks.read_next(&self.files.loader()) else {
             return Ok(());

@@ -246,7 +246,11 @@ impl<'a, 'f> Mapper<'a, 'f> {
                     // Constants have no bound.
                     ty: match ty {
                         Type::Text { .. } => "string".to_owned(),
-                        _ => self.member_type(ty, false, "").written(&self.package),
+                        Type::Primitive(_)
+                        | Type::Sequence { .. }
+                        | Type::Array { .. }
+                        | Type::Dictionary { .. }
+                        | Type::Named(_) => self.member_type(ty, false, "").written(&self.package),
                     },
                     name,
                     value,

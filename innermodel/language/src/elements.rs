@@ -3,7 +3,7 @@
 /// An element: its tag, its attributes, and whether it may have children.
 pub(crate) struct Element {
     pub(crate) tag: &'static str,
-    /// Attributes with several spellings, the first of which is that of the model.
+    /// Attributes that come first, each with its spellings; the first spelling is that of the model.
     groups: &'static [&'static [&'static [&'static str]]],
     /// Attributes with one spelling.
     words: &'static [&'static str],

@@ -29,7 +29,7 @@ pub(super) struct Context<'a> {
     pub(super) statement: Vec<&'a str>,
     /// The content of the string in which it is, as far as the cursor.
     pub(super) string: Option<&'a str>,
-    /// Begin of the word, or of the content of the string.
+    /// Start of the word, or of the content of the string.
     pub(super) start: usize,
 }
 

@@ -95,7 +95,7 @@ impl Networks {
         self.wirings.push_back(wiring);
     }
 
-    /// Reads the next component of a network. Returns the network behind its last one.
+    /// Reads the next component of a network. Returns the network after its last component.
     pub(super) fn read_next(&mut self, loader: &FileLoader) -> Option<Wiring> {
         let wiring = self.wirings.front_mut()?;
         if wiring.read_next(loader) {

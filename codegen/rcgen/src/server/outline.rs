@@ -8,9 +8,13 @@ use super::structure::{self, Structure};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Limits of an answer: symbols of all files, folds of a file, positions.
+/// The most symbols of all files in an answer.
 const MOST: usize = 500;
+
+/// The most folds of a file.
 const MOST_FOLDS: usize = 5_000;
+
+/// The most positions of a request.
 const MOST_POSITIONS: usize = 100;
 
 /// The most symbols of one file.
