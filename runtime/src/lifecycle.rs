@@ -321,7 +321,8 @@ impl Lifecycle {
             | LifecycleState::Inactive
             | LifecycleState::Finalized
             | LifecycleState::ErrorProcessing => self.gate.set_open(false),
-            // Until the hook has ended, the gate is as before.
+            // Activating has opened the gate for `Active`. The other states keep it until their hook
+            // has ended.
             LifecycleState::Active
             | LifecycleState::Configuring
             | LifecycleState::CleaningUp

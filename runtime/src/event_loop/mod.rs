@@ -24,7 +24,7 @@ use crate::time::TimeRole;
 use crate::worker_error::WorkerError;
 use calls::Calls;
 use network_time::stamp;
-use peers::PeerCounts;
+use peers::PeerInterval;
 use port::Port;
 pub(crate) use port::{answer, receive};
 use rc_management::component::State;
@@ -73,7 +73,7 @@ pub(crate) struct EventLoop<'a> {
     first_port: usize,
     /// The messages of this turn, which the status does not count yet.
     handled: HandledMessages,
-    peers: PeerCounts,
+    peers: PeerInterval,
     sweep: Sweep,
     fatal: Option<String>,
     logged: LogLimit,
@@ -144,7 +144,7 @@ impl<'a> EventLoop<'a> {
             period,
             first_port: 0,
             handled: HandledMessages::new(now),
-            peers: PeerCounts::default(),
+            peers: PeerInterval::default(),
             sweep: Sweep::new(now),
             fatal: None,
             logged: LogLimit::default(),

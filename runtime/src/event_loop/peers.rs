@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 /// The interval at which the loop counts peers.
 const INTERVAL: Duration = Duration::from_secs(1);
 
-/// When peers were counted.
+/// When peers were last counted.
 #[derive(Debug, Default)]
-pub(super) struct PeerCounts(Option<Instant>);
+pub(super) struct PeerInterval(Option<Instant>);
 
-impl PeerCounts {
+impl PeerInterval {
     /// Whether peers are to be counted now, once in their interval.
     pub(super) fn are_due(&mut self, now: Instant) -> bool {
         let since = self.0.map(|last| now.saturating_duration_since(last));
@@ -71,9 +71,9 @@ mod tests {
     #[test]
     fn peers_are_counted_once_in_their_interval() {
         let now = Instant::now();
-        let mut counts = PeerCounts::default();
+        let mut interval = PeerInterval::default();
         let due = [0, 500, 1000, 1500, 2000]
-            .map(|after| counts.are_due(now + Duration::from_millis(after)));
+            .map(|after| interval.are_due(now + Duration::from_millis(after)));
         assert_eq!(due, [true, false, true, false, true]);
     }
 }

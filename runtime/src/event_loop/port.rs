@@ -146,17 +146,15 @@ impl Port {
             self.acknowledged = true;
         }
     }
-}
 
-impl Port {
-    /// Logs a failure of the port, at most once in the pause.
-    pub(super) fn log_failure(&mut self, shared: &Shared, now: Instant, message: String) {
-        self.warn(now, &message);
-        shared.status().last_error = Some(message);
+    /// Sets the last error. Logs it at most once in `LOG_PAUSE`.
+    pub(super) fn log_failure(&mut self, shared: &Shared, now: Instant, message: &str) {
+        shared.status().last_error = Some(message.to_owned());
+        self.warn(now, message);
     }
 
-    /// Logs that the state of the component refuses a request, at most once in the pause. This is no
-    /// error of the component.
+    /// Logs that the state of the component refuses a request, at most once in `LOG_PAUSE`. This is
+    /// no error of the component.
     pub(super) fn log_refusal(&mut self, shared: &Shared, now: Instant, reason: &str) {
         let count = shared.status().slots[self.slot].refused;
         let message = format!("a request is refused, number {count}: {reason}");

@@ -80,7 +80,7 @@ impl HandledMessages {
         self.all.push(message);
     }
 
-    /// Whether the oldest message has waited for its count as long as one may.
+    /// Whether the oldest message has waited for `COUNT_INTERVAL`.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         !self.all.is_empty() && now.saturating_duration_since(self.since) >= COUNT_INTERVAL
     }
@@ -114,7 +114,7 @@ impl HandledMessages {
 pub(super) struct LogLimit(Option<Instant>);
 
 impl LogLimit {
-    /// Whether a message may be logged now, which then is.
+    /// Returns whether a message may be logged now, and notes that it is.
     pub(super) fn allows(&mut self, now: Instant) -> bool {
         let pause = |last: Instant| now.saturating_duration_since(last);
         let allows = self.0.is_none_or(|last| pause(last) >= LOG_PAUSE);

@@ -163,13 +163,13 @@ impl EventLoop<'_> {
                 "a handler took {took:?}, longer than the period of {:?}",
                 self.period
             );
-            port.log_failure(&self.shared, now, message);
+            port.log_failure(&self.shared, now, &message);
         }
         match result {
             Ok(()) => {}
             Err(NotHandled::Failed(error)) => {
                 let message = format!("a message was not handled: {error}");
-                port.log_failure(&self.shared, now, message);
+                port.log_failure(&self.shared, now, &message);
             }
             Err(NotHandled::Refused(reason)) => port.log_refusal(&self.shared, now, &reason),
         }

@@ -38,7 +38,7 @@ impl Timer {
         Ok(())
     }
 
-    /// How many periods are over since the last look. `None`: none is.
+    /// The number of periods since the last call. `None` if none has passed.
     pub(super) fn take(&self) -> Option<u64> {
         let mut expirations = [0_u8; 8];
         rustix::io::read(&self.0, &mut expirations).ok()?;
@@ -52,13 +52,17 @@ mod tests {
     use rustix::event::{PollFd, PollFlags, poll};
 
     #[test]
-    fn a_timer_counts_the_periods_since_the_last_look() {
+    fn a_timer_counts_the_periods_since_the_last_call() {
         let timer = Timer::new().expect("a timer");
         assert_eq!(timer.take(), None);
         let hour = Duration::from_hours(1);
         timer.set(Duration::from_nanos(1), hour).expect("it is set");
         let mut due = [PollFd::from_borrowed_fd(timer.descriptor(), PollFlags::IN)];
-        poll(&mut due, None).expect("it is due");
+        let limit = Timespec {
+            tv_sec: 10,
+            tv_nsec: 0,
+        };
+        assert_eq!(poll(&mut due, Some(&limit)), Ok(1), "it is due");
         assert_eq!(timer.take(), Some(1));
         assert_eq!(timer.take(), None);
     }

@@ -44,6 +44,10 @@ impl<C: Component> Recorded<C> {
     }
 }
 
+#[deny(
+    clippy::missing_trait_methods,
+    reason = "a call that is not passed on does nothing"
+)]
 impl<C: Component> Component for Recorded<C> {
     fn core(&mut self) -> &mut Core {
         self.component.core()

@@ -90,10 +90,6 @@ impl Component for Asker {
         Ok(())
     }
 
-    fn emergency(&mut self) {}
-    fn restore(&mut self) {}
-    fn finalize(&mut self) {}
-
     fn sending_peers(&self, peers: &mut [usize]) {
         for (peers, client) in peers.iter_mut().zip(&self.clients) {
             *peers = client.peers();

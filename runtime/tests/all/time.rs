@@ -173,7 +173,6 @@ impl Component for Source {
         }
         Ok(())
     }
-    fn finalize(&mut self) {}
 }
 
 struct Follower {
@@ -220,7 +219,6 @@ impl Component for Follower {
         self.out.publish_with(|writer| writer.put(&runs))?;
         Ok(())
     }
-    fn finalize(&mut self) {}
 
     fn receive(
         &mut self,

@@ -86,7 +86,6 @@ impl Component for Worker {
         }
         Ok(())
     }
-    fn finalize(&mut self) {}
 
     fn sending_peers(&self, peers: &mut [usize]) {
         if !matches!(self.end, End::None) {
@@ -171,7 +170,6 @@ impl Component for CallingSource {
         }
         Ok(())
     }
-    fn finalize(&mut self) {}
 
     fn sending_peers(&self, peers: &mut [usize]) {
         peers[0] = self.client.peers();

@@ -82,7 +82,6 @@ impl Component for Worker {
         SEEN.1.notify_all();
         Ok(())
     }
-    fn finalize(&mut self) {}
 }
 
 fn start(description: &'static Description, network: &str, name: &str, more: &[&str]) -> Embedded {
