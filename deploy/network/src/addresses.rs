@@ -18,7 +18,7 @@ pub(crate) struct Addresses {
 
 impl Addresses {
     /// Gives each slot the address of its provider. Topics with a common subscriber share the address
-    /// of the first of them. The configurations of the instances have these addresses.
+    /// of the first of them. `bindings`: for each instance, the addresses in its configuration.
     pub(crate) fn new(network: &Network, bindings: &[BTreeMap<String, Binding>]) -> Self {
         let projects = network.projects.iter();
         let components: Vec<_> = projects
@@ -42,9 +42,9 @@ impl Addresses {
         }
     }
 
-    /// The address of a slot.
-    pub(crate) fn of(&self, end: Endpoint) -> Option<&str> {
-        self.of.get(&end).map(String::as_str)
+    /// The address of a slot of a component that was read. Each has one.
+    pub(crate) fn of(&self, end: Endpoint) -> &str {
+        &self.of[&end]
     }
 
     /// All slots with their addresses.

@@ -122,7 +122,7 @@ impl Network {
                     instance: at,
                     slot: index,
                 };
-                let address = self.addresses.of(end).unwrap_or_default();
+                let address = self.addresses.of(end);
                 option("--bind", format!("{}={address}", slot.name));
                 // All connections of a slot have one plan.
                 let conversions = &self.connections.conversions;

@@ -174,7 +174,7 @@ fn ends<'a>(network: &'a Network, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
             if !over.contains(&Middleware::Ros2) || refused.contains(&place) {
                 continue;
             }
-            let address = network.addresses.of(place).unwrap_or_default();
+            let address = network.addresses.of(place);
             for operation in &component.library.interface(slot.interface).operations {
                 let address = format!("{address}/{}", operation.name.text);
                 let name =

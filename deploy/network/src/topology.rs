@@ -131,10 +131,10 @@ impl External {
     pub fn all(network: &Network) -> Vec<Self> {
         let mut peers: BTreeMap<(&str, String, &'static str), Self> = BTreeMap::new();
         for end in network.connections.externals.keys() {
-            let (Some(slot), Some(address)) = (network.slot(*end), network.addresses.of(*end))
-            else {
+            let Some(slot) = network.slot(*end) else {
                 continue;
             };
+            let address = network.addresses.of(*end);
             let library = network.projects[end.instance]
                 .as_ref()
                 .map(|p| &p.component.library);
@@ -193,9 +193,7 @@ impl Connection {
                     middleware: own.word(),
                     address: made
                         .contains(&pair)
-                        .then(|| network.addresses.of(pair.consumer))
-                        .flatten()
-                        .map(str::to_owned),
+                        .then(|| network.addresses.of(pair.consumer).to_owned()),
                     converts: network
                         .connections
                         .conversions
