@@ -4,7 +4,7 @@ use crate::budget::Budget;
 use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::image::decode_image;
-use crate::numbers::{Number, Numbers};
+use crate::numbers::{Element, Numbers};
 use crate::types::{Member, Named, Struct, Type};
 use crate::value::Value;
 use rc_middleware::{Encoding, Reader};
@@ -64,7 +64,7 @@ fn member(
 
 fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Value, ValueError> {
     Ok(match ty {
-        Type::Primitive(primitive) => Number::read(*primitive, reader)?.into(),
+        Type::Primitive(primitive) => Element::read(*primitive, reader)?.into(),
         Type::Text { bound } => {
             let text: String = reader.get()?;
             check_bound(text.len(), *bound)?;

@@ -3,9 +3,9 @@
 use crate::types::Primitive;
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
 
-/// A number of any of the types.
+/// An element of [`Numbers`], or a single number: a number of any of the types.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Number {
+pub(crate) enum Element {
     Bool(bool),
     /// Of another type than `uint64`.
     Int(i64),
@@ -23,7 +23,7 @@ macro_rules! numbers {
             $($kind(Vec<$number>),)*
         }
 
-        impl Number {
+        impl Element {
             /// Reads a number of this type.
             pub(crate) fn read(of: Primitive, reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
                 Ok(match of {
@@ -66,17 +66,17 @@ macro_rules! numbers {
                 self.len() == 0
             }
 
-            pub(crate) fn number(&self, at: usize) -> Option<Number> {
+            pub(crate) fn element(&self, at: usize) -> Option<Element> {
                 match self {
                     $(Self::$kind(items) => items.get(at).copied().map($value),)*
                 }
             }
 
             /// Appends a number of the same type. Returns whether it was one.
-            pub(crate) fn push_number(&mut self, number: Number) -> bool {
+            pub(crate) fn push_element(&mut self, element: Element) -> bool {
                 match self {
                     $(Self::$kind(items) => {
-                        let number: Option<$number> = $from(number);
+                        let number: Option<$number> = $from(element);
                         items.extend(number);
                         number.is_some()
                     })*
@@ -104,27 +104,27 @@ macro_rules! numbers {
     };
 }
 
-fn whole(number: impl Into<i64>) -> Number {
-    Number::Int(number.into())
+fn whole(number: impl Into<i64>) -> Element {
+    Element::Int(number.into())
 }
 
-fn int<T: TryFrom<i64>>(number: Number) -> Option<T> {
+fn int<T: TryFrom<i64>>(number: Element) -> Option<T> {
     match number {
-        Number::Int(number) => T::try_from(number).ok(),
+        Element::Int(number) => T::try_from(number).ok(),
         _ => None,
     }
 }
 
 numbers! {
-    Bool bool: Number::Bool, |number| match number { Number::Bool(number) => Some(number), _ => None };
+    Bool bool: Element::Bool, |number| match number { Element::Bool(number) => Some(number), _ => None };
     I8 i8: whole, int;
     U8 u8: whole, int;
     I16 i16: whole, int;
     U16 u16: whole, int;
     I32 i32: whole, int;
     U32 u32: whole, int;
-    I64 i64: Number::Int, int;
-    U64 u64: Number::Uint, |number| match number { Number::Uint(number) => Some(number), _ => None };
-    F32 f32: Number::F32, |number| match number { Number::F32(number) => Some(number), _ => None };
-    F64 f64: Number::F64, |number| match number { Number::F64(number) => Some(number), _ => None };
+    I64 i64: Element::Int, int;
+    U64 u64: Element::Uint, |number| match number { Element::Uint(number) => Some(number), _ => None };
+    F32 f32: Element::F32, |number| match number { Element::F32(number) => Some(number), _ => None };
+    F64 f64: Element::F64, |number| match number { Element::F64(number) => Some(number), _ => None };
 }

@@ -1,7 +1,7 @@
 //! A value of a type that is known at run time.
 
 use crate::error::ValueError;
-use crate::numbers::{Number, Numbers};
+use crate::numbers::{Element, Numbers};
 use crate::types::{Enum, Struct};
 use rc_diagnostics::nearest;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -40,14 +40,14 @@ pub enum Value {
     Missing,
 }
 
-impl From<Number> for Value {
-    fn from(number: Number) -> Self {
-        match number {
-            Number::Bool(value) => Self::Bool(value),
-            Number::Int(value) => Self::Int(value),
-            Number::Uint(value) => Self::Uint(value),
-            Number::F32(value) => Self::F32(value),
-            Number::F64(value) => Self::F64(value),
+impl From<Element> for Value {
+    fn from(element: Element) -> Self {
+        match element {
+            Element::Bool(value) => Self::Bool(value),
+            Element::Int(value) => Self::Int(value),
+            Element::Uint(value) => Self::Uint(value),
+            Element::F32(value) => Self::F32(value),
+            Element::F64(value) => Self::F64(value),
         }
     }
 }
@@ -55,20 +55,20 @@ impl From<Number> for Value {
 impl Numbers {
     /// An element.
     pub fn get(&self, at: usize) -> Option<Value> {
-        self.number(at).map(Value::from)
+        self.element(at).map(Value::from)
     }
 
     /// Appends a number of the same type. Returns whether it was one.
     pub fn push(&mut self, value: &Value) -> bool {
-        let number = match *value {
-            Value::Bool(value) => Number::Bool(value),
-            Value::Int(value) => Number::Int(value),
-            Value::Uint(value) => Number::Uint(value),
-            Value::F32(value) => Number::F32(value),
-            Value::F64(value) => Number::F64(value),
+        let element = match *value {
+            Value::Bool(value) => Element::Bool(value),
+            Value::Int(value) => Element::Int(value),
+            Value::Uint(value) => Element::Uint(value),
+            Value::F32(value) => Element::F32(value),
+            Value::F64(value) => Element::F64(value),
             _ => return false,
         };
-        self.push_number(number)
+        self.push_element(element)
     }
 }
 
