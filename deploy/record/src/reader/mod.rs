@@ -192,7 +192,7 @@ impl Reader {
             let Some(summary) = self.begin(at)? else {
                 self.listed = None;
                 // A part without a summary may hold anything; the first time of others is true.
-                self.times.first = times.first.filter(|_| at > 0);
+                self.times.first = times.first;
                 return Ok(());
             };
             if let Some((first, end)) = summary.times {
@@ -223,7 +223,7 @@ impl Reader {
     fn begin(&mut self, at: usize) -> Result<Option<Summary>, RecordError> {
         let path = &self.files[at];
         let file_error = |e: std::io::Error| RecordError::file(path, &e);
-        if at != self.present || self.at > 0 {
+        if at != self.present {
             self.input = Input::open(path).map_err(file_error)?;
         }
         let summary = self.input.summary();
