@@ -174,3 +174,51 @@ fn place(schema: &Arc<[u8]>) -> usize {
     }
     schema.as_ptr() as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_that_is_kept_has_one_bound() {
+        let mut definitions = Definitions::default();
+        let rest = MOST - 2 * OVERHEAD - 3 * ENTRY;
+        assert_eq!(definitions.hold(0, 3), Ok(()));
+        assert_eq!(definitions.hold(rest, 0), Ok(()), "exactly the most");
+        let error = "its definitions and tables have more than 64 MiB";
+        assert_eq!(definitions.hold(0, 0), Err(error.to_owned()));
+        assert!(Definitions::default().hold(MOST - OVERHEAD, 0).is_ok());
+        assert!(Definitions::default().hold(MOST - OVERHEAD + 1, 0).is_err());
+    }
+
+    #[test]
+    fn a_number_means_the_channel_that_came_last() {
+        let mut definitions = Definitions::default();
+        for (schema, name) in [(1, "A"), (2, "B")] {
+            let added = definitions.add_schema(schema, name, "ros2msg", name.as_bytes());
+            assert_eq!(added, Ok(()));
+        }
+        let channels = [
+            (1, "/a", "cdr", "1"),
+            (1, "/b", "cdr", "1"),
+            (1, "/b", "json", "1"),
+            (1, "/b", "json", "2"),
+            (2, "/b", "json", "2"),
+        ];
+        // The second time, all are known.
+        for _ in 0..2 {
+            for (id, (schema, topic, encoding, fact)) in (0..).zip(channels) {
+                let metadata = BTreeMap::from([("fact".to_owned(), fact.to_owned())]);
+                let added = definitions.add_channel(7, schema, topic, encoding, metadata);
+                assert_eq!(added, Ok(()));
+                let channel = definitions.channel(7).expect("a channel");
+                assert_eq!((channel.id, channel.topic.as_str()), (id, topic));
+                assert_eq!(channel.encoding, encoding);
+                assert_eq!(channel.get("fact"), Some(fact));
+                let type_name = if schema == 1 { "A" } else { "B" };
+                assert_eq!(channel.type_name, type_name);
+            }
+        }
+        assert_eq!(definitions.all().len(), channels.len());
+    }
+}

@@ -32,13 +32,13 @@ fn write(path: &Path) -> Vec<u8> {
     std::fs::read(path).expect("to read")
 }
 
-/// Where the chunks begin.
-fn chunks(bytes: &[u8]) -> Vec<usize> {
+/// Where the records of this kind begin, before the summary.
+fn places(bytes: &[u8], code: u8) -> Vec<usize> {
     let mut at = rc_mcap::MAGIC.len();
     let mut found = Vec::new();
     while at + 9 < bytes.len() {
         let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes"));
-        if bytes[at] == op::CHUNK {
+        if bytes[at] == code {
             found.push(at);
         }
         if bytes[at] == op::DATA_END {
@@ -73,7 +73,7 @@ fn a_damaged_chunk_is_skipped_and_counted() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("x.mcap");
     let whole = write(&path);
-    let begins = chunks(&whole);
+    let begins = places(&whole, op::CHUNK);
     assert_eq!(begins.len() as u64, CHUNKS);
     // Also the first one, whose channel is in the summary, too.
     let mut bytes = whole.clone();
@@ -112,6 +112,30 @@ fn a_damaged_chunk_is_skipped_and_counted() {
             (1, &None),
             "{code}: {faults}"
         );
+    }
+}
+
+#[test]
+fn reading_goes_on_where_a_known_record_is_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    let whole = write(&path);
+    let begin = places(&whole, op::CHUNK)[3];
+    let mut tables = places(&whole, op::METADATA).into_iter();
+    let table = tables.find(|table| *table > begin).expect("its table");
+    let mut too_long = whole;
+    too_long[begin + 1..begin + 9].copy_from_slice(&(1_u64 << 40).to_le_bytes());
+    // The table behind the chunk has another kind, or another length.
+    let mut of_other_kind = too_long.clone();
+    of_other_kind[table] = 0x77;
+    let mut of_other_length = too_long.clone();
+    of_other_length[table + 1] ^= 1;
+    for bytes in [too_long, of_other_kind, of_other_length] {
+        std::fs::write(&path, &bytes).expect("to write");
+        let (times, faults) = read(&path);
+        assert_eq!(times, without(&[3]));
+        // What lies before the next whole record is one damage.
+        assert_eq!((faults.damaged, &faults.cut), (1, &None), "{faults}");
     }
 }
 

@@ -102,6 +102,21 @@ fn missing_parts_are_counted_in_the_message() {
 }
 
 #[test]
+fn messages_without_a_channel_are_counted_in_the_message() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = file(folder.path(), |out| {
+        out.extend(messages(2, 1));
+        for _ in 0..3 {
+            write::message(out, 2, Stamp::default(), &[b"x"]);
+        }
+    });
+    let (count, faults) = read(&path);
+    assert_eq!((count, faults.without_channel), (2, 3));
+    assert_eq!(faults.to_string(), "3 messages have no channel");
+    assert_eq!(Faults::default().to_string(), "");
+}
+
+#[test]
 fn a_record_is_as_long_as_the_longest_at_most() {
     let folder = tempfile::tempdir().expect("a folder");
     for (length, expected) in [
