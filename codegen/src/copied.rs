@@ -59,7 +59,7 @@ impl Packages {
 /// A manifest of a workspace cannot be read.
 pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
     let mut packages = Packages::default();
-    let mut named: BTreeMap<(PathBuf, String), BTreeMap<PathBuf, &Project>> = BTreeMap::new();
+    let mut named: BTreeMap<(PathBuf, String), Vec<(PathBuf, &Project)>> = BTreeMap::new();
     for project in projects
         .iter()
         .filter(|project| project.is_built_by_cargo())
@@ -71,26 +71,24 @@ pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
             let package = names::package(&project.component.name.text);
             let key = (workspace.root().to_path_buf(), package);
             // Two descriptions of one folder are no copies.
-            named
-                .entry(key)
-                .or_default()
-                .entry(folder)
-                .or_insert(project);
+            let same = named.entry(key).or_default();
+            if same.iter().all(|(known, _)| *known != folder) {
+                same.push((folder, project));
+            }
         }
     }
     for same in named.values() {
-        let mut folders = same.values();
-        let Some(first) = folders.next() else {
+        let Some(((_, first), copies)) = same.split_first() else {
             continue;
         };
         let name = &first.component.name;
-        for copy in folders {
+        for (_, copy) in copies {
             let message = format!("component `{}` {TWICE}", name.text);
             let span = copy.component.name.span;
             let error = Diagnostic::error("copied-component", span, message);
             found.push(error.label(name.span, "first declared here").help(HELP));
         }
-        if same.len() == 1
+        if copies.is_empty()
             && let Some(twin) = packages.twin(first)?
         {
             let message = message(first, &twin);

@@ -257,11 +257,12 @@ fn processors() -> usize {
 fn miri() -> Result<Result<(), String>, String> {
     // The output comes as a whole, because other tests print meanwhile.
     let run = |program: &str, args: &[&str]| {
+        println!("+ {program} {}", args.join(" "));
         let output = Command::new(program).args(args).output();
         let output = output.map_err(|e| format!("{program} cannot be started: {e}"))?;
         let [said, errors] =
             [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-        println!("+ {program} {}\n{said}{errors}", args.join(" "));
+        print!("{said}{errors}");
         Ok::<_, String>(output.status)
     };
     let works =

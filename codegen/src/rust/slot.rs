@@ -161,10 +161,12 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
         sends: slot.sends,
         is_array: slot.is_array,
         optional: slot.optional,
-        import: match () {
-            () if !slot.receives => String::new(),
-            () if handler == type_name => format!("{module}::{handler}"),
-            () => format!("{module}::{handler} as {type_name}"),
+        import: if !slot.receives {
+            String::new()
+        } else if handler == type_name {
+            format!("{module}::{handler}")
+        } else {
+            format!("{module}::{handler} as {type_name}")
         },
         type_name,
         handler,

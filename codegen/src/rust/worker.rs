@@ -1,5 +1,5 @@
-//! The user's worker: its name, and where rustfmt breaks its lines. `cargo fmt` must leave this file as rcgen
-//! wrote it.
+//! The user's worker: its name, and where rustfmt breaks its lines. `cargo fmt` must leave the
+//! worker as rcgen wrote it.
 
 use std::cmp::Ordering;
 

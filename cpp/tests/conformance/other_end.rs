@@ -94,6 +94,9 @@ pub(crate) fn package(over: &Over) -> Option<Package> {
         &set("ROBOCOMP_LIBRARY", &native()),
         &set("CMAKE_CXX_FLAGS", Path::new(strict)),
     ]);
+    // The linker must not write into a program that runs, which is the same file.
+    let linked = build.join("every_type");
+    let _ = std::fs::remove_file(&linked);
     run(&["--build".as_ref(), build.as_os_str()]);
     let main = std::fs::read_to_string(folder.join("generated/main.cpp")).expect("a program");
     let description = main.split("R\"rc_json(").nth(1).expect("a description");
@@ -102,7 +105,8 @@ pub(crate) fn package(over: &Over) -> Option<Package> {
     let program = build.join(format!("every_type_{}", over.name()));
     // An earlier test may still run it.
     let _ = std::fs::remove_file(&program);
-    std::fs::copy(build.join("every_type"), &program).expect("a copy");
+    // A copy could not be started while another thread starts a program: its child has the file open.
+    std::fs::hard_link(&linked, &program).expect("a link");
     Some(Package {
         program,
         slots: description["slots"].take(),

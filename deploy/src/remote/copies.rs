@@ -394,6 +394,45 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_was_received_and_one_from_before_an_error_are_not_read_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let list = folder.path().join("known");
+        let later = SystemTime::now() + Duration::from_secs(10);
+        let path = |name: &str| folder.path().join(name);
+        let is_read = |known: &mut KnownHashes, name: &str| {
+            let mut read = false;
+            let described = describe(&path(name), Some(known), &mut || {
+                read = true;
+                Ok(())
+            });
+            described.expect("a file");
+            read
+        };
+        for name in ["old", "new", "received"] {
+            fs::write(path(name), name).expect("written");
+        }
+        let mut known = KnownHashes::read_at(list.clone(), later);
+        assert!(is_read(&mut known, "old"));
+        known.finish();
+        // An error ends the second start before it has asked for the old file.
+        let mut known = KnownHashes::read_at(list.clone(), later);
+        assert!(is_read(&mut known, "new"));
+        known.keep_own(&path("received"), "its hash");
+        drop(known);
+        let mut known = KnownHashes::read_at(list.clone(), later);
+        for name in ["old", "new", "received"] {
+            assert!(!is_read(&mut known, name), "{name}");
+        }
+        // A start that has come to its end forgets what it was not asked for.
+        known.finish();
+        let mut known = KnownHashes::read_at(list.clone(), later);
+        assert!(!is_read(&mut known, "old"));
+        known.finish();
+        let mut known = KnownHashes::read_at(list, later);
+        assert!(is_read(&mut known, "new"));
+    }
+
+    #[test]
     fn no_path_leads_out_of_the_copies() {
         let at = |path: &str| mirrored(Path::new("/cache"), Path::new(path));
         assert_eq!(at("/a/b/../c.map"), Path::new("/cache/a/c.map"));

@@ -7,6 +7,7 @@ use std::fs;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 /// A file that was changed within this time may be changed again without a new time of its change:
@@ -102,7 +103,8 @@ impl KnownHashes {
         }
     }
 
-    /// Keeps the hash of the file at `path`, which only this process writes.
+    /// Keeps the hash of the file at `path`, which this process has just written. No program of the
+    /// network runs yet.
     pub(super) fn keep_own(&mut self, path: &Path, hash: &str) {
         if let Ok(file) = fs::symlink_metadata(path) {
             let known = (Stamp::of(&file), hash.to_owned());
@@ -120,7 +122,10 @@ impl KnownHashes {
 /// list, all files are read again.
 impl Drop for KnownHashes {
     fn drop(&mut self) {
-        let new = self.place.with_extension("new");
+        // Another start of the same network may write its list now.
+        static LISTS: AtomicU64 = AtomicU64::new(0);
+        let (process, list) = (std::process::id(), LISTS.fetch_add(1, Ordering::Relaxed));
+        let new = self.place.with_extension(format!("{process}-{list}.new"));
         let mut all = std::mem::take(&mut self.before);
         all.extend(self.now.drain());
         let write = || -> io::Result<()> {

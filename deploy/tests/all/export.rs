@@ -361,7 +361,13 @@ for number, file in enumerate(json.load(sys.stdin)):
 /// The errors that the schema of Compose finds in files.
 fn validate(files: &[Value], test: &str) -> Option<String> {
     let python = python::interpreter("jsonschema==4.23.0", test)?;
-    let pip = python::pip().expect("pip, which has installed this package");
+    let pip = match python::pip() {
+        Ok(pip) => pip,
+        Err(reason) => {
+            python::skipped(test, &reason);
+            return None;
+        }
+    };
     let mut child = Command::new(python)
         .args(["-c", VALIDATE, env!("CARGO_TARGET_TMPDIR")])
         .arg(pip)

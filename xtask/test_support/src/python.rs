@@ -119,17 +119,18 @@ pub fn installed(name: &str, requirements: &str) -> Result<PathBuf, String> {
 pub fn pip() -> Result<PathBuf, String> {
     let folder = folder()?;
     let place = folder.join("pip");
-    let (python, complete) = (place.join("bin/python"), place.join("complete.txt"));
+    let python = place.join("bin/python");
     let _lock = lock(&folder.join("pip.lock"))?;
-    if !complete.exists() || run(&python, &["-c", ""]).is_err() {
+    let pip = |words: &str| run(&python, &words.split(' ').collect::<Vec<_>>());
+    // That of Python 3.10 installs into no other environment.
+    let knows_others = "-m pip --python . --help";
+    if pip(knows_others).is_err() {
         make(&place, "python3".as_ref(), &[])?;
-        // That of Python 3.10 installs into no other environment.
-        let knows_others = "-m pip --python . --help".split(' ').collect::<Vec<_>>();
-        if run(&python, &knows_others).is_err() {
-            let newer = "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15 pip>=23";
-            run(&python, &newer.split(' ').collect::<Vec<_>>())?;
+        if pip(knows_others).is_err() {
+            pip(
+                "-m pip install --quiet --disable-pip-version-check --retries 1 --timeout 15 pip>=23",
+            )?;
         }
-        std::fs::write(&complete, "").map_err(failed(&complete))?;
     }
     Ok(python)
 }
@@ -191,6 +192,18 @@ pub fn skipped(test: &str, reason: &str) {
     }
 }
 
+/// Loads the packages, so that Python compiles what tests will load: a small part of them.
+const COMPILE: &str = r"
+import importlib, importlib.metadata, sys
+sys.dont_write_bytecode = False
+for distribution in importlib.metadata.distributions():
+    for name in (distribution.read_text('top_level.txt') or distribution.metadata['Name']).split():
+        try:
+            importlib.import_module(name)
+        except BaseException:
+            pass
+";
+
 /// Makes an environment, or finds it complete. An installation that was killed begins anew.
 fn install(
     name: &str,
@@ -211,7 +224,6 @@ fn install(
     make(&place, &base()?, &["--without-pip"])?;
     let list = place.join("requirements.txt");
     std::fs::write(&list, requirements).map_err(failed(&list))?;
-    // Tests use a small part of the packages, so Python compiles what it loads.
     let install = "install --no-compile --quiet --disable-pip-version-check --only-binary :all: --retries 1 --timeout 15";
     let install = install.split(' ').chain(options.iter().copied());
     let install = install.chain(["-r"]).map(OsStr::new);
@@ -219,6 +231,8 @@ fn install(
     let arguments = begin.into_iter().chain([python.as_ref()]);
     let arguments = arguments.chain(install).chain([list.as_ref()]);
     run(&pip()?, &arguments.collect::<Vec<_>>())?;
+    // Not each of them can be loaded without more.
+    let _ = run(&python, &["-c", COMPILE]);
     std::fs::rename(&list, &complete).map_err(failed(&complete))?;
     Ok(python)
 }

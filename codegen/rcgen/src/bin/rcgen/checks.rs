@@ -52,8 +52,11 @@ pub(crate) fn check(
         if common.format == Format::Human {
             offer(&sources, &found, which);
         }
-        copies.map_err(manifest)?;
-        return refused.map_or(reported, |why| Err(Failure::System(why)));
+        let copies = copies.map_err(manifest);
+        return match refused {
+            Some(why) => Err(Failure::System(why)),
+            None => copies.and(reported),
+        };
     }
 }
 
