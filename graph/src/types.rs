@@ -2,6 +2,7 @@
 
 use crate::names::{Names, Symbol};
 use graph_schema::{Attribute, Block, Entity, Kind, PoseOf, Relation, Schema};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The attribute that a graph finds nodes by.
@@ -27,16 +28,13 @@ impl Attributes {
                 made.required.push(symbol);
             }
         }
-        for attribute in attributes {
-            let is_same = |other: &&(Symbol, usize)| {
-                attributes[other.1].value_of() == attribute.name
-                    && attribute.value_of() == attribute.name
-            };
-            let group: Vec<_> = made.all.iter().filter(is_same).copied().collect();
-            if group.len() > 1 {
-                made.groups.push(group);
-            }
+        let mut groups: BTreeMap<&str, Vec<(Symbol, usize)>> = BTreeMap::new();
+        for own in &made.all {
+            let value = attributes[own.1].value_of();
+            groups.entry(value).or_default().push(*own);
         }
+        let groups = groups.into_values().filter(|group| group.len() > 1);
+        made.groups = groups.collect();
         made
     }
 

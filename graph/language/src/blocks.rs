@@ -3,11 +3,11 @@
 use crate::ast::{self, Item, Member};
 use crate::resolve::Resolver;
 use graph_schema::{Attribute, Block, Conversion, Kind, Number, Program};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
-use rc_plans::{Refusal, between, block};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_plans::{Refusal, between};
 use rc_prototypes::model::{Content, Library, Prototype};
 use rc_syntax::{MemoryLoader, Name};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// How many attributes may have one value: each converts into each.
@@ -88,7 +88,7 @@ impl<'l> Blocks<'l> {
         if has_sequence_inside(library, prototype) {
             error(format!("a part of `{}` is a sequence", name.text));
         }
-        match block(library, &name.text) {
+        match rc_plans::block(library, &name.text) {
             Ok(block) => {
                 let numbers = block.numbers.into_iter().map(|number| Number {
                     name: number.name,
@@ -120,7 +120,8 @@ impl<'l> Blocks<'l> {
         Some(plan.program)
     }
 
-    /// The formula from one prototype to another one, or the code of a finding and why there is none.
+    /// The formula from one prototype to another one, or the code of a finding and why there is
+    /// none.
     fn plan(
         &mut self,
         library: &Library,
@@ -148,21 +149,30 @@ impl<'l> Blocks<'l> {
         made
     }
 
-    /// Sets the conversions between all attributes that are one value. Each that does not convert is
-    /// the name of an attribute with the finding.
+    /// Sets the conversions between all attributes that are one value. Each that does not convert
+    /// is the name of an attribute with the finding.
     fn convert(&mut self, attributes: &mut [Attribute]) -> Vec<(String, &'static str, String)> {
         let mut wrong = Vec::new();
         let Some(library) = self.library else {
             return wrong;
         };
+        let mut same: HashMap<String, Vec<usize>> = HashMap::new();
+        for (at, attribute) in attributes.iter().enumerate() {
+            let value = attribute.value_of().to_owned();
+            same.entry(value).or_default().push(at);
+        }
         for head in 0..attributes.len() {
             if attributes[head].value_of() != attributes[head].name {
                 continue;
             }
+            let same = same.get(&attributes[head].name);
+            // That there are too many is a finding already.
+            let Some(same) = same.filter(|same| (2..=MOST).contains(&same.len())) else {
+                continue;
+            };
             let mut group: Vec<(usize, Arc<Block>)> = Vec::new();
             // The one that the others name comes first.
-            let others = (0..attributes.len())
-                .filter(|at| *at != head && attributes[*at].value_of() == attributes[head].name);
+            let others = same.iter().copied().filter(|at| *at != head);
             for at in [head].into_iter().chain(others) {
                 let Kind::Block(block) = &attributes[at].kind else {
                     continue;
@@ -215,6 +225,38 @@ fn has_sequence_inside(library: &Library, prototype: &Prototype) -> bool {
     })
 }
 
+/// The data prototype of an attribute.
+fn block(attribute: &Attribute) -> Option<&Block> {
+    match &attribute.kind {
+        Kind::Block(block) => Some(block),
+        _ => None,
+    }
+}
+
+/// Why a member cannot be the value of another attribute, which `size` attributes have as theirs.
+fn wrong_consistency(
+    member: &Member,
+    of: &Name,
+    other: &Attribute,
+    size: usize,
+) -> Option<Diagnostic> {
+    let error = |message: String| Diagnostic::error("wrong-consistency", of.span, message);
+    let Some(block) = block(other) else {
+        let message = format!("`{}` has no data prototype", of.text);
+        let help = "`consistency` connects attributes of type `dproto`";
+        return Some(error(message).help(help));
+    };
+    if other.name == member.name.text {
+        let message = format!("`{}` is consistent with itself", of.text);
+        return Some(error(message));
+    }
+    if let Some(head) = &block.consistent_with {
+        let message = format!("`{}` is itself the value of `{head}`", of.text);
+        return Some(error(message).help(format!("write `consistency {head}`")));
+    }
+    (size > MOST).then(|| error(format!("more than {MOST} attributes have this value")))
+}
+
 impl Resolver<'_> {
     /// Notes which attributes are the value of another one.
     pub(crate) fn consistent(&mut self, domain: &ast::Domain) {
@@ -224,67 +266,41 @@ impl Resolver<'_> {
                 Item::Relation(relation) => (&relation.name.text, &relation.members),
                 _ => continue,
             };
-            for member in members {
-                if let Some(of) = member.consistent_with() {
-                    self.check_consistent(name, member, of);
-                }
+            let all = self.attributes_of(name);
+            // The first one of a name that is there twice.
+            let named = all.iter().rev().map(|own| (own.name.as_str(), own));
+            let named: HashMap<&str, &Attribute> = named.collect();
+            let mut sizes: HashMap<&str, usize> = HashMap::new();
+            for attribute in all {
+                *sizes.entry(attribute.value_of()).or_default() += 1;
             }
+            let wrong = members.iter().filter_map(|member| {
+                let of = member.consistent_with()?;
+                // That it is no block is a finding already.
+                block(named.get(&*member.name.text)?)?;
+                let Some(other) = named.get(&*of.text) else {
+                    let message = format!("`{name}` has no attribute `{}`", of.text);
+                    let known = all.iter().map(|attribute| attribute.name.as_str());
+                    let diagnostic = Diagnostic::error("unknown-attribute", of.span, message);
+                    return Some(diagnostic.suggest(&of.text, known));
+                };
+                let size = sizes.get(&*of.text).copied().unwrap_or_default();
+                wrong_consistency(member, of, other, size)
+            });
+            let wrong: Vec<Diagnostic> = wrong.collect();
+            self.found.extend(wrong);
         }
     }
 
     fn attributes_of(&self, kind: &str) -> &[Attribute] {
         let entity = self.entity(kind).map(|entity| &entity.attributes);
-        let all = entity.or_else(|| self.schema.relation(kind).map(|r| &r.attributes));
+        let all = entity.or_else(|| self.relation(kind).map(|r| &r.attributes));
         all.map_or(&[], Vec::as_slice)
-    }
-
-    fn check_consistent(&mut self, kind: &str, member: &Member, of: &Name) {
-        let all = self.attributes_of(kind);
-        let block = |name: &str| {
-            let attribute = all.iter().find(|attribute| attribute.name == name)?;
-            match &attribute.kind {
-                Kind::Block(block) => Some((attribute, block)),
-                _ => None,
-            }
-        };
-        let Some((own, _)) = block(&member.name.text) else {
-            // That it is no block is a finding already.
-            return;
-        };
-        let error = |message: String| Diagnostic::error("wrong-consistency", of.span, message);
-        let finding = match block(&of.text) {
-            _ if all.iter().all(|attribute| attribute.name != of.text) => {
-                let message = format!("`{kind}` has no attribute `{}`", of.text);
-                let known = all.iter().map(|attribute| attribute.name.as_str());
-                let diagnostic = Diagnostic::error("unknown-attribute", of.span, message);
-                Some(diagnostic.suggest(&of.text, known))
-            }
-            None => {
-                let message = format!("`{}` has no data prototype", of.text);
-                Some(error(message).help("`consistency` connects attributes of type `dproto`"))
-            }
-            Some((other, _)) if other.name == own.name => {
-                let message = format!("`{}` is consistent with itself", of.text);
-                Some(error(message))
-            }
-            Some((_, block)) if block.consistent_with.is_some() => {
-                let head = block.consistent_with.as_deref().unwrap_or_default();
-                let message = format!("`{}` is itself the value of `{head}`", of.text);
-                Some(error(message).help(format!("write `consistency {head}`")))
-            }
-            Some(_) => {
-                let same = all.iter().filter(|a| a.value_of() == of.text).count();
-                let is_many = same > MOST;
-                is_many.then(|| error(format!("more than {MOST} attributes have this value")))
-            }
-        };
-        if finding.is_some() {
-            self.found.extend(finding);
-        }
     }
 
     /// Makes the conversions between attributes that are one value.
     pub(crate) fn convert(&mut self, domains: &[ast::Domain]) {
+        let mut known: HashSet<Span> = self.found.iter().map(|known| known.span).collect();
         for item in domains.iter().flat_map(|domain| &domain.items) {
             let (name, members) = match item {
                 Item::Entity(entity) => (&entity.name.text, &entity.members),
@@ -293,20 +309,22 @@ impl Resolver<'_> {
             };
             let mut attributes = self.attributes_of(name).to_vec();
             let wrong = self.blocks.convert(&mut attributes);
+            let own: HashMap<&str, &Member> = members
+                .iter()
+                .rev()
+                .map(|member| (member.name.text.as_str(), member))
+                .collect();
             for (at, code, message) in wrong {
                 // An inherited one is a finding of the ancestor.
-                let own = members.iter().find(|member| member.name.text == at);
-                if let Some(of) = own.and_then(Member::consistent_with)
-                    && !self.found.iter().any(|known| known.span == of.span)
+                if let Some(of) = own.get(&*at).and_then(|member| member.consistent_with())
+                    && known.insert(of.span)
                 {
                     self.found.push(Diagnostic::error(code, of.span, message));
                 }
             }
             if let Some(entity) = self.entity_mut(name) {
                 entity.attributes = attributes;
-            } else if let Some(relation) =
-                self.schema.relations.iter_mut().find(|r| r.name == *name)
-            {
+            } else if let Some(relation) = self.relation_mut(name) {
                 relation.attributes = attributes;
             }
         }

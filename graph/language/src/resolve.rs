@@ -9,7 +9,7 @@ use graph_schema::{
 };
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Loads one `.gdsl` text with its imports. `None` if nothing is readable. Use the schema only if
 /// no diagnostic is an error.
@@ -36,6 +36,7 @@ pub fn load(
         blocks: Blocks::new(library.as_ref()),
         declared: HashMap::new(),
         entities: HashMap::new(),
+        relations: HashMap::new(),
     };
     for domain in &domains {
         resolver.declare(domain);
@@ -66,6 +67,7 @@ pub(crate) struct Resolver<'l> {
     declared: HashMap<String, Span>,
     /// The places of entities in the schema: a file may have thousands.
     entities: HashMap<String, usize>,
+    relations: HashMap<String, usize>,
 }
 
 impl Resolver<'_> {
@@ -77,6 +79,16 @@ impl Resolver<'_> {
     pub(crate) fn entity_mut(&mut self, name: &str) -> Option<&mut Entity> {
         let at = self.entities.get(name)?;
         self.schema.entities.get_mut(*at)
+    }
+
+    pub(crate) fn relation(&self, name: &str) -> Option<&Relation> {
+        let at = self.relations.get(name)?;
+        self.schema.relations.get(*at)
+    }
+
+    pub(crate) fn relation_mut(&mut self, name: &str) -> Option<&mut Relation> {
+        let at = self.relations.get(name)?;
+        self.schema.relations.get_mut(*at)
     }
 
     /// Whether an entity is `wanted`, or inherits from it.
@@ -217,16 +229,17 @@ impl Resolver<'_> {
             chain.extend(here);
         }
         let mut inherited: Vec<graph_schema::Attribute> = Vec::new();
+        let mut known: HashSet<String> = HashSet::new();
         for ancestor in chain.iter().rev() {
             for attribute in &ancestor.attributes {
-                if inherited.iter().all(|known| known.name != attribute.name) {
+                if known.insert(attribute.name.clone()) {
                     inherited.push(attribute.clone());
                 }
             }
         }
         let mut hidden = Vec::new();
         for member in &entity.members {
-            if inherited.iter().any(|known| known.name == member.name.text) {
+            if known.contains(&member.name.text) {
                 hidden.push(member.name.clone());
             }
         }
@@ -239,9 +252,9 @@ impl Resolver<'_> {
         }
         if let Some(own) = self.entity_mut(&entity.name.text) {
             let kept = own.attributes.iter();
-            let kept = kept.filter(|a| inherited.iter().all(|known| known.name != a.name));
-            let kept: Vec<_> = kept.cloned().collect();
-            own.attributes = inherited.iter().cloned().chain(kept).collect();
+            let kept = kept.filter(|own| !known.contains(&own.name));
+            inherited.extend(kept.cloned());
+            own.attributes = inherited;
         }
     }
 
@@ -300,6 +313,8 @@ impl Resolver<'_> {
                         .push(diagnostic.help("remove one, or declare a second relation"));
                 }
             }
+            let place = self.schema.relations.len();
+            self.relations.insert(made.name.clone(), place);
             self.schema.relations.push(made);
         }
     }
@@ -357,7 +372,7 @@ impl Resolver<'_> {
     /// Whether `part` is `whole` or one of its ancestors, or is a part of it over others. Parts are
     /// inherited.
     fn has_part(&self, whole: &str, part: &str) -> bool {
-        let mut seen = std::collections::HashSet::new();
+        let mut seen = HashSet::new();
         let mut left = vec![whole];
         while let Some(name) = left.pop() {
             if self.is_a(name, part) {

@@ -7,6 +7,7 @@ use graph_language::model::{Kind, PoseOf, Schema};
 use graph_language::{DOMAINS, STYLE, builtin, load};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
+use std::fmt::Write as _;
 
 /// Two representations of a position, another meaning, and points.
 const PLACES: &str = r#"
@@ -412,6 +413,58 @@ Domain a
     let thing = schema.entity("Thing").expect("an entity");
     let optional: Vec<bool> = thing.attributes.iter().map(|a| a.optional).collect();
     assert_eq!(optional, [false, true, true]);
+}
+
+/// Attributes of which as many as `size` have one value each.
+fn attributes(count: usize, size: usize) -> String {
+    let mut text = "import \"places.dproto\";\nDomain a { entity Thing {\n".to_owned();
+    for at in 0..count {
+        let head = at - at % size;
+        let _ = match at - head {
+            0 => writeln!(text, "a{at} dproto place;"),
+            _ => writeln!(text, "a{at} dproto raw consistency a{head};"),
+        };
+    }
+    text + "}; };"
+}
+
+#[test]
+fn many_attributes_take_as_long_as_they_are_many() {
+    assert_eq!(loaded(&attributes(64, 8)).1, "");
+    let (_, found) = loaded(&attributes(9, 9));
+    assert_eq!(
+        found.lines().next(),
+        Some("a.gdsl:4:27: error[wrong-consistency]: more than 8 attributes have this value")
+    );
+    let time = |count: usize, size: usize| {
+        let text = attributes(count, size);
+        let started = std::time::Instant::now();
+        let _ = loaded(&text);
+        started.elapsed()
+    };
+    for size in [8, usize::MAX] {
+        let (few, many) = (time(1250, size), time(10_000, size));
+        assert!(
+            many < few * 30 + std::time::Duration::from_millis(200),
+            "in groups of {size}: 1,250 attributes {few:?}, 10,000 {many:?}"
+        );
+    }
+}
+
+#[test]
+fn names_like_words_in_other_letters_are_types() {
+    let schema = schema(
+        "Domain a { entity Topic { }; entity Dproto { }; relation on { from Topic 0:1; to Dproto; }; };",
+    );
+    let ports = &schema.relation("on").expect("a relation").ports;
+    let ports: Vec<&str> = ports.iter().map(|port| port.entity.as_str()).collect();
+    assert_eq!(ports, ["Topic", "Dproto"]);
+    check(
+        "entity Thing { picture Topic; };",
+        &expect![[r#"
+        a.gdsl:3:24: error[unknown-type]: unknown type `Topic` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `bytes`, `pose`)
+    "#]],
+    );
 }
 
 #[test]
