@@ -42,11 +42,14 @@ impl From<&Value> for Cell {
                     .map(|text| Self::Text(Arc::clone(text)))
                     .collect(),
             ),
-            // Topic, type and number.
+            // Topic, type and number. A number beyond those of queries is a text.
             Value::Sample(sample) => Self::List(Arc::new([
                 sample.topic.as_str().into(),
                 sample.kind.as_str().into(),
-                Self::Int(i64::try_from(sample.sequence).unwrap_or(i64::MAX)),
+                match i64::try_from(sample.sequence) {
+                    Ok(number) => Self::Int(number),
+                    Err(_) => Self::Text(sample.sequence.to_string().into()),
+                },
             ])),
         }
     }

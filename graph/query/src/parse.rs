@@ -375,7 +375,8 @@ impl Parser<'_> {
                 }
             }
         }
-        // From now on, only these names are known; `ORDER BY` knows the earlier ones, too.
+        // From now on, only these names are known; `ORDER BY` and `WHERE` know the earlier ones, too,
+        // unless several rows become one.
         let mut inner = Vec::new();
         for (name, value) in named {
             let slot = self.variables.len();
@@ -433,12 +434,16 @@ impl Parser<'_> {
         } else {
             None
         };
-        self.scope = inner;
+        self.scope.clone_from(&inner);
         let condition = if goes_on && self.word("WHERE") {
+            if !is_grouped {
+                self.scope.extend(outer);
+            }
             Some(self.condition()?)
         } else {
             None
         };
+        self.scope = inner;
         Ok(Project {
             distinct,
             items,

@@ -254,6 +254,16 @@ fn project(
     if let Some(limit) = count(&project.limit)? {
         made.truncate(limit);
     }
+    if let Some(condition) = &project.condition {
+        let mut kept = Vec::new();
+        for row in made {
+            budget.step()?;
+            if truth(&scope.eval(condition, &row)?)? == Some(true) {
+                kept.push(row);
+            }
+        }
+        made = kept;
+    }
     // Nothing but the new names is known from now on.
     for row in &mut made {
         let kept: Vec<(usize, Cell)> = project
@@ -265,16 +275,6 @@ fn project(
         for (slot, cell) in kept {
             row[slot] = cell;
         }
-    }
-    if let Some(condition) = &project.condition {
-        let mut kept = Vec::new();
-        for row in made {
-            budget.step()?;
-            if truth(&scope.eval(condition, &row)?)? == Some(true) {
-                kept.push(row);
-            }
-        }
-        made = kept;
     }
     Ok(made)
 }

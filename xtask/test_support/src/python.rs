@@ -60,8 +60,9 @@ with tarfile.open(archive) as archive:
 ";
 
 /// Returns a folder with the files of the sources of `package` that have these endings; the package is
-/// written as `NAME==VERSION`, and is not built. Without Python 3.12, or without a way to the package,
-/// `test` is listed as skipped.
+/// written as `NAME==VERSION`. It is not built, but pip asks its build backend for its metadata, which
+/// runs code of the package. Without Python 3.12, or without a way to the package, `test` is listed as
+/// skipped.
 pub fn sources(package: &str, endings: &[&str], test: &str) -> Option<PathBuf> {
     match unpacked(package, endings) {
         Ok(place) => Some(place),
@@ -74,7 +75,10 @@ pub fn sources(package: &str, endings: &[&str], test: &str) -> Option<PathBuf> {
 
 fn unpacked(package: &str, endings: &[&str]) -> Result<PathBuf, String> {
     let folder = folder()?;
-    let name = package.replace("==", "-");
+    let endings_of = endings
+        .concat()
+        .replace(|c: char| !c.is_alphanumeric(), "-");
+    let name = format!("{}{endings_of}", package.replace("==", "-"));
     let place = folder.join(format!("{name}-sources"));
     let _lock = lock(&folder.join(format!("{name}-sources.lock")))?;
     if place.exists() {

@@ -2,7 +2,7 @@
 
 use graph_query::{Budget, Cell, Error, Query, Rows};
 use property_graph::schema::{Attribute, Entity, Kind, Placed, Port, PoseOf, Relation};
-use property_graph::{Graph, Schema, Snapshot, Time};
+use property_graph::{Graph, Sample, Schema, Snapshot, Time, Value};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -164,6 +164,14 @@ fn queries_find_what_they_say() {
         (
             "MATCH (p:Person) WITH p.name AS name, p.age AS age WHERE age < 10 RETURN name",
             "Bob",
+        ),
+        (
+            "MATCH (p:Person) WITH p.name AS name WHERE p.age < 10 OR name = 'Eve' RETURN name ORDER BY name",
+            "Bob; Eve",
+        ),
+        (
+            "MATCH (p:Person) WITH p.name AS name ORDER BY name LIMIT 1 WHERE p.age < 10 RETURN name",
+            "",
         ),
         (
             "MATCH (p:Person) RETURN p.name ORDER BY p.age, p.name SKIP 1 LIMIT 1",
@@ -550,4 +558,21 @@ fn conditions_bound_the_search() {
     assert!(matches!(run(&wrong, 10_000), Err(Error::Type(_))));
     let unseen = format!("{pattern} WHERE abs(a.name) > 1 AND b.x = -1 RETURN a.x");
     assert_eq!(run(&unseen, 100_000).map(|rows| rows.cells.len()), Ok(0));
+}
+
+#[test]
+fn the_number_of_a_sample_is_never_another_one() {
+    let number = |sequence| {
+        let sample = Sample {
+            topic: "a".to_owned(),
+            kind: "b".to_owned(),
+            sequence,
+        };
+        match Cell::from(&Value::from(sample)) {
+            Cell::List(all) => all[2].clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(number(42), Cell::Int(42));
+    assert_eq!(number(u64::MAX), Cell::from("18446744073709551615"));
 }

@@ -21,7 +21,7 @@ pub(crate) enum Expected {
 pub(crate) struct Scenario {
     /// Its number in the feature, and that of the example: `3`, `3.2`.
     pub(crate) number: String,
-    /// A graph of the kit that it starts with.
+    /// The step with the graph that it starts with: `the binary-tree-1 graph`.
     pub(crate) named_graph: Option<String>,
     pub(crate) setup: Vec<String>,
     pub(crate) parameters: Vec<(String, String)>,
@@ -89,8 +89,8 @@ fn scenario(number: String, steps: &[Step]) -> Scenario {
     for step in steps {
         let words = step.words.as_str();
         if words == "an empty graph" || words == "any graph" || words == "no side effects" {
-        } else if let Some(name) = words.strip_suffix(" graph") {
-            made.named_graph = name.strip_prefix("the ").map(str::to_owned);
+        } else if words.starts_with("the ") && words.ends_with("graph") {
+            made.named_graph = Some(words.to_owned());
         } else if words == "having executed:" {
             made.setup.push(step.text.clone());
         } else if words == "parameters are:" {
