@@ -1,8 +1,8 @@
 //! A graph as a file has it.
 
 use graph_schema::{Entity, Kind, Placed, Port, PoseOf, Relation, Schema};
-use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value, in_order};
-use std::collections::HashMap;
+use property_graph::{Edit, Error, Graph, Id, NodeId, Snapshot, Time, Value, fits, in_order};
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// A graph as a file has it.
@@ -60,21 +60,47 @@ impl Document {
         Ok(graph)
     }
 
-    /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema, or
-    /// without trees if the document breaks one or has no pose for an edge. Then the poses of edges
-    /// may close loops. Attributes that are one value convert, and those with data prototypes are poses,
-    /// unless one has numbers that are none.
+    /// Makes a graph that keeps everything, whatever its schema says: with the trees of the schema,
+    /// or without trees if the document breaks one or has no pose for an edge. Then the poses of
+    /// edges may close loops. Attributes that are one value convert, and those with data prototypes
+    /// are poses, except for the types that [`Document::unconverted`] names.
     ///
     /// # Errors
     /// An edge has an end that is no node, or an id is there twice.
     pub fn kept(&self, schema: &Schema, writer: u64) -> Result<Graph, Error> {
-        let ways = [(true, true), (false, true), (true, false)];
-        for (trees, blocks) in ways {
-            if let Ok(graph) = self.graph(loose(schema, trees, blocks).into(), writer) {
-                return Ok(graph);
-            }
-        }
-        self.graph(loose(schema, false, false).into(), writer)
+        let unconverted = self.unconverted(schema);
+        let with_trees = self.graph(loose(schema, true, &unconverted).into(), writer);
+        with_trees.or_else(|_| self.graph(loose(schema, false, &unconverted).into(), writer))
+    }
+
+    /// The types whose attributes do not convert in the graph that [`Document::kept`] makes, and are
+    /// no poses there: a node or an edge has numbers that its data prototype refuses, or says one
+    /// value twice.
+    pub fn unconverted<'s>(&self, schema: &'s Schema) -> BTreeSet<&'s str> {
+        let entities = schema.entities.iter().map(|e| (&*e.name, &e.attributes));
+        let relations = schema.relations.iter().map(|r| (&*r.name, &r.attributes));
+        let types: HashMap<&str, HashMap<&str, &graph_schema::Attribute>> = entities
+            .chain(relations)
+            .filter(|(_, attributes)| attributes.iter().any(is_of_use))
+            .map(|(name, attributes)| {
+                let of_use = attributes.iter().filter(|own| is_of_use(own));
+                (name, of_use.map(|own| (&*own.name, own)).collect())
+            })
+            .collect();
+        let nodes = self.nodes.iter().map(|node| (&node.kind, &node.attributes));
+        let edges = self.edges.iter().map(|edge| (&edge.kind, &edge.attributes));
+        let faulty = nodes.chain(edges).filter_map(|(kind, attributes)| {
+            let (kind, described) = types.get_key_value(kind.as_str())?;
+            let mut said: HashMap<&str, &str> = HashMap::new();
+            let mut wrong = attributes.iter().filter(|(name, value, _)| {
+                described.get(name.as_str()).is_some_and(|own| {
+                    let first = said.entry(own.value_of()).or_insert(name);
+                    *first != name.as_str() || fits(own, value).is_err()
+                })
+            });
+            wrong.next().map(|_| *kind)
+        });
+        faulty.collect()
     }
 
     /// Adds the document to a graph.
@@ -162,18 +188,24 @@ fn named(all: &[Attribute]) -> impl Iterator<Item = (&str, Value)> {
 /// A schema that keeps everything, with the trees and poses of another one: for files that are not
 /// checked, such as those of DSR whose lengths are millimetres.
 pub fn lenient(schema: &Schema) -> Schema {
-    loose(schema, true, true)
+    loose(schema, true, &BTreeSet::new())
+}
+
+/// Whether an attribute converts into others or is a pose.
+fn is_of_use(attribute: &graph_schema::Attribute) -> bool {
+    match &attribute.kind {
+        Kind::Block(block) => !block.conversions.is_empty() || block.pose.is_some(),
+        _ => false,
+    }
 }
 
 /// A schema that keeps everything, with the poses of another one. It has its `trees`, unless a file
-/// closes loops in these, and its `blocks` that convert or are poses, unless a file has other numbers.
-fn loose(schema: &Schema, trees: bool, blocks: bool) -> Schema {
-    let shared = |all: &[graph_schema::Attribute]| -> Vec<graph_schema::Attribute> {
-        let is_of_use = |attribute: &&graph_schema::Attribute| match &attribute.kind {
-            Kind::Block(block) => blocks && (!block.conversions.is_empty() || block.pose.is_some()),
-            _ => false,
-        };
-        let all = all.iter().filter(is_of_use).cloned();
+/// closes loops in these, and its attributes that convert or are poses, unless their type is one
+/// of `unconverted`.
+fn loose(schema: &Schema, trees: bool, unconverted: &BTreeSet<&str>) -> Schema {
+    let shared = |kind: &str, all: &[graph_schema::Attribute]| -> Vec<graph_schema::Attribute> {
+        let converts = !unconverted.contains(kind);
+        let all = all.iter().filter(|own| converts && is_of_use(own)).cloned();
         let optional = all.map(|attribute| graph_schema::Attribute {
             optional: true,
             ..attribute
@@ -186,10 +218,10 @@ fn loose(schema: &Schema, trees: bool, blocks: bool) -> Schema {
             domain: relation.domain.clone(),
             ports: vec![Port::default(), Port::default()],
             promotes: relation.promotes.clone(),
-            attributes: shared(&relation.attributes),
+            attributes: shared(&relation.name, &relation.attributes),
             ..Relation::default()
         };
-        if blocks || !has_block_as_pose(relation) {
+        if !unconverted.contains(&*relation.name) || !has_block_as_pose(relation) {
             if trees {
                 kept.tree.clone_from(&relation.tree);
                 kept.pose.clone_from(&relation.pose);
@@ -210,7 +242,7 @@ fn loose(schema: &Schema, trees: bool, blocks: bool) -> Schema {
         name: entity.name.clone(),
         domain: entity.domain.clone(),
         parent: entity.parent.clone(),
-        attributes: shared(&entity.attributes),
+        attributes: shared(&entity.name, &entity.attributes),
         ..Entity::default()
     });
     Schema {

@@ -2,11 +2,11 @@
 
 use graph_exchange::{Document, check, graph_json, migrate};
 use property_graph::schema::Kind;
-use property_graph::{Change, Error, Graph, NodeId, Sample, Schema, Time, Value};
+use property_graph::{Change, Error, Graph, Id, NodeId, Sample, Schema, Time, Value};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::ScopedJoinHandle;
 
 const PROTOTYPES: &str = r"
 algebraic xyz :: Scalar{x, y, z}
@@ -157,43 +157,36 @@ fn the_history_has_what_was_set_as_another_attribute() {
     assert_eq!(graph.history_of(node, "where"), expected);
 }
 
+/// How often each reader reads while the writer goes on.
+const READS: usize = 2000;
+
 /// A writer sets one attribute and then the other one; readers see the same value in both.
 #[test]
 fn no_reader_sees_two_versions() {
     let (graph, node) = graph();
-    let done = AtomicBool::new(false);
-    let reads = std::thread::scope(|scope| {
-        let readers: Vec<_> = (0..3)
-            .map(|_| {
-                scope.spawn(|| {
-                    let mut reads = 0_u64;
-                    while !done.load(Ordering::Relaxed) {
-                        let now = graph.snapshot();
-                        let place = now.get(node, "where").and_then(|v| v.number(0));
-                        let raw = now.get(node, "raw").and_then(|v| v.number(2));
-                        assert_eq!(raw, place.map(|place| place * 1000.0));
-                        reads += 1;
-                    }
-                    reads
-                })
+    std::thread::scope(|scope| {
+        let readers = [0; 3].map(|_| {
+            scope.spawn(|| {
+                for _ in 0..READS {
+                    let now = graph.snapshot();
+                    let place = now.get(node, "where").and_then(|v| v.number(0));
+                    let raw = now.get(node, "raw").and_then(|v| v.number(2));
+                    assert_eq!(raw, place.map(|place| place * 1000.0));
+                }
             })
-            .collect();
-        for at in 0..2000_u32 {
-            let at = f64::from(at);
-            let set = if at % 2.0 == 0.0 {
-                set(&graph, node, "where", [at, 2.0, 3.0])
+        });
+        let mut at = 0_u32;
+        while at < 2000 || !readers.iter().all(ScopedJoinHandle::is_finished) {
+            let number = f64::from(at);
+            let set = if at.is_multiple_of(2) {
+                set(&graph, node, "where", [number, 2.0, 3.0])
             } else {
-                set(&graph, node, "raw", [0.0, 0.0, at * 1000.0])
+                set(&graph, node, "raw", [0.0, 0.0, number * 1000.0])
             };
             set.expect("a change");
+            at += 1;
         }
-        done.store(true, Ordering::Relaxed);
-        let reads = readers
-            .into_iter()
-            .map(|reader| reader.join().expect("a reader"));
-        reads.collect::<Vec<u64>>()
     });
-    assert!(reads.iter().all(|reads| *reads > 0), "{reads:?}");
 }
 
 #[test]
@@ -359,6 +352,40 @@ fn queries_read_any_representation_also_of_a_file_with_faults() {
     let now = kept.snapshot();
     let node = now.nodes().next().expect("a node");
     assert_eq!(node.get("where"), Some(&Value::from([0.005, 0.0, 0.0])));
+}
+
+/// A type with a wrong value keeps all that the file says; the values of others convert.
+#[test]
+fn a_wrong_value_ends_the_conversions_of_its_type_alone() {
+    let domain = DOMAIN.replace(
+        "entity Sighting",
+        "entity Other { where dproto place; raw dproto seen consistency where; };\n    entity Sighting",
+    );
+    let schema = schema_of(&domain, PROTOTYPES);
+    for wrong in [
+        r#""where": [1.0, 2.0, 3.0], "raw": [0.0, 0.0, 5.0]"#,
+        r#""where": [1.0, 2.0]"#,
+    ] {
+        let text = format!(
+            r#"{{"nodes": [{{"id": "1:1", "type": "Other", "attributes": {{"raw": [0.0, 0.0, 5.0]}}}},
+                {{"id": "1:2", "type": "Sighting", "attributes": {{{wrong}}}}}]}}"#
+        );
+        let mut sources = SourceMap::new();
+        let source = sources.add("a.graph", text);
+        let document = graph_json::read(&sources, source).0.expect("a document");
+        let unconverted: Vec<&str> = document.unconverted(&schema).into_iter().collect();
+        assert_eq!(unconverted, ["Sighting"], "{wrong}");
+        let now = document.kept(&schema, 1).expect("a graph").snapshot();
+        let first = now.find(Id::new(1, 1)).and_then(|at| now.get(at, "where"));
+        assert_eq!(
+            first.cloned(),
+            Some(Value::from([0.005, 0.0, 0.0])),
+            "{wrong}"
+        );
+        let again = Document::of(&now);
+        let said: Vec<usize> = again.nodes.iter().map(|n| n.attributes.len()).collect();
+        assert_eq!(said, [1, document.nodes[1].attributes.len()], "{wrong}");
+    }
 }
 
 /// The poses of a tree are numbers of a prototype: millimetres and a quaternion.

@@ -45,6 +45,15 @@ fn asked(file: &Path, loaded: &Loaded) -> Result<Arc<Snapshot>, Failure> {
         tell(format_args!("{}: {error}", file.display()));
         Failure::Input
     })?;
+    let unconverted = loaded.document.unconverted(&loaded.schema);
+    if !unconverted.is_empty() {
+        let types: Vec<&str> = unconverted.into_iter().collect();
+        tell(format_args!(
+            "{}: no value of {} is converted, since one is wrong or said twice; `rcgen check` names it",
+            file.display(),
+            types.join(", ")
+        ));
+    }
     Ok(graph.snapshot())
 }
 
