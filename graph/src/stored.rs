@@ -19,8 +19,8 @@ pub(crate) enum Stored {
 /// A value in the representation in which it was set, and in others.
 pub(crate) struct Shared {
     value: Value,
-    /// By the places of the attributes that have it. None of them is ever filled twice, and nobody
-    /// waits for who fills one.
+    /// By the places of the attributes that have it. A representation is kept once converted, and
+    /// no reader waits while another one converts.
     others: Box<[OnceBox<Option<Value>>]>,
 }
 

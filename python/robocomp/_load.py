@@ -20,7 +20,7 @@ def load(name: str, variable: str, crate: str, library: str) -> None:
                 )
             raise ImportError(
                 f"robocomp has no extension module `{name}`; "
-                "build it with `rcdeploy up --build NETWORK.ddsl`, "
+                f"build it with `cargo build --release -p {crate}`, "
                 f"and let {variable} name target/release/{library}"
             )
         return

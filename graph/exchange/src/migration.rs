@@ -19,8 +19,8 @@ pub struct Migration {
     pub graph: Option<Graph>,
 }
 
-/// Takes a version of a graph over into another schema. Elements keep their ids; the past of the graph
-/// stays with the old one. New ids have the number of `writer`.
+/// Takes a version of a graph over into another schema. Elements keep their ids; the past of the
+/// graph stays with the old one. New ids have the number of `writer`.
 pub fn migrate(before: &Snapshot, schema: &Arc<Schema>, writer: u64) -> Migration {
     let mut document = Document::of(before);
     add_units(&mut document, before.schema());
@@ -49,8 +49,8 @@ pub fn migrate(before: &Snapshot, schema: &Arc<Schema>, writer: u64) -> Migratio
     }
 }
 
-/// Blocks that are there and whose numbers mean something else in the new schema, though they may fit:
-/// each type with its attribute once.
+/// Blocks that are there and whose numbers mean something else in the new schema, though they may
+/// fit: each type with its attribute once.
 fn other_blocks(document: &Document, old: &Schema, new: &Schema) -> BTreeSet<String> {
     let nodes = document.nodes.iter();
     let nodes = nodes.map(|node| (node.kind.as_str(), &node.attributes));

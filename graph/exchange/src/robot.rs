@@ -73,9 +73,9 @@ fn masses(body: &Body) -> Vec<Attribute> {
     ]
 }
 
-/// The graph of a robot whose joints are at 0: for each link a body that is fixed in a frame, for each
-/// joint a frame in that of the link before it, which has the frame of the link behind it. What follows
-/// another joint is a joint as others.
+/// The graph of a robot whose joints are at 0: for each link a body that is fixed in a frame, for
+/// each joint a frame in that of the link before it, which has the frame of the link behind it. A
+/// mimic joint becomes a joint of its own; the graph does not keep which joint it follows.
 pub fn document(robot: &Robot) -> Document {
     let mut maker = Maker {
         made: Document {

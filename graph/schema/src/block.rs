@@ -19,8 +19,8 @@ pub struct Block {
     pub is_sequence: bool,
     /// Refuses numbers that mean nothing.
     pub check: Program,
-    /// How the numbers become x, y and z in metres and the angles about x, y and z of `R = Rx·Ry·Rz`, if
-    /// they are a pose.
+    /// How the numbers become x, y and z in metres and the angles about x, y and z of
+    /// `R = Rx·Ry·Rz`, if they are a pose.
     pub pose: Option<Program>,
     /// The attribute whose value this one is in another representation.
     pub consistent_with: Option<String>,
@@ -114,7 +114,8 @@ impl Block {
         None
     }
 
-    /// The pose: x, y and z in metres, then the angles about x, y and z. `None` if the numbers are none.
+    /// The pose: x, y and z in metres, then the angles about x, y and z. `None` if the numbers are
+    /// none.
     pub fn as_pose(&self, all: &[f64]) -> Option<[f64; 6]> {
         six(self.pose.as_ref()?, all).ok()
     }

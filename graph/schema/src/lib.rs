@@ -296,8 +296,8 @@ impl Schema {
         self.relations.iter().find(|relation| relation.name == name)
     }
 
-    /// A type, and all that it inherits from, the nearest first; for a relation, what its edges are to
-    /// others. A type that is not declared is alone.
+    /// A type, and all that it inherits from, the nearest first; for a relation, what its edges are
+    /// to others. A type that is not declared is alone.
     pub fn ancestry<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
         let parent = |name: &&str| match self.entity(name) {
             Some(entity) => entity.parent.as_deref(),

@@ -8,8 +8,8 @@ fn conversion(one: &str, other: &str) -> Option<Conversion> {
         .conversion_to(&Unit::parse(other).ok()?)
 }
 
-/// Whether a number in one unit is the same number in the other one: `l` and `dm^3`. Texts that are no
-/// units must be equal.
+/// Whether a number in one unit is the same number in the other one: `l` and `dm^3`. Texts that are
+/// no units must be equal.
 pub fn is_same_unit(one: &str, other: &str) -> bool {
     one == other || conversion(one, other).is_some_and(|conversion| conversion.is_identity())
 }

@@ -1,4 +1,4 @@
-"""Prints whether graphs are isomorphic to the first one, and whether they are without an edge."""
+"""Prints whether graphs are isomorphic to the first one, and whether they are with one end of an edge at its other end."""
 
 import json
 import sys
@@ -25,4 +25,7 @@ with open(sys.argv[1]) as file:
     graphs = json.load(file)
 first = made(graphs[0])
 for graph in graphs:
-    print(same(graph), same(graph | {"edges": graph["edges"][1:]}))
+    moved = next(edge for edge in graph["edges"] if edge[0] != edge[1])
+    others = [edge for edge in graph["edges"] if edge is not moved]
+    loop = [moved[0], moved[0], moved[2]]
+    print(same(graph), same(graph | {"edges": [loop, *others]}))

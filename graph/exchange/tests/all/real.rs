@@ -3,6 +3,7 @@
 use graph_exchange::{Document, dsr};
 use property_graph::{Snapshot, Value};
 use rc_diagnostics::{Format, SourceMap, render};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -70,16 +71,29 @@ fn transforms(graph: &Snapshot) -> Option<serde_json::Value> {
             Some((count(edge.from()), count(edge.to()), place?, turn?))
         });
     let edges = edges.collect::<Option<Vec<_>>>()?;
-    let nodes: Vec<_> = graph.nodes().map(|node| node.node_id()).collect();
+    let above: HashMap<u64, u64> = edges.iter().map(|edge| (edge.1, edge.0)).collect();
+    let root = |mut node: u64| {
+        while let Some(next) = above.get(&node) {
+            node = *next;
+        }
+        node
+    };
+    let is_placed = |node: u64| edges.iter().any(|edge| edge.0 == node || edge.1 == node);
+    let nodes: Vec<_> = graph
+        .nodes()
+        .map(|node| node.node_id())
+        .filter(|node| is_placed(count(*node)))
+        .collect();
     let mut pairs = Vec::new();
     for to in &nodes {
         for from in &nodes {
-            let (Ok(a), Ok(b)) = (graph.frame(*to), graph.frame(*from)) else {
+            if root(count(*to)) != root(count(*from)) {
                 continue;
-            };
-            let Ok(between) = graph.between(a, b) else {
-                continue;
-            };
+            }
+            let [a, b] = [to, from].map(|node| graph.frame(*node).expect("a frame"));
+            let between = graph
+                .between(a, b)
+                .expect("a transform of nodes with one root");
             let mut cells: Vec<f64> = (0..9)
                 .map(|at| between.rotation[(at / 3, at % 3)])
                 .collect();
@@ -111,8 +125,13 @@ fn transforms_of_real_files_are_those_of_scipy() {
             continue;
         };
         let graph = document.kept(&schema, 1).expect("a graph").snapshot();
-        all.extend(transforms(&graph));
+        match transforms(&graph) {
+            Some(transforms) => all.push(transforms),
+            None => println!("an edge has no pose: {}", path.display()),
+        }
     }
+    println!("{} files with poses", all.len());
+    assert!(!all.is_empty());
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("transforms.json");
     std::fs::write(&file, serde_json::Value::from(all).to_string()).expect("a file");

@@ -85,6 +85,48 @@ fn graph(robot: &Robot) -> Graph {
     graph.expect("a graph")
 }
 
+/// A gripper: one finger slides, the other one follows it.
+const GRIPPER: &str = r#"<robot name="gripper"><link name="palm"/><link name="left"/><link name="right"/>
+<joint name="slide" type="prismatic"><parent link="palm"/><child link="left"/>
+<origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 0.6"/><axis xyz="0 1 0"/>
+<limit lower="0" upper="0.04" effort="20" velocity="0.1"/></joint>
+<joint name="follow" type="prismatic"><parent link="palm"/><child link="right"/>
+<origin xyz="0.1 -0.2 0.3" rpy="-0.7 0.8 -0.9"/><axis xyz="0 1 0"/><mimic joint="slide" multiplier="-1"/>
+<limit lower="-0.04" upper="0" effort="20" velocity="0.1"/></joint></robot>"#;
+
+/// Where the text of a robot has a joint: xyz and rpy.
+fn origin(text: &str, joint: &str) -> [[f64; 3]; 2] {
+    let (_, text) = text
+        .split_once(&format!("<joint name=\"{joint}\""))
+        .expect("a joint");
+    let (text, _) = text.split_once("</joint>").expect("its end");
+    ["xyz", "rpy"].map(|name| {
+        let (_, text) = text.split_once("<origin").expect("an origin");
+        let (text, _) = text.split_once('>').expect("its end");
+        let Some((_, text)) = text.split_once(&format!("{name}=\"")) else {
+            return [0.0; 3];
+        };
+        let (text, _) = text.split_once('"').expect("its end");
+        let mut numbers = text
+            .split_whitespace()
+            .map(|word| word.parse().expect("a number"));
+        std::array::from_fn(|_| numbers.next().expect("three numbers"))
+    })
+}
+
+/// A rotation about x, then what follows about y, and about z: `Rx·Ry·Rz`, or `Rz·Ry·Rx`.
+fn rotation(angles: [f64; 3], order: [usize; 3]) -> [[f64; 3]; 3] {
+    let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for axis in order {
+        let (sin, cos) = angles[axis].sin_cos();
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        for row in &mut all {
+            (row[b], row[c]) = (row[b] * cos + row[c] * sin, row[c] * cos - row[b] * sin);
+        }
+    }
+    all
+}
+
 fn all() -> [(String, usize); 3] {
     [(SIX.to_owned(), 6), (SEVEN.to_owned(), 7), (humanoid(), 30)]
 }
@@ -92,12 +134,12 @@ fn all() -> [(String, usize); 3] {
 /// `joint.pose_wrt_predecessor()` of the schema.
 #[test]
 fn the_pose_of_each_joint_in_its_predecessor_is_found() {
-    for (text, joints) in all() {
-        let robot = read(&text);
-        let now = graph(&robot).snapshot();
+    for (text, joints) in all().into_iter().chain([(GRIPPER.to_owned(), 2)]) {
+        let now = graph(&read(&text)).snapshot();
         let queries = Queries::of(now.schema());
         assert_eq!(queries.faults().count(), 0);
-        let moving: Vec<NodeId> = now.of_type("Revolute").collect();
+        let moving = now.of_type("Revolute").chain(now.of_type("Prismatic"));
+        let moving: Vec<NodeId> = moving.collect();
         assert_eq!(moving.len(), joints);
         for joint in moving {
             let parameters = [("joint", Cell::Node(joint))];
@@ -121,15 +163,21 @@ fn the_pose_of_each_joint_in_its_predecessor_is_found() {
                 frame("predecessor")
             );
             let name = now.node(joint).expect("a joint").name();
-            let mut bodies = robot.bodies.iter().filter_map(|body| body.joint.as_ref());
-            let place = bodies
-                .find(|known| known.name == name)
-                .expect("a joint")
-                .place;
-            let angles = EulerOrder::XYZ_MOVING.angles(&place.rotation).angles;
-            let numbers = [place.translation, angles].concat();
-            let numbers = Cell::from(&Value::from(numbers.as_slice()));
-            assert_eq!(rows, [[Cell::Edge(*edge), numbers]], "{name}");
+            let [Cell::Edge(found), Cell::List(numbers)] = rows[0].as_slice() else {
+                panic!("{name}: {rows:?}");
+            };
+            assert_eq!((rows.len(), found, numbers.len()), (1, edge, 6), "{name}");
+            let number = |at: usize| match numbers[at] {
+                Cell::Float(number) => number,
+                ref other => panic!("{name}: {other:?}"),
+            };
+            let [place, turn] = origin(&text, name);
+            assert_eq!(std::array::from_fn(number), place, "{name}");
+            let angles = std::array::from_fn(|at| number(3 + at));
+            let (ours, theirs) = (rotation(angles, [0, 1, 2]), rotation(turn, [2, 1, 0]));
+            let pairs = ours.iter().flatten().zip(theirs.iter().flatten());
+            let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-12, "{name}: {worst}");
         }
     }
 }

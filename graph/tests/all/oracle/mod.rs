@@ -303,7 +303,12 @@ fn compare(operations: &str, ours: &[String], theirs: &[String]) {
 fn random_changes_equal_petgraph_and_networkx() {
     let ours = operations(Ours::new());
     let plain = operations(Plain::default());
-    assert_eq!(ours.operations, plain.operations);
+    let lines = [&ours.operations, &plain.operations].map(|all| all.lines().count());
+    assert_eq!(lines[0], lines[1]);
+    let pairs = ours.operations.lines().zip(plain.operations.lines());
+    for (at, (own, plain)) in pairs.enumerate() {
+        assert_eq!(own, plain, "operation {at}");
+    }
     compare(&ours.operations, &ours.said, &plain.said);
     let test = "random_changes_equal_petgraph_and_networkx";
     let Some(python) = python::interpreter("networkx==3.6.1", test) else {
