@@ -360,6 +360,22 @@ Domain seeing
     let (code, out, err) = run(&["query", "a.graph", query]);
     let expected = "s.place          s.raw[0]  s.picture[2]\n[1.5, 0.0, 0.0]  1500.0    7\n";
     assert_eq!((code, out.as_str()), (0, expected), "{err}");
+    assert!(!err.contains("converted"), "{err}");
+    // Both of one value: each is kept, and that they do not convert is said.
+    write(
+        "twice.graph",
+        r#"{"schema": "seeing.gdsl", "nodes": [
+{"id": "1:1", "type": "Sighting", "attributes": {"raw": [1500.0, 0.0, 0.0], "place": [2.0, 0.0, 0.0]}}
+], "edges": []}
+"#,
+    );
+    let query = "MATCH (s:Sighting) RETURN s.place[0], s.raw[0]";
+    let (code, out, err) = run(&["query", "twice.graph", query]);
+    let expected = "s.place[0]  s.raw[0]\n2.0         1500.0\n";
+    assert_eq!((code, out.as_str()), (0, expected), "{err}");
+    let expected = "twice.graph: no value of Sighting is converted, since one is wrong or said twice; \
+                    `rcgen check` names it\n";
+    assert_eq!(err, expected);
     let (code, json, err) = run(&["view", "seeing.gdsl"]);
     assert_eq!(code, 0, "{err}");
     let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");

@@ -261,7 +261,7 @@ fn a_file_without_its_last_brace_hides_no_other_error() {
         b.gdsl:2:15: error[unknown-type]: unknown type `itn` (did you mean `int`?)
         b.gdsl:3:1: error[syntax-error]: expected `}`, found the end of the file
         b.gdsl:2:15: error[unknown-type]: unknown type `itn` (did you mean `int`?)
-        b.gdsl:3:1: error[syntax-error]: expected `,`, `;` or `unit`, `key`, `optional`, `history` or a range, found the end of the file
+        b.gdsl:3:1: error[syntax-error]: expected `,`, `;` or `unit`, `key`, `optional`, `history`, `consistency` or a range, found the end of the file
         b.dproto:1:1: error[bad-axes]: expected the directions of x, y and z along three lines, as in `ahead, left, up`; there are ahead, back, left, right, up and down
         b.dproto:2:13: error[unknown-domain]: unknown domain `b` (expected `geometry`)
         b.dproto:4:1: error[syntax-error]: expected `}`, found the end of the file
