@@ -4,7 +4,7 @@
 //! the machine starts, which state serves which slot. It runs anything that is [`Joined`]: a worker
 //! of Rust with its context ([`Pair`]), or a worker of another language.
 
-use crate::component::{Component, Sample};
+use crate::component::{CallEnd, Component, Sample};
 use crate::context::Core;
 use crate::dispatch::{Dispatch, Handler, Serving, WorkerContext};
 use crate::error::StartError;
@@ -93,9 +93,9 @@ pub trait Joined: Living {
     }
 
     /// As [`Component::end_call`].
-    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
         let _ = (slot, member);
-        false
+        None
     }
 
     /// As [`Component::end_in_order`].
@@ -264,7 +264,7 @@ impl<J: Joined> Component for Adapter<J> {
         self.0.starts_calls(slot)
     }
 
-    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
         self.0.end_call(slot, member)
     }
 
@@ -332,25 +332,21 @@ where
     }
 }
 
-/// Lets the worker handle the next end of a call that was started through a slot. `false` if none
+/// Lets the worker handle the next end of a call that was started through a slot. `None` if none
 /// has ended.
 pub(crate) fn end_call<W: 'static, C: Dispatch<W>>(
     worker: &mut W,
     ctx: &mut C,
     slot: usize,
     member: Option<&Member>,
-) -> bool {
-    let mut ends = C::ENDS.iter();
-    let Some((_, end)) = ends.find(|(of, _)| *of == slot) else {
-        return false;
-    };
-    let client = WorkerContext::asynchronous(ctx, slot, member);
-    let ended = client.and_then(|client| client.poll_with(|ended| end(ended, member)));
-    let has_ended = ended.is_some();
-    if let Some(handle) = ended.flatten() {
+) -> Option<CallEnd> {
+    let (_, end) = C::ENDS.iter().find(|(of, _)| *of == slot)?;
+    let client = WorkerContext::asynchronous(ctx, slot, member)?;
+    let (how, handle) = client.poll_with(|ended| (CallEnd::of(&ended), end(ended, member)))?;
+    if let Some(handle) = handle {
         handle(worker, ctx);
     }
-    has_ended
+    Some(how)
 }
 
 fn no_slot() -> HandlerError {
@@ -461,7 +457,7 @@ where
         C::Target::ENDS.iter().any(|(of, _)| *of == slot)
     }
 
-    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
         end_call(&mut *self.worker, &mut *self.ctx, slot, member)
     }
 

@@ -7,7 +7,7 @@ use crate::worker_error::WorkerError;
 use rc_configuration::{ParamChange, Values};
 use rc_middleware::shared_value::HeldValue;
 use rc_middleware::started::Awaiting;
-use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::typed::{Ended, HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Member, Message, Reader};
 
 /// A worker with its context, as generated code joins them.
@@ -111,11 +111,11 @@ pub trait Component {
         false
     }
 
-    /// Lets the worker handle the end of a call that it has started through a required slot. `false`
+    /// Lets the worker handle the end of a call that it has started through a required slot. `None`
     /// if none has ended. `member` is that of a slot array, and `slot` then the number of the array.
-    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
         let _ = (slot, member);
-        false
+        None
     }
 
     /// Whether calls that were started through a slot end in the order of their start.
@@ -127,6 +127,26 @@ pub trait Component {
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
         let _ = (slot, member);
         None
+    }
+}
+
+/// How a started call ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CallEnd {
+    /// At its deadline, without a reply.
+    Deadline,
+    /// By a reply, or by an error that did not wait for the deadline.
+    Earlier,
+}
+
+impl CallEnd {
+    /// How this call ended.
+    pub fn of(ended: &Ended<'_>) -> Self {
+        if ended.is_late() {
+            Self::Deadline
+        } else {
+            Self::Earlier
+        }
     }
 }
 

@@ -61,7 +61,7 @@ mod worker_error;
 
 pub use adapter::Adapter;
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
-pub use component::{Body, Component, Sample};
+pub use component::{Body, CallEnd, Component, Sample};
 pub use context::Core;
 pub use description::{Description, Slot};
 pub use dispatch::{

@@ -2,7 +2,7 @@
 
 use super::report::{End, Handled};
 use super::{EventLoop, HANDLERS_A_TURN};
-use crate::component::Component;
+use crate::component::{CallEnd, Component};
 use crate::slots::{OpenSlot, SlotTable};
 use rc_management::component::Role;
 use rustix::event::epoll;
@@ -80,10 +80,22 @@ impl Calls {
 }
 
 impl EventLoop<'_> {
-    /// Lets the worker handle the calls that have ended, at most as many as handlers run in a turn.
-    /// Every call ends once, so they are also handled in the state Emergency and while a managed
-    /// component is not active.
-    pub(super) fn end_calls(&mut self) {
+    /// How many calls may end now, at most as many as handlers run in a turn. In lockstep, they end
+    /// when the turn has handled its samples and run `compute()`, and this is the bound of the whole
+    /// turn: otherwise the time of their replies would decide what comes first.
+    pub(super) fn ends_left(&self) -> usize {
+        if !self.role.is_lockstep() {
+            HANDLERS_A_TURN
+        } else if self.has_computed() {
+            HANDLERS_A_TURN.saturating_sub(self.calls.ended_in_turn)
+        } else {
+            0
+        }
+    }
+
+    /// Lets the worker handle calls that have ended, at most this many. Every call ends once, so
+    /// they are also handled in the state Emergency and while a managed component is not active.
+    pub(super) fn end_calls(&mut self, most: usize) {
         self.calls.has_more = false;
         let is_lockstep = self.role.is_lockstep();
         for (_, open) in &self.calls.clients {
@@ -92,9 +104,9 @@ impl EventLoop<'_> {
                 .end_in_order(open.described, member, is_lockstep);
         }
         if is_lockstep {
-            self.end_calls_in_order();
+            self.end_calls_in_order(most);
         } else {
-            self.end_calls_at_once();
+            self.end_calls_at_once(most);
         }
         self.count_handled();
     }
@@ -102,20 +114,19 @@ impl EventLoop<'_> {
     /// Ends calls in an order that is the same in each run, whenever their replies come: those of
     /// the first slot, each in the order of its start, then those of the next slot. All run
     /// meanwhile.
-    fn end_calls_in_order(&mut self) {
-        let mut left = HANDLERS_A_TURN;
+    fn end_calls_in_order(&mut self, most: usize) {
+        let mut left = most;
         let mut at = 0;
         while left > 0 && self.fatal.is_none() && at < self.calls.clients.len() {
-            let until = self.awaited(at);
-            if self.end_call(at) {
-                if until.is_some_and(|until| Instant::now() >= until) {
+            if let Some(end) = self.end_call(at) {
+                if end == CallEnd::Deadline && !self.shared.wake_event.is_stopping() {
                     self.warn_of_deadline(at);
                 }
                 left -= 1;
                 self.take_failure();
                 // Its handler may have started calls through any slot.
                 at = 0;
-            } else if until.is_some() {
+            } else if self.is_awaited(at) {
                 return;
             } else {
                 at += 1;
@@ -124,33 +135,33 @@ impl EventLoop<'_> {
         self.calls.has_more = left == 0;
     }
 
-    /// When the next call of a client ends without a reply, if one has not ended.
-    fn awaited(&mut self, at: usize) -> Option<Instant> {
+    /// Whether a call of a client has not ended.
+    fn is_awaited(&mut self, at: usize) -> bool {
         let (_, open) = &self.calls.clients[at];
-        let awaiting = self
-            .component
-            .awaiting(open.described, open.member.as_ref());
-        awaiting.map(|awaiting| awaiting.until)
+        let member = open.member.as_ref();
+        self.component.awaiting(open.described, member).is_some()
     }
 
     fn warn_of_deadline(&mut self, at: usize) {
+        let message = format!(
+            "slot {}: a call ended at its deadline, which the clock of the system measures: the \
+             next run may differ",
+            self.calls.clients[at].1.name
+        );
         if self.logged.allows(Instant::now()) {
-            tracing::warn!(
-                "slot {}: a call ended at its deadline, which the clock of the system measures: the \
-                 next run may differ",
-                self.calls.clients[at].1.name
-            );
+            tracing::warn!("{message}");
         }
+        self.shared.status().last_error = Some(message);
     }
 
     /// Ends calls as their replies come.
-    fn end_calls_at_once(&mut self) {
-        let mut left = HANDLERS_A_TURN;
+    fn end_calls_at_once(&mut self, most: usize) {
+        let mut left = most;
         let mut goes_on = !self.calls.clients.is_empty() && self.fatal.is_none();
         // A handler may call through a client that was looked at before.
         while std::mem::take(&mut goes_on) {
             for at in 0..self.calls.clients.len() {
-                while left > 0 && self.fatal.is_none() && self.end_call(at) {
+                while left > 0 && self.fatal.is_none() && self.end_call(at).is_some() {
                     left -= 1;
                     goes_on = true;
                     self.take_failure();
@@ -167,19 +178,17 @@ impl EventLoop<'_> {
     }
 
     /// Lets the worker handle one end, if there is one.
-    fn end_call(&mut self, at: usize) -> bool {
+    fn end_call(&mut self, at: usize) -> Option<CallEnd> {
         let (number, open) = &self.calls.clients[at];
         let (slot, name) = (*number, Arc::clone(open));
         let start = Instant::now();
         let hops = self.connections.hops();
         hops.begin();
-        let has_ended = self
+        let ended = self
             .component
             .end_call(open.described, open.member.as_ref());
         hops.end(false);
-        if !has_ended {
-            return false;
-        }
+        let end = ended?;
         let took = start.elapsed();
         self.calls.ended_in_turn += 1;
         let message = Handled {
@@ -196,7 +205,7 @@ impl EventLoop<'_> {
                 self.period
             );
         }
-        true
+        Some(end)
     }
 
     /// Whether calls that were started have not ended. A turn of a tick lasts until they have, for

@@ -182,8 +182,9 @@ impl<'a> EventLoop<'a> {
             if due && !self.shared.wake_event.is_stopping() && self.fatal.is_none() {
                 self.compute();
             }
-            if !self.is_gated() {
-                self.end_calls();
+            let ends = self.ends_left();
+            if ends > 0 {
+                self.end_calls(ends);
             }
             self.take_failure();
             self.tell_time(now);
@@ -196,7 +197,7 @@ impl<'a> EventLoop<'a> {
         self.enter(State::Stopping);
         // No call starts any more, so this ends.
         loop {
-            self.end_calls();
+            self.end_calls(HANDLERS_A_TURN);
             if !self.calls.has_more {
                 break;
             }
@@ -225,20 +226,20 @@ impl<'a> EventLoop<'a> {
         for port in awake {
             port.ready = true;
         }
-        let gated = self.is_gated();
+        let (gated, ends) = (self.is_gated(), self.ends_left() > 0);
         let ready = self.ports.iter().any(|p| p.may_be_served(gated));
-        let limit = if ready || self.role.is_in_a_hurry() || (self.calls.has_more && !gated) {
+        let limit = if ready || self.role.is_in_a_hurry() || (self.calls.has_more && ends) {
             Duration::ZERO
         } else {
             self.longest_wait()
         };
-        // Calls that end before this component's turn wait for it.
-        let limit = if gated {
-            limit
-        } else {
+        // Calls that may not end now do not wake the loop.
+        let limit = if ends {
             let (epoll, in_order) = (&self.epoll, self.role.is_lockstep());
             self.calls
                 .watch(&mut *self.component, (epoll, CALLS), in_order, limit)?
+        } else {
+            limit
         };
         let limit = Timespec {
             tv_sec: 0,
@@ -246,7 +247,7 @@ impl<'a> EventLoop<'a> {
         };
         let mut events = [MaybeUninit::uninit(); 16];
         let waited = epoll::wait(&self.epoll, &mut events, Some(&limit));
-        if !gated {
+        if ends {
             self.calls.unwatch(&mut *self.component, &self.epoll)?;
         }
         let events = match waited {

@@ -80,9 +80,15 @@ impl EventLoop<'_> {
         self.role
     }
 
-    /// Whether samples wait for this component's turn.
+    /// Whether samples and events wait for this component's turn, or for the next one: a turn that
+    /// waits for replies handles no more of them, since the time of the replies would decide which.
     pub(super) fn is_gated(&self) -> bool {
-        self.role.is_lockstep() && !self.role.has_turn()
+        self.role.is_lockstep() && (!self.role.has_turn() || self.has_computed())
+    }
+
+    /// Whether this component's turn has handled its samples, and run `compute()` if it was due.
+    pub(super) fn has_computed(&self) -> bool {
+        self.role.has_turn() && self.rounds >= ROUNDS_A_TURN
     }
 
     pub(super) fn is_overrun(&self, took: Duration) -> bool {
@@ -168,8 +174,7 @@ impl EventLoop<'_> {
     /// Acknowledges a tick whose work is done, or sends the one that the worker has begun.
     pub(super) fn tell_time(&mut self, now: Instant) {
         let is_held = self.role.has_turn() && self.holds_turn();
-        let ends =
-            self.role.has_turn() && self.rounds >= ROUNDS_A_TURN && !is_held && self.may_begin(now);
+        let ends = self.has_computed() && !is_held && self.may_begin(now);
         match &mut self.role {
             TimeRole::System => {}
             TimeRole::Follower(follower) => {

@@ -2,7 +2,7 @@
 
 use super::entry::{Entry, Kind};
 use super::recorder::Recorder;
-use crate::component::{Component, Sample};
+use crate::component::{CallEnd, Component, Sample};
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
@@ -144,10 +144,10 @@ impl<C: Component> Component for Recorded<C> {
     }
 
     /// The port of the client begins the turn where a call ends.
-    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> bool {
-        let has_ended = self.component.end_call(slot, member);
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
+        let ended = self.component.end_call(slot, member);
         self.recorder.end_begun_turn();
-        has_ended
+        ended
     }
 
     fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {

@@ -176,7 +176,7 @@ impl<C: WorkerContext> Bench<C> {
         let mut slots = all.iter();
         slots.any(|of| {
             let member = of.member.as_ref();
-            adapter::end_call(worker, &mut self.ctx, of.described, member)
+            adapter::end_call(worker, &mut self.ctx, of.described, member).is_some()
         })
     }
 

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 const LIMIT: Duration = Duration::from_secs(20);
 const STEP: Duration = Duration::from_millis(10);
 
-static VALUE: [Operation; 1] = [Operation {
+pub(super) static VALUE: [Operation; 1] = [Operation {
     name: "value",
     id: 1,
     type_hash: 7,
@@ -88,6 +88,12 @@ pub(super) struct Script {
     pub(super) trace: Vec<(u64, String, String)>,
     pub(super) ticks: u64,
     pub(super) last_tick: u64,
+    /// How often a loop has asked for what a client awaits.
+    pub(super) looks: usize,
+    /// Replies that the servers have sent.
+    pub(super) replies: [usize; 2],
+    /// The test lets the waiting part go on.
+    pub(super) goes_on: bool,
     paused: bool,
     jump_at: Option<u64>,
     hangs: Option<String>,

@@ -26,6 +26,11 @@ impl Ended<'_> {
         operations.iter().position(|of| of.id == self.operation)
     }
 
+    /// Whether the call ended at its deadline, without a reply.
+    pub fn is_late(&self) -> bool {
+        matches!(self.reply, Err(CallError::Deadline { .. }))
+    }
+
     /// The result, for an operation whose exceptions are those of `E`.
     pub fn result<R: Returned, E: Throws>(self) -> Result<R, E> {
         self.result_with(result)
