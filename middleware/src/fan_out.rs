@@ -61,14 +61,18 @@ impl Publisher for FanOut {
         self.0.iter().any(|of| of.port.takes_values())
     }
 
-    /// The others share one encoding.
+    /// All share one encoding. The last one, that of the own process, gets the value itself: its
+    /// last receiver takes it without a clone.
     fn publish_value(&mut self, header: Header, body: SharedValue) -> Result<(), SendError> {
-        let ports = self.0.iter_mut();
-        let sent = ports.map(|of| {
+        let Some((last, others)) = self.0.split_last_mut() else {
+            return Ok(());
+        };
+        let sent = others.iter_mut().map(|of| {
             let sent = of.port.publish_value(header, body.clone());
             counted(sent, &of.sent)
         });
-        sent.fold(Ok(()), Result::and)
+        let sent = sent.fold(Ok(()), Result::and);
+        sent.and(counted(last.port.publish_value(header, body), &last.sent))
     }
 
     fn can_loan(&self, encoding: Encoding) -> bool {

@@ -16,7 +16,7 @@
 //! - [`network_time`]: where a source of time and its followers meet.
 //! - [`parameters`]: the parameters of a component, for a middleware with parameters.
 //! - [`settings`]: the settings of middlewares.
-//! - [`shared_value`]: messages between components of one process, which nobody encodes.
+//! - [`shared_value`]: messages between components of one process, encoded only on demand.
 //!
 //! This crate names no backend.
 

@@ -429,6 +429,10 @@ impl Client for TappedClient {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rc_middleware::shared_value::HeldValue;
+    use rc_middleware::{
+        Address, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity, WakeEvent,
+    };
 
     #[test]
     fn copies_are_bounded_and_drops_are_counted() {
@@ -471,5 +475,63 @@ mod tests {
             (TappedKind::Reply, vec![2, 3]),
         ];
         assert_eq!(copies, expected);
+    }
+
+    #[test]
+    fn a_call_is_encoded_only_while_a_tap_is_on() {
+        let network = format!("taps_{}", std::process::id());
+        let endpoint = Endpoint {
+            address: Address::parse(&format!("{network}/Laser")).expect("an address"),
+            types: TypeIdentity {
+                name: "Laser".to_owned(),
+                hash: 7,
+            },
+            qos: Qos::CALL,
+            external_types: Vec::new(),
+        };
+        let backend = rc_local::connect(&Environment {
+            network: network.clone(),
+            instance: "both".to_owned(),
+            directory: RunDirectory::of(&network),
+            wake_event: WakeEvent::new().expect("an event"),
+            settings: Settings::default(),
+        });
+        let backend = backend.expect("the network");
+        let mut server = backend.server(&endpoint).expect("a server");
+        let taps = Arc::new(Taps::new(1, None));
+        let mut client = TappedClient {
+            port: backend.client(&endpoint).expect("a client"),
+            taps: Arc::clone(&taps),
+            hops: Rc::new(HopNotes::new(Arc::default())),
+            slot: 0,
+        };
+        let value = |number: i32| SharedValue::of((&number,)).expect("a number");
+        for is_on in [false, true, false] {
+            taps.set(0, is_on);
+            assert!(client.takes_values());
+            let request = HeldValue::from(value(1));
+            let started = client.start(Header::default(), &request, Duration::from_secs(20));
+            started.expect("to be started");
+            let served = server.serve_message(&mut |header, message, reply| {
+                assert!(matches!(message, Message::Value(_)));
+                taps.serve(0, header, &message, reply, |reply| {
+                    assert_eq!(reply.takes_values(), !is_on);
+                    if is_on {
+                        reply.body().extend(value(2).bytes());
+                    } else {
+                        reply.send_value(value(2));
+                    }
+                });
+            });
+            assert_eq!(served.ok(), Some(true));
+            let mut is_value = None;
+            let ended = client.poll_message(&mut |_, _, message| {
+                is_value = Some(matches!(message, Message::Value(_)));
+            });
+            assert!(matches!(ended, Some((_, Ok(())))), "{ended:?}");
+            assert_eq!(is_value, Some(!is_on));
+            // Requests and replies, at both ends.
+            assert_eq!(taps.take().len(), if is_on { 4 } else { 0 });
+        }
     }
 }

@@ -9,21 +9,26 @@ use rc_middleware::{
 use rustix::event::epoll;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-struct Places;
+/// The receiving ends of one test, which has a value of its own.
+#[derive(Default)]
+struct Places {
+    /// The subscribers that there were.
+    subscribers: Arc<AtomicUsize>,
+    /// The clients that there were.
+    clients: Arc<AtomicUsize>,
+}
 
 /// A component with peers in its process and in others.
 struct Component {
     /// In shared memory, and inside the process.
     both: [Box<dyn Backend>; 2],
+    subscribers: Arc<AtomicUsize>,
+    clients: Arc<AtomicUsize>,
 }
-
-/// The subscribers that there were.
-static SUBSCRIBERS: AtomicUsize = AtomicUsize::new(0);
-/// The clients that there were.
-static CLIENTS: AtomicUsize = AtomicUsize::new(0);
 
 impl rc_conformance::Subject for Places {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
@@ -31,7 +36,11 @@ impl rc_conformance::Subject for Places {
             rc_iceoryx2::connect(environment)?,
             rc_local::connect(environment)?,
         ];
-        Ok(Box::new(Component { both }))
+        Ok(Box::new(Component {
+            both,
+            subscribers: Arc::clone(&self.subscribers),
+            clients: Arc::clone(&self.clients),
+        }))
     }
 
     /// As of iceoryx2 alone.
@@ -58,12 +67,12 @@ impl Backend for Component {
     }
 
     fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
-        let number = SUBSCRIBERS.fetch_add(1, Ordering::Relaxed);
+        let number = self.subscribers.fetch_add(1, Ordering::Relaxed);
         self.both[number % 2].subscriber(endpoint)
     }
 
     fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
-        let number = CLIENTS.fetch_add(1, Ordering::Relaxed);
+        let number = self.clients.fetch_add(1, Ordering::Relaxed);
         self.both[number % 2].client(endpoint)
     }
 
@@ -143,4 +152,4 @@ impl Server for Both {
     }
 }
 
-rc_conformance::suite!(Places);
+rc_conformance::suite!(Places::default());

@@ -1,8 +1,17 @@
 //! Values between the ends of one process are moved or cloned, and never encoded.
 
 use rc_conformance::network::{Network, endpoint};
-use rc_middleware::typed::{self, Operation, TypedPublisher};
-use rc_middleware::{Backend, Environment, Message, OpenError, Subscriber};
+use rc_middleware::request_body::RequestBody;
+use rc_middleware::started::Awaiting;
+use rc_middleware::typed::{self, Operation, Request, TypedClient, TypedPublisher};
+use rc_middleware::{
+    Backend, CallError, Client, Environment, Header, Message, OpenError, Subscriber, WakeEvent,
+    wait,
+};
+use std::os::fd::AsFd;
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
 
 struct Local;
 
@@ -54,4 +63,137 @@ fn a_value_is_copied_once_for_each_subscriber() {
         let bytes = 2 * count * (SIZE as u64 + 5);
         assert!(used.bytes_total < bytes + 1024, "{count}: {used:?}");
     }
+}
+
+const LIMIT: Duration = Duration::from_secs(20);
+const ASK: Operation = Operation::query("ask", 1, 7, &[]);
+
+/// A client that gets values only.
+struct OfValues(Box<dyn Client>);
+
+impl Client for OfValues {
+    fn guid(&self) -> [u8; 16] {
+        self.0.guid()
+    }
+
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        self.0.send(header, request)
+    }
+
+    fn takes_values(&self) -> bool {
+        self.0.takes_values()
+    }
+
+    fn call(
+        &mut self,
+        _: Header,
+        _: &dyn RequestBody,
+        _: Duration,
+        _: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        unreachable!("the reply would be encoded")
+    }
+
+    fn call_message(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, Message<'_>),
+    ) -> Result<(), CallError> {
+        self.0
+            .call_message(header, request, limit, &mut |header, message| {
+                assert!(matches!(message, Message::Value(_)), "it is encoded");
+                take(header, message);
+            })
+    }
+
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        self.0.start(header, request, limit)
+    }
+
+    fn poll(
+        &mut self,
+        _: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        unreachable!("the reply would be encoded")
+    }
+
+    fn poll_message(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, Message<'_>),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        self.0.poll_message(&mut |sequence, header, message| {
+            assert!(matches!(message, Message::Value(_)), "it is encoded");
+            take(sequence, header, message);
+        })
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.0.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.0.awaiting()
+    }
+
+    fn peers(&self) -> usize {
+        self.0.peers()
+    }
+}
+
+#[test]
+fn requests_and_replies_are_values() {
+    let network = Network::new(&Local);
+    let address = endpoint("default/Laser");
+    let stop = WakeEvent::new().expect("an event");
+    thread::scope(|scope| {
+        let (open, opened) = mpsc::channel();
+        let (network, address, stop) = (&network, &address, &stop);
+        scope.spawn(move || {
+            let backend = network.join_bare("server");
+            let mut server = backend.server(address).expect("a server");
+            open.send(()).expect("a client");
+            while !stop.is_stopping() {
+                server.acknowledge(true);
+                let mut serve = || {
+                    server.serve_message(&mut |header, message, reply| {
+                        assert!(matches!(message, Message::Value(_)), "it is encoded");
+                        let request = Request::open_message(header, &message, reply);
+                        let mut request = request.expect("an envelope");
+                        let swap = |(text, number): (String, f64)| (number, text);
+                        let answered = request.answer(&ASK, typed::read, typed::reply, swap);
+                        answered.expect("its parameters");
+                        request.close();
+                    })
+                };
+                while serve().expect("requests") {}
+                wait(&[server.descriptor(), stop.as_fd()], LIMIT);
+            }
+        });
+        let _stop = rc_conformance::network::StopOnDrop(stop);
+        opened.recv().expect("a server");
+        let backend = network.join_bare("client");
+        let port = backend.client(address).expect("a client");
+        let mut client = TypedClient::new(Box::new(OfValues(port)), LIMIT);
+        let swapped = (1.5_f64, "a".to_owned());
+        let result = client.call::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
+        assert_eq!(result, Ok(swapped.clone()));
+        let started = client.start::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
+        let _call = started.expect("to be started");
+        let ended = loop {
+            let ended = client.poll_with(|ended| ended.result::<(f64, String), CallError>());
+            if let Some(ended) = ended {
+                break ended;
+            }
+            let awaiting = client.awaiting().expect("a call");
+            wait(&[awaiting.descriptor], LIMIT);
+        };
+        assert_eq!(ended, Ok(swapped));
+    });
 }

@@ -1,5 +1,5 @@
 //! `cargo xtask bench place`: the same two components, of the same program, as threads of one process
-//! and as two processes; the copies of a message; and a pipeline of ten components.
+//! and as two processes; and the copies of a message.
 
 use crate::bench::machine;
 use crate::compare::{Ratio, met};

@@ -100,10 +100,24 @@ fn slot(name: &str, role: &str, address: &str, rate: u64, seconds: u64) -> Value
     })
 }
 
+/// A slot that also has clients in its process.
+fn in_several(mut slot: Value) -> Value {
+    let over =
+        |middleware: &str, messages: u64| json!({"middleware": middleware, "messages": messages});
+    slot["transports"] = json!([over("iceoryx2", 15), over("local", 5)]);
+    slot
+}
+
 fn report(name: &str, seconds: u64) -> component::Status {
     let slots = match name {
         "simulator" => json!([
-            slot("laser", "implements", "patrol/simulator/laser", 20, seconds),
+            in_several(slot(
+                "laser",
+                "implements",
+                "patrol/simulator/laser",
+                20,
+                seconds
+            )),
             slot("pose", "publishes", "patrol/simulator/pose", 1500, seconds),
         ]),
         "avoider" => json!([slot(

@@ -161,7 +161,7 @@ fn connections_show_their_peers() {
             iceoryx2  restarts 0  lost 0  period 50ms  compute 55us/1.2ms  overruns 2  error
              log   parameters   connections
             laser  implements  1 peer  20/s  12us/340us  0 errors
-              ← avoider.laser  over iceoryx2, Laser
+              ← avoider.laser  over iceoryx2 (15), local (5), Laser
             pose  publishes  1 peer  1.5k/s
               → left.arm.gripper.pose, left.eye.pose, right.eye.pose  over iceoryx2, Laser
 
