@@ -1,17 +1,19 @@
 //! Replicas of a property graph, which converge whatever the network loses, repeats or reorders.
 //!
 //! A [`Replica`] is changed without asking anybody, and gives others [`Delta`]s. Each attribute is
-//! a register whose latest [`Stamp`] wins. An element is removed by a tombstone, which is forgotten when
-//! all known replicas have seen it; a replica that lacks it nevertheless gets the whole graph.
-//! [`Replica::view`] repairs what two replicas did against each other, in the same way everywhere: what
-//! loses is listed as a conflict, and stays. A running graph takes a view over by
+//! a register whose latest [`Stamp`] wins. An element is removed by a tombstone, which is forgotten
+//! when all known replicas have seen it; a replica that lacks it nevertheless gets the whole graph.
+//! [`Replica::view`] repairs what two replicas did against each other, in the same way everywhere:
+//! what loses is listed as a conflict, and stays. A running graph takes a view over by
 //! [`property_graph::Graph::adopt`].
 
 mod digest;
+mod error;
 mod record;
 mod replica;
 mod view;
 
+pub use error::Error;
 pub use record::{Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
 pub use view::{Conflict, Reason, View};

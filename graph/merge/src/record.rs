@@ -91,20 +91,24 @@ pub struct Delta {
     pub since: Vector,
     /// …up to these, but those that later ones have replaced.
     pub upto: Vector,
-    /// Whether these are all elements that there were up to then: others were removed, and the sender
-    /// may have forgotten that.
-    pub is_whole: bool,
+    /// Whether these are all elements of a range that there were up to then, as the range and the
+    /// number of ranges: others were removed, and the sender may have forgotten that. The whole
+    /// graph is range 0 of 1.
+    pub all_of: Option<(usize, usize)>,
     /// Up to which change of each writer the sender has forgotten removals.
     pub forgotten: Vector,
     /// The changes.
     pub records: Vec<Record>,
 }
 
+/// How many changes of a writer a vector has.
+pub(crate) fn count(vector: &Vector, writer: u64) -> u64 {
+    vector.get(&writer).copied().unwrap_or_default()
+}
+
 /// Whether these changes include that which made an element.
 pub(crate) fn covers(vector: &Vector, id: Id) -> bool {
-    vector
-        .get(&id.writer())
-        .is_some_and(|count| *count >= id.count())
+    count(vector, id.writer()) >= id.count()
 }
 
 /// Raises a vector to another one.

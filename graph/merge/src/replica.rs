@@ -1,13 +1,18 @@
 //! One replica: its elements, what it has seen, and what others have seen.
 
 use crate::digest::range_of;
-use crate::record::{Delta, Record, Stamp, Vector, covers, raise};
+use crate::error::Error;
+use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
 use property_graph::{Id, Value};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, RandomState};
 
-/// How many removals a replica remembers at most. Older ones are forgotten, whoever lacks them.
+/// How many removals a replica remembers at most. It forgets the others, whoever lacks them.
 pub const MOST_TOMBSTONES: usize = 1 << 14;
+
+/// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
+/// a replica is ahead by this after nine years.
+const MOST_AHEAD: u64 = 1 << 48;
 
 /// What an element is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,17 +40,26 @@ pub fn unique_writer() -> u64 {
 pub struct Replica {
     writer: u64,
     count: u64,
+    most_tombstones: usize,
+    /// Whether it has made a change. Before, it may take back what it had changed in an earlier run.
+    has_changed: bool,
     pub(crate) elements: BTreeMap<Id, Element>,
     /// The edges that start or end at an element.
-    edges: BTreeMap<Id, BTreeSet<Id>>,
+    pub(crate) edges: BTreeMap<Id, BTreeSet<Id>>,
     /// Elements that are removed and not forgotten, by writer and sequence of the first removal.
     tombstones: BTreeMap<u64, BTreeSet<(u64, Id)>>,
+    /// Elements whose making is not known, and removed ones, that `seen` does not cover.
+    early: BTreeSet<Id>,
+    /// Ends of edges that another replica knows to be removed, and `seen` does not cover.
+    removed_ends: BTreeSet<Id>,
     seen: Vector,
-    /// Up to which change of each writer removals are forgotten. Who has seen less gets the whole
-    /// graph: what it has and the graph does not was removed.
+    /// Up to which change of each writer removals are forgotten. A replica that has seen less gets
+    /// the whole graph; it then removes each of its elements that the graph lacks.
     forgotten: Vector,
     /// What other replicas have seen, as far as they told.
     others: BTreeMap<u64, Vector>,
+    /// What the replicas for which this one waits no longer had seen then.
+    left: BTreeMap<u64, Vector>,
 }
 
 impl Replica {
@@ -56,13 +70,25 @@ impl Replica {
         Self {
             writer,
             count: 0,
+            most_tombstones: MOST_TOMBSTONES,
+            has_changed: false,
             elements: BTreeMap::new(),
             edges: BTreeMap::new(),
             tombstones: BTreeMap::new(),
+            early: BTreeSet::new(),
+            removed_ends: BTreeSet::new(),
             seen: Vector::new(),
             forgotten: Vector::new(),
             others: others.map(|other| (other, Vector::new())).collect(),
+            left: BTreeMap::new(),
         }
+    }
+
+    /// The same replica, which remembers at most this many removals.
+    #[must_use]
+    pub fn with_most_tombstones(mut self, most: usize) -> Self {
+        self.most_tombstones = most;
+        self
     }
 
     /// The writer.
@@ -75,40 +101,52 @@ impl Replica {
         &self.seen
     }
 
-    fn stamp(&mut self) -> Stamp {
-        // Others may send any count.
-        self.count = self.count.saturating_add(1);
-        let sequence = self.seen.entry(self.writer).or_default();
-        *sequence = sequence.saturating_add(1);
-        Stamp {
-            count: self.count,
+    fn stamp(&mut self) -> Result<Stamp, Error> {
+        let sequence = count(&self.seen, self.writer).checked_add(1);
+        let (Some(count), Some(sequence)) = (self.count.checked_add(1), sequence) else {
+            return Err(Error::Exhausted);
+        };
+        self.count = count;
+        self.has_changed = true;
+        self.seen.insert(self.writer, sequence);
+        Ok(Stamp {
+            count,
             writer: self.writer,
-            sequence: *sequence,
-        }
+            sequence,
+        })
     }
 
     /// Adds a node.
-    pub fn add_node(&mut self, kind: &str) -> Id {
-        let stamp = self.stamp();
+    ///
+    /// # Errors
+    /// No numbers are left for changes.
+    pub fn add_node(&mut self, kind: &str) -> Result<Id, Error> {
         let record = Record::Node {
-            stamp,
+            stamp: self.stamp()?,
             kind: kind.to_owned(),
         };
         self.put(&record, true);
-        record.of()
+        Ok(record.of())
     }
 
-    /// Adds an edge.
-    pub fn add_edge(&mut self, kind: &str, from: Id, to: Id) -> Id {
-        let stamp = self.stamp();
+    /// Adds an edge. An end of which nothing is known may arrive later.
+    ///
+    /// # Errors
+    /// An end was removed, or no numbers are left for changes.
+    pub fn add_edge(&mut self, kind: &str, from: Id, to: Id) -> Result<Id, Error> {
+        for end in [from, to] {
+            if self.is_removed(end) {
+                return Err(Error::EndRemoved(end));
+            }
+        }
         let record = Record::Edge {
-            stamp,
+            stamp: self.stamp()?,
             kind: kind.to_owned(),
             from,
             to,
         };
         self.put(&record, true);
-        record.of()
+        Ok(record.of())
     }
 
     /// Whether an element was made and is not removed.
@@ -117,11 +155,14 @@ impl Replica {
         element.is_some_and(|e| e.made.is_some() && e.removed.is_none())
     }
 
-    /// Sets an attribute, or removes it. Nothing happens if there is no such element.
-    pub fn set(&mut self, of: Id, name: &str, value: Option<Value>) -> bool {
+    /// Sets an attribute, or removes it. Returns whether there is such an element.
+    ///
+    /// # Errors
+    /// No numbers are left for changes.
+    pub fn set(&mut self, of: Id, name: &str, value: Option<Value>) -> Result<bool, Error> {
         let there = self.has(of);
         if there {
-            let stamp = self.stamp();
+            let stamp = self.stamp()?;
             self.put(
                 &Record::Attribute {
                     stamp,
@@ -132,20 +173,23 @@ impl Replica {
                 true,
             );
         }
-        there
+        Ok(there)
     }
 
     /// Whether an element was removed, also if that is forgotten.
     pub(crate) fn is_removed(&self, id: Id) -> bool {
         match self.elements.get(&id) {
             Some(element) => element.removed.is_some(),
-            None => covers(&self.seen, id),
+            None => covers(&self.seen, id) || self.removed_ends.contains(&id),
         }
     }
 
-    /// Removes an element with the edges that start or end there. Nothing happens if there is no such
+    /// Removes an element with the edges that start or end there. Returns whether there was such an
     /// element. An edge that another replica adds meanwhile becomes a conflict.
-    pub fn remove(&mut self, of: Id) -> bool {
+    ///
+    /// # Errors
+    /// No numbers are left for changes.
+    pub fn remove(&mut self, of: Id) -> Result<bool, Error> {
         let there = self.has(of);
         if there {
             let mut all = vec![of];
@@ -159,14 +203,14 @@ impl Replica {
             }
             // Edges before what is at their ends.
             for of in all.into_iter().rev() {
-                let stamp = self.stamp();
+                let stamp = self.stamp()?;
                 self.put(&Record::Removed { stamp, of }, true);
             }
-            if self.tombstones() > MOST_TOMBSTONES {
+            if self.tombstones() > self.most_tombstones {
                 self.sweep();
             }
         }
-        there
+        Ok(there)
     }
 
     /// The edges that were added while another replica removed one of their ends: they are never
@@ -181,7 +225,8 @@ impl Replica {
         dangling.map(|(id, ..)| id).collect()
     }
 
-    /// The value of an attribute.
+    /// The value of an attribute. Several attributes that a schema declares to be one value are told
+    /// apart here: [`Replica::view`] shows only the one that was changed last.
     pub fn get(&self, of: Id, name: &str) -> Option<&Value> {
         let element = self.elements.get(&of).filter(|e| e.removed.is_none())?;
         element.attributes.get(name)?.1.as_ref()
@@ -194,9 +239,8 @@ impl Replica {
         self.count = self.count.max(stamp.count);
         // Its own message may come back after it has removed the element.
         let is_first = is_local && matches!(record, Record::Node { .. } | Record::Edge { .. });
-        let known = self.seen.get(&id.writer()).copied().unwrap_or_default();
-        if !self.elements.contains_key(&id) && known >= id.count() && !is_first {
-            // The element was removed, and all have seen that.
+        if !self.elements.contains_key(&id) && self.is_removed(id) && !is_first {
+            // The removal is forgotten.
             return;
         }
         let element = self.elements.entry(id).or_default();
@@ -230,34 +274,46 @@ impl Replica {
             }
             Record::Attribute { .. } => {}
         }
+        let element = self.elements.get(&id);
+        let is_early = element.is_some_and(|e| e.made.is_none() || e.removed.is_some());
+        if is_early && !covers(&self.seen, id) {
+            self.early.insert(id);
+        }
     }
 
     /// The changes that a replica with this vector lacks. An empty vector asks for all of them. A
     /// replica that lacks a removal which is forgotten gets the whole graph.
     pub fn delta_since(&self, since: &Vector) -> Delta {
-        let count = |writer: &u64| since.get(writer).copied().unwrap_or_default();
         let mut forgotten = self.forgotten.iter();
-        let is_whole = forgotten.any(|(writer, upto)| count(writer) < *upto);
-        let since_then = |stamp: &Stamp| stamp.sequence > count(&stamp.writer);
+        if forgotten.any(|(writer, upto)| count(since, *writer) < *upto) {
+            return self.range(0, 1);
+        }
+        let wanted = |_, stamp: Stamp| stamp.sequence > count(since, stamp.writer);
         Delta {
-            sender: self.writer,
-            seen: self.seen.clone(),
-            since: if is_whole {
-                Vector::new()
-            } else {
-                since.clone()
-            },
-            upto: self.seen.clone(),
-            is_whole,
-            forgotten: self.forgotten.clone(),
-            records: self.records(&|stamp| is_whole || since_then(stamp)),
+            since: since.clone(),
+            records: self.records(wanted),
+            ..self.empty_delta()
         }
     }
 
-    fn records(&self, wanted: &dyn Fn(&Stamp) -> bool) -> Vec<Record> {
+    fn empty_delta(&self) -> Delta {
+        Delta {
+            sender: self.writer,
+            seen: self.seen.clone(),
+            upto: self.seen.clone(),
+            forgotten: self.forgotten.clone(),
+            ..Delta::default()
+        }
+    }
+
+    fn records(&self, wanted: impl Fn(Id, Stamp) -> bool) -> Vec<Record> {
         let mut records = Vec::new();
         for (id, element) in &self.elements {
-            if let Some((stamp, made)) = element.made.as_ref().filter(|(stamp, _)| wanted(stamp)) {
+            if let Some((stamp, made)) = element
+                .made
+                .as_ref()
+                .filter(|(stamp, _)| wanted(*id, *stamp))
+            {
                 let stamp = *stamp;
                 records.push(match made {
                     Made::Node(kind) => Record::Node {
@@ -272,11 +328,11 @@ impl Replica {
                     },
                 });
             }
-            if let Some(stamp) = element.removed.filter(|stamp| wanted(stamp)) {
+            if let Some(stamp) = element.removed.filter(|stamp| wanted(*id, *stamp)) {
                 records.push(Record::Removed { stamp, of: *id });
             }
             for (name, (stamp, value)) in &element.attributes {
-                if wanted(stamp) {
+                if wanted(*id, *stamp) {
                     records.push(Record::Attribute {
                         stamp: *stamp,
                         of: *id,
@@ -290,28 +346,107 @@ impl Replica {
     }
 
     /// Takes the changes of another replica.
-    pub fn merge(&mut self, delta: &Delta) {
+    ///
+    /// # Errors
+    /// The delta is damaged, or another replica has the same writer. Then nothing is changed. A
+    /// delta that is well formed is believed: accept deltas only from replicas that you trust.
+    pub fn merge(&mut self, delta: &Delta) -> Result<(), Error> {
+        self.check(delta)?;
         for record in &delta.records {
             self.put(record, false);
         }
-        if delta.is_whole {
+        if let Some((range, ranges)) = delta.all_of {
             let listed: HashSet<Id> = delta.records.iter().map(Record::of).collect();
-            let own = self.elements.keys().copied();
-            let gone = own.filter(|id| covers(&delta.upto, *id) && !listed.contains(id));
-            for id in gone.collect::<Vec<Id>>() {
+            let is_gone = |id: &Id| {
+                covers(&delta.upto, *id) && !listed.contains(id) && range_of(*id, ranges) == range
+            };
+            let known = self.elements.keys().chain(self.edges.keys()).copied();
+            for id in known.filter(is_gone).collect::<Vec<Id>>() {
                 self.drop_element(id);
+                if self.edges.contains_key(&id) {
+                    self.removed_ends.insert(id);
+                }
             }
             raise(&mut self.forgotten, &delta.forgotten);
         }
-        for (writer, upto) in &delta.upto {
-            let since = delta.since.get(writer).copied().unwrap_or_default();
-            let seen = self.seen.entry(*writer).or_default();
-            // With a gap before them, the changes hold, but more are missing.
-            if *seen >= since {
-                *seen = (*seen).max(*upto);
+        // The elements of a range are not all changes.
+        if delta.all_of.is_none_or(|(_, ranges)| ranges <= 1) {
+            for (writer, upto) in &delta.upto {
+                let seen = self.seen.entry(*writer).or_default();
+                // With a gap before them, the changes hold, but more are missing.
+                if *seen >= count(&delta.since, *writer) {
+                    *seen = (*seen).max(*upto);
+                }
             }
         }
+        self.settle();
         self.acknowledge(delta.sender, &delta.seen);
+        Ok(())
+    }
+
+    /// Refuses what no replica sends.
+    fn check(&self, delta: &Delta) -> Result<(), Error> {
+        let own = count(&self.seen, self.writer);
+        let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
+            && count(&delta.since, self.writer) <= own;
+        let most_own = if is_complete && !self.has_changed {
+            own.max(count(&delta.upto, self.writer))
+        } else {
+            own
+        };
+        let is_far = |number: u64, known: u64| number.saturating_sub(known) > MOST_AHEAD;
+        let sequence = |writer: u64, sequence: u64| {
+            if is_far(sequence, count(&self.seen, writer)) {
+                return Err(Error::TooFar(writer));
+            }
+            if writer == self.writer && sequence > most_own {
+                return Err(Error::SameWriter(writer));
+            }
+            Ok(())
+        };
+        for vector in [&delta.upto, &delta.seen, &delta.forgotten] {
+            for (writer, number) in vector {
+                sequence(*writer, *number)?;
+            }
+        }
+        for record in &delta.records {
+            let (stamp, id) = (record.stamp(), record.of());
+            if stamp.sequence == 0 || stamp.count == 0 {
+                return Err(Error::NoNumber(stamp.writer));
+            }
+            if is_far(stamp.count, self.count) {
+                return Err(Error::TooFar(stamp.writer));
+            }
+            sequence(stamp.writer, stamp.sequence)?;
+            sequence(id.writer(), id.count())?;
+        }
+        Ok(())
+    }
+
+    /// Drops what `seen` decides by now, and what is too much to wait with.
+    fn settle(&mut self) {
+        let seen = &self.seen;
+        self.removed_ends.retain(|id| !covers(seen, *id));
+        let known: Vec<Id> = self.early.extract_if(.., |id| covers(seen, *id)).collect();
+        for id in known {
+            let element = self.elements.get(&id);
+            if element.is_some_and(|e| e.made.is_none() && e.removed.is_none()) {
+                // It was removed, or never made.
+                self.drop_element(id);
+            }
+        }
+        // If they come again, comparing ranges decides about them.
+        while self.early.len() > self.most_tombstones
+            && let Some(id) = self.early.pop_first()
+        {
+            if let Some(removed) = self.elements.get(&id).and_then(|e| e.removed) {
+                raise(
+                    &mut self.forgotten,
+                    &[(removed.writer, removed.sequence)].into(),
+                );
+            }
+            self.drop_element(id);
+        }
     }
 
     /// Adds a tombstone, or takes it away.
@@ -328,6 +463,7 @@ impl Replica {
         let Some(element) = self.elements.remove(&id) else {
             return;
         };
+        self.early.remove(&id);
         if let Some(removed) = element.removed {
             self.bury(removed, id, false);
         }
@@ -337,6 +473,7 @@ impl Replica {
                     edges.remove(&id);
                     if edges.is_empty() {
                         self.edges.remove(&end);
+                        self.removed_ends.remove(&end);
                     }
                 }
             }
@@ -345,45 +482,46 @@ impl Replica {
 
     /// Notes what another replica has seen, and forgets removals that all have seen.
     pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
-        if sender != self.writer {
-            raise(self.others.entry(sender).or_default(), seen);
+        // A late message of a replica that has left brings it not back.
+        let left = self.left.get(&sender);
+        let is_late =
+            left.is_some_and(|left| seen.iter().all(|(w, upto)| *upto <= count(left, *w)));
+        if sender != self.writer && !is_late {
+            let left = self.left.remove(&sender).unwrap_or_default();
+            raise(self.others.entry(sender).or_insert(left), seen);
         }
         self.sweep();
     }
 
-    /// Waits no longer for a replica, until it sends something again. Then it gets the whole graph if
-    /// it lacks a removal, and keeps what it has changed meanwhile.
+    /// Waits no longer for a replica, until it sends something newer. Then it gets the whole graph
+    /// if it lacks a removal, and keeps what it has changed meanwhile.
     pub fn forget(&mut self, writer: u64) {
-        self.others.remove(&writer);
+        if let Some(seen) = self.others.remove(&writer) {
+            self.left.insert(writer, seen);
+        }
         self.sweep();
     }
 
-    /// Forgets removals that all have seen, and old ones if there are too many.
+    /// Forgets removals that all have seen, and more if there are too many.
     fn sweep(&mut self) {
-        let count = |seen: &Vector, writer: u64| seen.get(&writer).copied().unwrap_or_default();
         let mut gone: Vec<(u64, u64, Id)> = Vec::new();
-        // What made an element is known then: a late message about it brings nothing back.
-        let is_known = |id: &Id| covers(&self.seen, *id);
+        let mut kept: Vec<(u64, u64, Id)> = Vec::new();
         for (writer, all) in &self.tombstones {
             let others = self.others.values().chain([&self.seen]);
             let upto = others.map(|seen| count(seen, *writer)).min();
-            let seen = all.range(..=(upto.unwrap_or_default(), Id(u128::MAX)));
-            let seen = seen.filter(|(_, id)| is_known(id));
-            gone.extend(seen.map(|(sequence, id)| (*writer, *sequence, *id)));
+            // What made an element is known then: a late message about it brings nothing back.
+            for (sequence, id) in all.iter().filter(|(_, id)| covers(&self.seen, *id)) {
+                let is_seen = *sequence <= upto.unwrap_or_default();
+                let all = if is_seen { &mut gone } else { &mut kept };
+                all.push((*writer, *sequence, *id));
+            }
         }
         let many = self
             .tombstones()
-            .saturating_sub(gone.len() + MOST_TOMBSTONES);
-        let most = self.tombstones.iter().max_by_key(|(_, all)| all.len());
-        if many > 0
-            && let Some((writer, all)) = most
-        {
-            let old = all.iter().filter(|(_, id)| is_known(id)).take(many);
-            gone.extend(old.map(|(sequence, id)| (*writer, *sequence, *id)));
-        }
+            .saturating_sub(gone.len() + self.most_tombstones);
+        gone.extend(kept.into_iter().take(many));
         for (writer, sequence, id) in gone {
-            let forgotten = self.forgotten.entry(writer).or_default();
-            *forgotten = (*forgotten).max(sequence);
+            raise(&mut self.forgotten, &[(writer, sequence)].into());
             self.drop_element(id);
         }
     }
@@ -393,16 +531,13 @@ impl Replica {
         self.tombstones.values().map(BTreeSet::len).sum()
     }
 
-    /// All changes about the elements of a range, for a replica whose digest differs.
+    /// All elements of a range, for a replica whose digest differs. It removes each of its elements
+    /// of the range that is not among them although this replica has seen it.
     pub fn range(&self, range: usize, ranges: usize) -> Delta {
-        let ranges = ranges.max(1);
-        let records = self.records(&|_| true).into_iter();
-        let is_in = |record: &Record| range_of(record.of(), ranges) == range;
         Delta {
-            sender: self.writer,
-            seen: self.seen.clone(),
-            records: records.filter(is_in).collect(),
-            ..Delta::default()
+            all_of: Some((range, ranges)),
+            records: self.records(|id, _| range_of(id, ranges) == range),
+            ..self.empty_delta()
         }
     }
 }

@@ -37,7 +37,7 @@ type NodeOf = (String, BTreeMap<String, Value>);
 /// Relation, ends and attributes of an edge.
 type EdgeOf = (String, Id, Id, BTreeMap<String, Value>);
 
-/// The graph that a replica shows. Equal replicas have equal views.
+/// The graph that a replica shows. Replicas with equal digests have equal views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct View {
     /// Nodes.

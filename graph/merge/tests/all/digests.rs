@@ -7,8 +7,11 @@ use property_graph::{Sample, Value};
 #[test]
 fn digests_are_over_defined_bytes() {
     let mut replica = Replica::new(7, []);
-    let (a, b) = (replica.add_node("thing"), replica.add_node("thing"));
-    replica.add_edge("in", a, b);
+    let (a, b) = (
+        replica.add_node("thing").expect("a stamp"),
+        replica.add_node("thing").expect("a stamp"),
+    );
+    replica.add_edge("in", a, b).expect("a stamp");
     let sample = Sample {
         topic: "cam".to_owned(),
         kind: "T".to_owned(),
@@ -27,7 +30,7 @@ fn digests_are_over_defined_bytes() {
         ("gone", None),
     ];
     for (name, value) in values {
-        assert!(replica.set(a, name, value));
+        assert_eq!(replica.set(a, name, value), Ok(true));
     }
     let expected: [u64; 4] = [
         0x0dd4_db0c_d3df_8aa8,

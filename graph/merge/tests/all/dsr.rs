@@ -9,15 +9,18 @@ fn different(loses: bool, reorders: bool, writers: impl Fn() -> [u64; 3]) -> usi
         let mut random = fastrand::Rng::with_seed(*seed);
         let writers = writers();
         let mut agents = writers.map(|writer| Replica::new(writer, writers));
-        let robot = agents[0].add_node("robot");
+        let robot = agents[0].add_node("robot").expect("a stamp");
         let whole = agents[0].delta_since(&Vector::new());
-        agents[1].merge(&whole);
-        agents[2].merge(&whole);
+        agents[1].merge(&whole).expect("a sound delta");
+        agents[2].merge(&whole).expect("a sound delta");
         let mut mail: Vec<(usize, Delta)> = Vec::new();
         for change in 0..30 {
             let at = random.usize(0..3);
             let before = agents[at].seen().clone();
-            assert!(agents[at].set(robot, "x", Some(Value::Int(change))));
+            assert_eq!(
+                agents[at].set(robot, "x", Some(Value::Int(change))),
+                Ok(true)
+            );
             let delta = agents[at].delta_since(&before);
             for other in (0..3).filter(|other| *other != at) {
                 if !loses || random.u32(0..20) > 0 {
@@ -31,16 +34,16 @@ fn different(loses: bool, reorders: bool, writers: impl Fn() -> [u64; 3]) -> usi
                     0
                 };
                 let (to, delta) = mail.remove(next);
-                agents[to].merge(&delta);
+                agents[to].merge(&delta).expect("a sound delta");
             }
         }
         for (to, delta) in mail {
-            agents[to].merge(&delta);
+            agents[to].merge(&delta).expect("a sound delta");
         }
         // An agent tells what it has seen from time to time; who has more answers.
         for (to, from) in [(0, 1), (0, 2), (1, 0), (2, 0)] {
             let missing = agents[from].delta_since(&agents[to].seen().clone());
-            agents[to].merge(&missing);
+            agents[to].merge(&missing).expect("a sound delta");
         }
         let values = agents.each_ref().map(|agent| agent.get(robot, "x"));
         values[0].is_none() || values[0] != values[1] || values[1] != values[2]

@@ -57,23 +57,25 @@ fn step(replica: &mut Replica, random: &mut fastrand::Rng) {
     let pick = |random: &mut fastrand::Rng, all: &[Id]| all[random.usize(0..all.len())];
     match random.u32(0..10) {
         0..2 => {
-            replica.add_node("thing");
+            replica.add_node("thing").expect("a stamp");
         }
         2..6 if !nodes.is_empty() => {
             let (from, to) = (pick(random, &nodes), pick(random, &nodes));
-            replica.add_edge(["in", "holds"][random.usize(0..2)], from, to);
+            replica
+                .add_edge(["in", "holds"][random.usize(0..2)], from, to)
+                .expect("a stamp");
         }
         6..8 if !nodes.is_empty() => {
             let node = pick(random, &nodes);
             let name = ["name", "x"][random.usize(0..2)];
             let value = (random.u32(0..4) > 0).then(|| Value::Int(random.i64(0..5)));
-            assert!(replica.set(node, name, value));
+            assert_eq!(replica.set(node, name, value), Ok(true));
         }
         8 if !edges.is_empty() => {
-            assert!(replica.remove(pick(random, &edges)));
+            assert_eq!(replica.remove(pick(random, &edges)), Ok(true));
         }
         9 if nodes.len() > 3 => {
-            assert!(replica.remove(pick(random, &nodes)));
+            assert_eq!(replica.remove(pick(random, &nodes)), Ok(true));
         }
         _ => {}
     }
@@ -84,6 +86,7 @@ fn news(replica: &Replica, before: &Vector) -> Delta {
     let delta = replica.delta_since(before);
     let own = replica.writer();
     Delta {
+        all_of: None,
         since: [(own, before.get(&own).copied().unwrap_or_default())].into(),
         upto: [(own, replica.seen().get(&own).copied().unwrap_or_default())].into(),
         records: delta
@@ -127,7 +130,7 @@ fn replicas_converge_whatever_the_network_does() {
             }
             while random.bool() && !mail.is_empty() {
                 let (to, delta) = mail.swap_remove(random.usize(0..mail.len()));
-                replicas[to].merge(&delta);
+                replicas[to].merge(&delta).expect("a sound delta");
             }
         }
         // Everybody asks everybody what is missing.
@@ -135,13 +138,13 @@ fn replicas_converge_whatever_the_network_does() {
             for to in 0..5 {
                 for from in 0..5 {
                     let delta = replicas[from].delta_since(&replicas[to].seen().clone());
-                    replicas[to].merge(&delta);
+                    replicas[to].merge(&delta).expect("a sound delta");
                 }
             }
         }
         // Late and repeated messages change nothing.
         for (to, delta) in mail {
-            replicas[to].merge(&delta);
+            replicas[to].merge(&delta).expect("a sound delta");
         }
         let expected = replay(&log);
         for replica in &replicas {
@@ -182,7 +185,7 @@ fn merging_is_commutative_associative_and_idempotent() {
             if random.u32(0..5) == 0 {
                 let other = random.usize(0..3);
                 let delta = sources[at].delta_since(&sources[other].seen().clone());
-                sources[other].merge(&delta);
+                sources[other].merge(&delta).expect("a sound delta");
             }
         }
         let deltas: Vec<Delta> = sources
@@ -191,7 +194,9 @@ fn merging_is_commutative_associative_and_idempotent() {
             .collect();
         let merged = |order: &[usize]| {
             let mut replica = Replica::new(15, WRITERS);
-            order.iter().for_each(|at| replica.merge(&deltas[*at]));
+            for at in order {
+                replica.merge(&deltas[*at]).expect("a sound delta");
+            }
             replica.digests(4)
         };
         let expected = merged(&[0, 1, 2]);
@@ -205,11 +210,13 @@ fn merging_is_commutative_associative_and_idempotent() {
         }
         // First two of them together, then the third.
         let mut pair = Replica::new(14, WRITERS);
-        pair.merge(&deltas[1]);
-        pair.merge(&deltas[2]);
+        pair.merge(&deltas[1]).expect("a sound delta");
+        pair.merge(&deltas[2]).expect("a sound delta");
         let mut replica = Replica::new(15, WRITERS);
-        replica.merge(&pair.delta_since(&Vector::new()));
-        replica.merge(&deltas[0]);
+        replica
+            .merge(&pair.delta_since(&Vector::new()))
+            .expect("a sound delta");
+        replica.merge(&deltas[0]).expect("a sound delta");
         assert_eq!(replica.digests(4), expected, "seed {seed}");
     }
 }
@@ -218,18 +225,19 @@ fn merging_is_commutative_associative_and_idempotent() {
 fn ranges_find_what_differs() {
     let mut a = Replica::new(1, [2]);
     for _ in 0..200 {
-        a.add_node("thing");
+        a.add_node("thing").expect("a stamp");
     }
     let mut b = Replica::new(2, [1]);
-    b.merge(&a.delta_since(&Vector::new()));
+    b.merge(&a.delta_since(&Vector::new()))
+        .expect("a sound delta");
     assert_eq!(a.digests(64), b.digests(64));
-    let node = a.add_node("thing");
+    let node = a.add_node("thing").expect("a stamp");
     let (ours, theirs) = (a.digests(64), b.digests(64));
     let differing: Vec<usize> = (0..64).filter(|at| ours[*at] != theirs[*at]).collect();
     assert_eq!(differing.len(), 1);
     let range = a.range(differing[0], 64);
     assert!(range.records.len() < 20, "{} records", range.records.len());
-    b.merge(&range);
+    b.merge(&range).expect("a sound delta");
     assert!(b.has(node));
     assert_eq!(a.digests(64), b.digests(64));
 }
@@ -239,18 +247,21 @@ fn conflicts_are_seen_and_end() {
     let schema = house();
     let mut a = Replica::new(1, [2]);
     let (cup, table, shelf) = (
-        a.add_node("thing"),
-        a.add_node("thing"),
-        a.add_node("thing"),
+        a.add_node("thing").expect("a stamp"),
+        a.add_node("thing").expect("a stamp"),
+        a.add_node("thing").expect("a stamp"),
     );
     let mut b = Replica::new(2, [1]);
-    b.merge(&a.delta_since(&Vector::new()));
-    let on_table = a.add_edge("in", cup, table);
-    let on_shelf = b.add_edge("in", cup, shelf);
-    a.set(table, "name", Some(Value::Int(1)));
-    b.set(shelf, "name", Some(Value::Int(1)));
-    a.merge(&b.delta_since(&a.seen().clone()));
-    b.merge(&a.delta_since(&b.seen().clone()));
+    b.merge(&a.delta_since(&Vector::new()))
+        .expect("a sound delta");
+    let on_table = a.add_edge("in", cup, table).expect("a stamp");
+    let on_shelf = b.add_edge("in", cup, shelf).expect("a stamp");
+    assert_eq!(a.set(table, "name", Some(Value::Int(1))), Ok(true));
+    assert_eq!(b.set(shelf, "name", Some(Value::Int(1))), Ok(true));
+    a.merge(&b.delta_since(&a.seen().clone()))
+        .expect("a sound delta");
+    b.merge(&a.delta_since(&b.seen().clone()))
+        .expect("a sound delta");
     let view = a.view(&schema);
     assert_eq!(view, b.view(&schema));
     // The shelf loses its key, and its edge with it.
@@ -258,7 +269,7 @@ fn conflicts_are_seen_and_end() {
     assert_eq!(ids, [shelf]);
     assert!(view.edges.contains_key(&on_table));
     // With another name, the shelf is there again, and the later edge wins.
-    b.set(shelf, "name", Some(Value::Int(2)));
+    assert_eq!(b.set(shelf, "name", Some(Value::Int(2))), Ok(true));
     let view = b.view(&schema);
     let ids: Vec<Id> = view.conflicts.iter().map(|conflict| conflict.id).collect();
     assert_eq!(ids, [on_table]);
@@ -270,17 +281,20 @@ fn conflicts_are_seen_and_end() {
 fn a_late_message_brings_nothing_back() {
     let mut a = Replica::new(1, 1..=2);
     let mut b = Replica::new(2, 1..=2);
-    let node = a.add_node("thing");
-    b.merge(&a.delta_since(&Vector::new()));
+    let node = a.add_node("thing").expect("a stamp");
+    b.merge(&a.delta_since(&Vector::new()))
+        .expect("a sound delta");
     let late = b.delta_since(&Vector::new());
-    assert!(a.remove(node));
+    assert_eq!(a.remove(node), Ok(true));
     for _ in 0..2 {
-        b.merge(&a.delta_since(&b.seen().clone()));
-        a.merge(&b.delta_since(&a.seen().clone()));
+        b.merge(&a.delta_since(&b.seen().clone()))
+            .expect("a sound delta");
+        a.merge(&b.delta_since(&a.seen().clone()))
+            .expect("a sound delta");
     }
     assert_eq!((a.tombstones(), b.tombstones()), (0, 0));
-    a.merge(&late);
-    b.merge(&late);
+    a.merge(&late).expect("a sound delta");
+    b.merge(&late).expect("a sound delta");
     assert_eq!((living(&a).len(), living(&b).len()), (0, 0));
 }
 
@@ -288,20 +302,20 @@ fn a_late_message_brings_nothing_back() {
 fn tombstones_wait_for_all_and_go() {
     let mut replicas: Vec<Replica> = (1..=3).map(|writer| Replica::new(writer, 1..=3)).collect();
     for round in 0..100 {
-        let node = replicas[0].add_node("thing");
+        let node = replicas[0].add_node("thing").expect("a stamp");
         let delta = replicas[0].delta_since(&Vector::new());
-        replicas[1].merge(&delta);
-        assert!(replicas[1].remove(node));
+        replicas[1].merge(&delta).expect("a sound delta");
+        assert_eq!(replicas[1].remove(node), Ok(true));
         for (to, from) in [(0, 1), (1, 0)] {
             let delta = replicas[from].delta_since(&replicas[to].seen().clone());
-            replicas[to].merge(&delta);
+            replicas[to].merge(&delta).expect("a sound delta");
         }
         // The third one has heard of nothing.
         assert_eq!(replicas[0].tombstones(), round + 1);
     }
     for (to, from) in [(2, 0), (0, 2), (1, 2), (0, 1), (2, 1)] {
         let delta = replicas[from].delta_since(&replicas[to].seen().clone());
-        replicas[to].merge(&delta);
+        replicas[to].merge(&delta).expect("a sound delta");
     }
     let left: Vec<usize> = replicas.iter().map(Replica::tombstones).collect();
     assert_eq!(left, [0, 0, 0]);

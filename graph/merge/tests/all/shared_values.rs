@@ -42,21 +42,24 @@ fn the_last_change_of_one_value_wins() {
     let schema = schema();
     let mut a = Replica::new(1, [2]);
     let mut b = Replica::new(2, [1]);
-    let node = a.add_node("thing");
-    b.merge(&a.delta_since(&Vector::new()));
-    a.set(node, "place", Some([1.0].into()));
-    b.set(node, "raw", Some([2.0].into()));
-    a.merge(&b.delta_since(&a.seen().clone()));
-    b.merge(&a.delta_since(&b.seen().clone()));
+    let node = a.add_node("thing").expect("a stamp");
+    b.merge(&a.delta_since(&Vector::new()))
+        .expect("a sound delta");
+    assert_eq!(a.set(node, "place", Some([1.0].into())), Ok(true));
+    assert_eq!(b.set(node, "raw", Some([2.0].into())), Ok(true));
+    a.merge(&b.delta_since(&a.seen().clone()))
+        .expect("a sound delta");
+    b.merge(&a.delta_since(&b.seen().clone()))
+        .expect("a sound delta");
     // Equal counts: the greater writer wins.
     let shown = |replica: &Replica| replica.view(&schema).nodes[&node].1.clone();
     let expected = [("raw".to_owned(), Value::from([2.0]))];
     assert_eq!(shown(&a), expected.clone().into());
     assert_eq!(shown(&b), expected.into());
-    a.set(node, "place", Some([3.0].into()));
+    assert_eq!(a.set(node, "place", Some([3.0].into())), Ok(true));
     assert_eq!(shown(&a), [("place".to_owned(), Value::from([3.0]))].into());
     // Whoever removes it by any name removes it.
-    a.set(node, "raw", None);
+    assert_eq!(a.set(node, "raw", None), Ok(true));
     assert!(shown(&a).is_empty());
 }
 
@@ -64,7 +67,10 @@ fn the_last_change_of_one_value_wins() {
 fn a_running_graph_takes_views_over() {
     let schema = Arc::new(house());
     let mut replica = Replica::new(1, []);
-    let (cup, table) = (replica.add_node("thing"), replica.add_node("thing"));
+    let (cup, table) = (
+        replica.add_node("thing").expect("a stamp"),
+        replica.add_node("thing").expect("a stamp"),
+    );
     let graph = Graph::new(Arc::clone(&schema), 9);
     let adopt = |replica: &Replica, time: u64| {
         let view = replica.view(&schema).graph(Arc::clone(&schema), 9);
@@ -76,14 +82,14 @@ fn a_running_graph_takes_views_over() {
     };
     let first = adopt(&replica, 1);
     let own = first.find_node(cup).expect("a cup");
-    let on = replica.add_edge("in", cup, table);
-    replica.set(table, "name", Some(Value::Int(4)));
+    let on = replica.add_edge("in", cup, table).expect("a stamp");
+    assert_eq!(replica.set(table, "name", Some(Value::Int(4))), Ok(true));
     let second = adopt(&replica, 2);
     // It is the same node, in one version more.
     assert_eq!(second.find_node(cup), Some(own));
     assert_eq!(second.version(), first.version() + 1);
     assert!(second.find_edge(on).is_some());
-    assert!(replica.remove(table));
+    assert_eq!(replica.remove(table), Ok(true));
     let third = adopt(&replica, 3);
     assert_eq!((third.node_count(), third.edge_count()), (1, 0));
 }

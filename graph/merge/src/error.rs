@@ -1,0 +1,27 @@
+//! Why a change or a delta is refused.
+
+use property_graph::Id;
+
+/// Why a change or a delta is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// The end of an edge was removed.
+    #[error("the end {:#x} of the edge was removed", .0.0)]
+    EndRemoved(Id),
+    /// Another replica has changed something with the writer of this one.
+    #[error(
+        "the delta has changes of writer {0} that this replica has not made: give each replica a \
+         writer of its own; a restarted one merges a delta since an empty vector before it changes \
+         anything"
+    )]
+    SameWriter(u64),
+    /// A number of a writer is so far ahead that no replica can have made it.
+    #[error("the delta is damaged: a number of writer {0} is too far ahead")]
+    TooFar(u64),
+    /// A stamp has a count or a sequence of 0.
+    #[error("the delta is damaged: a change of writer {0} has no number")]
+    NoNumber(u64),
+    /// The replica has no number left for a change.
+    #[error("no numbers are left for changes")]
+    Exhausted,
+}
