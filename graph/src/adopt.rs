@@ -24,8 +24,8 @@ impl From<Error> for Refused {
 pub(crate) fn adopt(edit: &mut Edit, wanted: &Snapshot) -> Result<(), Refused> {
     let before = edit.snapshot().clone();
     let mut is_equal = true;
-    // What is gone, or is something else with the same id. Edges go first, so that they are not looked
-    // for once more with their nodes.
+    // Remove the elements that `wanted` lacks or has as something else. Edges go first, so that they
+    // are not looked for once more with their nodes.
     for edge in before.edges() {
         let same = wanted
             .find_edge(edge.id())

@@ -15,7 +15,7 @@ pub const MOST_TOMBSTONES: usize = 1 << 14;
 const MOST_AHEAD: u64 = 1 << 48;
 
 /// What an element is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Made {
     Node(String),
     Edge(String, Id, Id),
@@ -41,7 +41,7 @@ pub struct Replica {
     writer: u64,
     count: u64,
     most_tombstones: usize,
-    /// Whether it has made a change. Before, it may take back what it had changed in an earlier run.
+    /// Whether it has made a change. Before, it may take back what an earlier run has changed.
     has_changed: bool,
     pub(crate) elements: BTreeMap<Id, Element>,
     /// The edges that start or end at an element.
@@ -50,8 +50,9 @@ pub struct Replica {
     tombstones: BTreeMap<u64, BTreeSet<(u64, Id)>>,
     /// Elements whose making is not known, and removed ones, that `seen` does not cover.
     early: BTreeSet<Id>,
-    /// Ends of edges that another replica knows to be removed, and `seen` does not cover.
-    removed_ends: BTreeSet<Id>,
+    /// Elements that another replica knows to be removed, and `seen` does not cover: they are taken
+    /// from nobody.
+    gone: BTreeSet<Id>,
     seen: Vector,
     /// Up to which change of each writer removals are forgotten. A replica that has seen less gets
     /// the whole graph; it then removes each of its elements that the graph lacks.
@@ -76,7 +77,7 @@ impl Replica {
             edges: BTreeMap::new(),
             tombstones: BTreeMap::new(),
             early: BTreeSet::new(),
-            removed_ends: BTreeSet::new(),
+            gone: BTreeSet::new(),
             seen: Vector::new(),
             forgotten: Vector::new(),
             others: others.map(|other| (other, Vector::new())).collect(),
@@ -180,7 +181,7 @@ impl Replica {
     pub(crate) fn is_removed(&self, id: Id) -> bool {
         match self.elements.get(&id) {
             Some(element) => element.removed.is_some(),
-            None => covers(&self.seen, id) || self.removed_ends.contains(&id),
+            None => covers(&self.seen, id) || self.gone.contains(&id),
         }
     }
 
@@ -213,20 +214,25 @@ impl Replica {
         Ok(there)
     }
 
-    /// The edges that were added while another replica removed one of their ends: they are never
-    /// shown again.
+    /// The edges that were added while another replica removed one of their ends, and the edges that
+    /// start or end at such an edge, in the order of their ids: they are never shown again.
     pub fn dangling(&self) -> Vec<Id> {
-        let edges = self.elements.iter().filter(|(_, e)| e.removed.is_none());
-        let edges = edges.filter_map(|(id, element)| match &element.made {
-            Some((_, Made::Edge(_, from, to))) => Some((*id, *from, *to)),
-            _ => None,
-        });
-        let dangling = edges.filter(|(_, from, to)| self.is_removed(*from) || self.is_removed(*to));
-        dangling.map(|(id, ..)| id).collect()
+        let ends = self.edges.keys().copied();
+        let mut ends: Vec<Id> = ends.filter(|end| self.is_removed(*end)).collect();
+        let mut dangling = BTreeSet::new();
+        while let Some(end) = ends.pop() {
+            let edges = self.edges.get(&end).into_iter().flatten().copied();
+            for edge in edges.filter(|edge| self.has(*edge)) {
+                if dangling.insert(edge) {
+                    ends.push(edge);
+                }
+            }
+        }
+        dangling.into_iter().collect()
     }
 
-    /// The value of an attribute. Several attributes that a schema declares to be one value are told
-    /// apart here: [`Replica::view`] shows only the one that was changed last.
+    /// The value of an attribute. If a schema declares several attributes to be one value, this is
+    /// the last value of that name: [`Replica::view`] shows only the one that was changed last.
     pub fn get(&self, of: Id, name: &str) -> Option<&Value> {
         let element = self.elements.get(&of).filter(|e| e.removed.is_none())?;
         element.attributes.get(name)?.1.as_ref()
@@ -245,14 +251,9 @@ impl Replica {
         }
         let element = self.elements.entry(id).or_default();
         match record {
-            Record::Node { kind, .. } => {
-                element.made = Some((stamp, Made::Node(kind.clone())));
-            }
+            Record::Node { kind, .. } => self.make(id, stamp, Made::Node(kind.clone())),
             Record::Edge { kind, from, to, .. } => {
-                element.made = Some((stamp, Made::Edge(kind.clone(), *from, *to)));
-                for end in [from, to] {
-                    self.edges.entry(*end).or_default().insert(id);
-                }
+                self.make(id, stamp, Made::Edge(kind.clone(), *from, *to));
             }
             Record::Removed { .. } => {
                 // The first removal counts, so that the tombstone goes as soon as it can.
@@ -267,7 +268,12 @@ impl Replica {
             }
             Record::Attribute { name, value, .. } if element.removed.is_none() => {
                 let known = element.attributes.get(name);
-                if known.is_none_or(|(known, _)| *known < stamp) {
+                // Two different changes have one stamp if two replicas have one writer by mistake.
+                let is_smaller =
+                    |other: &Option<Value>| format!("{value:?}") < format!("{other:?}");
+                if known.is_none_or(|(known, other)| {
+                    *known < stamp || *known == stamp && is_smaller(other)
+                }) {
                     let value = (stamp, value.clone());
                     element.attributes.insert(name.clone(), value);
                 }
@@ -278,6 +284,37 @@ impl Replica {
         let is_early = element.is_some_and(|e| e.made.is_none() || e.removed.is_some());
         if is_early && !covers(&self.seen, id) {
             self.early.insert(id);
+        }
+    }
+
+    /// Notes what an element is. Of two with one stamp, all replicas keep the same.
+    fn make(&mut self, id: Id, stamp: Stamp, made: Made) {
+        let known = self.elements.get(&id).and_then(|e| e.made.clone());
+        if known.as_ref().is_some_and(|(_, known)| *known <= made) {
+            return;
+        }
+        if let Some((_, known)) = known {
+            self.unlink(id, &known);
+        }
+        if let Made::Edge(_, from, to) = &made {
+            for end in [from, to] {
+                self.edges.entry(*end).or_default().insert(id);
+            }
+        }
+        self.elements.entry(id).or_default().made = Some((stamp, made));
+    }
+
+    /// Takes an edge from its ends.
+    fn unlink(&mut self, id: Id, made: &Made) {
+        if let Made::Edge(_, from, to) = made {
+            for end in [from, to] {
+                if let Some(edges) = self.edges.get_mut(end) {
+                    edges.remove(&id);
+                    if edges.is_empty() {
+                        self.edges.remove(end);
+                    }
+                }
+            }
         }
     }
 
@@ -363,9 +400,7 @@ impl Replica {
             let known = self.elements.keys().chain(self.edges.keys()).copied();
             for id in known.filter(is_gone).collect::<Vec<Id>>() {
                 self.drop_element(id);
-                if self.edges.contains_key(&id) {
-                    self.removed_ends.insert(id);
-                }
+                self.gone.insert(id);
             }
             raise(&mut self.forgotten, &delta.forgotten);
         }
@@ -426,7 +461,10 @@ impl Replica {
     /// Drops what `seen` decides by now, and what is too much to wait with.
     fn settle(&mut self) {
         let seen = &self.seen;
-        self.removed_ends.retain(|id| !covers(seen, *id));
+        self.gone.retain(|id| !covers(seen, *id));
+        while self.gone.len() > MOST_TOMBSTONES {
+            self.gone.pop_first();
+        }
         let known: Vec<Id> = self.early.extract_if(.., |id| covers(seen, *id)).collect();
         for id in known {
             let element = self.elements.get(&id);
@@ -467,22 +505,14 @@ impl Replica {
         if let Some(removed) = element.removed {
             self.bury(removed, id, false);
         }
-        if let Some((_, Made::Edge(_, from, to))) = element.made {
-            for end in [from, to] {
-                if let Some(edges) = self.edges.get_mut(&end) {
-                    edges.remove(&id);
-                    if edges.is_empty() {
-                        self.edges.remove(&end);
-                        self.removed_ends.remove(&end);
-                    }
-                }
-            }
+        if let Some((_, made)) = element.made {
+            self.unlink(id, &made);
         }
     }
 
     /// Notes what another replica has seen, and forgets removals that all have seen.
     pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
-        // A late message of a replica that has left brings it not back.
+        // A late message of a replica that has left does not bring it back.
         let left = self.left.get(&sender);
         let is_late =
             left.is_some_and(|left| seen.iter().all(|(w, upto)| *upto <= count(left, *w)));

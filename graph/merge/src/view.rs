@@ -18,8 +18,8 @@ pub enum Reason {
     Cycle,
     /// The node has as many later edges at this port as the schema allows.
     Cardinality,
-    /// The edge was added while another replica removed one of its ends. It is never shown again:
-    /// [`Replica::remove`] takes it away, everywhere.
+    /// The edge was added while another replica removed one of its ends, or is at such an edge. It is
+    /// never shown again: [`Replica::remove`] takes it away, everywhere.
     EndRemoved,
 }
 
@@ -88,8 +88,9 @@ impl Replica {
         let mut taken: HashMap<(&str, usize, Id), u32> = HashMap::new();
         let mut parents: HashMap<(&str, Id), Id> = HashMap::new();
         edges.reverse();
-        edges.retain(|(_, id, _, from, to)| {
-            let is_dangling = self.is_removed(*from) || self.is_removed(*to);
+        let dangling = self.dangling();
+        edges.retain(|(_, id, ..)| {
+            let is_dangling = dangling.binary_search(id).is_ok();
             view.conflicts.extend(is_dangling.then_some(Conflict {
                 id: *id,
                 reason: Reason::EndRemoved,
@@ -130,7 +131,8 @@ impl Replica {
     }
 }
 
-/// The attributes of an element. Of several that are one value, the one that was changed last has it.
+/// The attributes of an element. Of several that are one value, this is the one that was changed
+/// last.
 fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Value> {
     let declared = schema.entity(kind).map(|entity| &entity.attributes);
     let declared = declared.or_else(|| schema.relation(kind).map(|r| &r.attributes));

@@ -59,7 +59,12 @@ fn step(replica: &mut Replica, random: &mut fastrand::Rng) {
         0..2 => {
             replica.add_node("thing").expect("a stamp");
         }
-        2..6 if !nodes.is_empty() => {
+        2 if !edges.is_empty() && !nodes.is_empty() => {
+            // An edge may start at an edge.
+            let (from, to) = (pick(random, &edges), pick(random, &nodes));
+            replica.add_edge("said", from, to).expect("a stamp");
+        }
+        3..6 if !nodes.is_empty() => {
             let (from, to) = (pick(random, &nodes), pick(random, &nodes));
             replica
                 .add_edge(["in", "holds"][random.usize(0..2)], from, to)

@@ -255,19 +255,25 @@ fn ranges_tell_of_forgotten_removals() {
     assert_eq!(a.remove(gone), Ok(true));
     a.acknowledge(1, &before);
     assert_eq!(a.tombstones(), 0);
-    // A third one knows the edge, and nothing else.
-    let mut third = Replica::new(4, [1]);
-    for range in 0..8 {
-        let mut delta = late.range(range, 8);
-        delta.records.retain(|record| record.of() == to_gone);
+    let old = late.clone();
+    // Two others know only the edge, and only the node.
+    let [mut third, mut fourth] = [(4, to_gone), (5, gone)].map(|(writer, known)| {
+        let mut replica = Replica::new(writer, [1]);
+        let mut delta = late.range(0, 1);
+        delta.records.retain(|record| record.of() == known);
         delta.upto.clear();
-        third.merge(&delta).expect("a sound delta");
-    }
+        replica.merge(&delta).expect("a sound delta");
+        replica
+    });
     a.merge(&late.delta_since(&before)).expect("a sound delta");
-    for replica in [&mut late, &mut third] {
+    for replica in [&mut late, &mut third, &mut fourth] {
         assert_ne!(replica.digests(8), a.digests(8));
         for range in 0..8 {
             replica.merge(&a.range(range, 8)).expect("a sound delta");
+        }
+        // A replica that has not heard of it does not bring it back.
+        for range in 0..8 {
+            replica.merge(&old.range(range, 8)).expect("a sound delta");
         }
         assert!(!replica.has(gone) && replica.has(stays));
         assert_eq!(replica.digests(8), a.digests(8));
@@ -392,4 +398,90 @@ fn an_edge_needs_ends_that_are_not_removed() {
     assert_eq!(a.add_edge("in", cup, table), Err(Error::EndRemoved(table)));
     assert_eq!(a.seen(), &before);
     assert!(a.add_edge("in", cup, Id::new(7, 1)).is_ok());
+}
+
+/// Two replicas have one writer by mistake: what others show does not depend on who came first.
+#[test]
+fn two_changes_with_one_stamp_end_the_same_everywhere() {
+    let stamp = |sequence| Stamp {
+        count: sequence,
+        writer: 1,
+        sequence,
+    };
+    let end = |at| Id::new(3, at);
+    let records = [
+        Record::Edge {
+            stamp: stamp(1),
+            kind: "in".to_owned(),
+            from: end(1),
+            to: end(2),
+        },
+        Record::Edge {
+            stamp: stamp(1),
+            kind: "in".to_owned(),
+            from: end(1),
+            to: end(3),
+        },
+        Record::Attribute {
+            stamp: stamp(2),
+            of: Id::new(1, 1),
+            name: "x".to_owned(),
+            value: Some(1_i64.into()),
+        },
+        Record::Attribute {
+            stamp: stamp(2),
+            of: Id::new(1, 1),
+            name: "x".to_owned(),
+            value: Some(2_i64.into()),
+        },
+    ];
+    let ends = |records: &mut dyn Iterator<Item = &Record>| {
+        let mut replica = Replica::new(2, []);
+        for record in records {
+            let delta = Delta {
+                sender: 1,
+                records: vec![record.clone()],
+                ..Delta::default()
+            };
+            replica.merge(&delta).expect("a sound delta");
+        }
+        // The end that lost is no end of the edge.
+        let gone = Delta {
+            sender: 3,
+            since: [(3, 2)].into(),
+            upto: [(3, 3)].into(),
+            records: vec![Record::Removed {
+                stamp: Stamp {
+                    count: 4,
+                    writer: 3,
+                    sequence: 4,
+                },
+                of: end(3),
+            }],
+            ..Delta::default()
+        };
+        replica.merge(&gone).expect("a sound delta");
+        assert!(replica.dangling().is_empty());
+        replica.digests(4)
+    };
+    assert_eq!(ends(&mut records.iter()), ends(&mut records.iter().rev()));
+}
+
+#[test]
+fn an_edge_at_a_dangling_edge_dangles() {
+    let mut a = Replica::new(1, [2]);
+    let mut b = Replica::new(2, [1]);
+    let (cup, table) = (
+        a.add_node("thing").expect("a stamp"),
+        a.add_node("thing").expect("a stamp"),
+    );
+    sync(&mut b, &mut a);
+    assert_eq!(a.remove(table), Ok(true));
+    let on = b.add_edge("in", cup, table).expect("a stamp");
+    let about = b.add_edge("said", on, cup).expect("a stamp");
+    sync(&mut a, &mut b);
+    assert_eq!(a.dangling(), [on, about]);
+    let conflicts = a.view(&house()).conflicts;
+    let reason = Reason::EndRemoved;
+    assert_eq!(conflicts, [on, about].map(|id| Conflict { id, reason }));
 }
