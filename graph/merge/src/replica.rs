@@ -462,9 +462,6 @@ impl Replica {
     fn settle(&mut self) {
         let seen = &self.seen;
         self.gone.retain(|id| !covers(seen, *id));
-        while self.gone.len() > MOST_TOMBSTONES {
-            self.gone.pop_first();
-        }
         let known: Vec<Id> = self.early.extract_if(.., |id| covers(seen, *id)).collect();
         for id in known {
             let element = self.elements.get(&id);
@@ -473,7 +470,7 @@ impl Replica {
                 self.drop_element(id);
             }
         }
-        // If they come again, comparing ranges decides about them.
+        // If an attribute is lost by this, comparing ranges brings it again.
         while self.early.len() > self.most_tombstones
             && let Some(id) = self.early.pop_first()
         {
@@ -482,8 +479,12 @@ impl Replica {
                     &mut self.forgotten,
                     &[(removed.writer, removed.sequence)].into(),
                 );
+                self.gone.insert(id);
             }
             self.drop_element(id);
+        }
+        while self.gone.len() > MOST_TOMBSTONES {
+            self.gone.pop_first();
         }
     }
 

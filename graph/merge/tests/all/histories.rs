@@ -1,7 +1,7 @@
 //! Random histories of five replicas, over a network that loses, repeats, reorders and parts.
 
 use crate::schema::house;
-use graph_merge::{Delta, Record, Replica, Vector};
+use graph_merge::{Delta, Record, Replica, Stamp, Vector};
 use property_graph::{Id, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -173,6 +173,93 @@ fn replicas_converge_whatever_the_network_does() {
     assert!(
         conflicts > 100 && dropped > 1000,
         "{conflicts} conflicts, {dropped} lost"
+    );
+}
+
+/// Replicas that nobody announced join, old removals are forgotten early, and ranges are
+/// compared before and after all have asked what is missing.
+#[test]
+fn replicas_converge_by_whole_graphs_and_ranges() {
+    let schema = house();
+    let (mut wholes, mut forgotten, mut ends) = (0, 0, 0);
+    for seed in 0..60 {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let replica = |writer: &u64| Replica::new(*writer, [11, 12]).with_most_tombstones(4);
+        let mut replicas: Vec<Replica> = WRITERS.iter().map(replica).collect();
+        let mut log: Vec<Record> = Vec::new();
+        let mut mail: Vec<(usize, Delta)> = Vec::new();
+        for round in 0..200 {
+            let present = if round < 80 { 3 } else { 5 };
+            let at = random.usize(0..present);
+            let before = replicas[at].seen().clone();
+            let had = living(&replicas[at]);
+            step(&mut replicas[at], &mut random);
+            let delta = replicas[at].delta_since(&before);
+            let own = WRITERS[at];
+            let is_new = |stamp: Stamp| {
+                stamp.writer == own && stamp.sequence > before.get(&own).copied().unwrap_or(0)
+            };
+            let made = delta.records.iter().filter(|r| is_new(r.stamp()));
+            log.extend(made.cloned());
+            // The removal itself may be forgotten by now.
+            let gone = had.into_keys().filter(|id| !replicas[at].has(*id));
+            log.extend(gone.map(|of| Record::Removed {
+                stamp: Stamp::default(),
+                of,
+            }));
+            for other in (0..present).filter(|other| *other != at) {
+                if random.u32(0..5) > 0 {
+                    let news = if delta.all_of.is_some() {
+                        delta.clone()
+                    } else {
+                        news(&replicas[at], &before)
+                    };
+                    mail.push((other, news));
+                }
+            }
+            while random.bool() && !mail.is_empty() {
+                let (to, delta) = mail.swap_remove(random.usize(0..mail.len()));
+                wholes += usize::from(delta.all_of.is_some());
+                replicas[to].merge(&delta).expect("a sound delta");
+            }
+            if random.u32(0..20) == 0 {
+                let writer = WRITERS[random.usize(0..present)];
+                replicas[at].forget(writer);
+                forgotten += 1;
+            }
+        }
+        for round in 0..3 {
+            for to in 0..5 {
+                for from in (0..5).filter(|from| *from != to) {
+                    if round == 1 {
+                        let delta = replicas[from].delta_since(&replicas[to].seen().clone());
+                        replicas[to].merge(&delta).expect("a sound delta");
+                        continue;
+                    }
+                    let (ours, theirs) = (replicas[to].digests(8), replicas[from].digests(8));
+                    for range in (0..8).filter(|at| ours[*at] != theirs[*at]) {
+                        let delta = replicas[from].range(range, 8);
+                        replicas[to].merge(&delta).expect("a sound delta");
+                    }
+                }
+            }
+        }
+        let expected = replay(&log);
+        for replica in &replicas {
+            assert_eq!(living(replica), expected, "seed {seed}");
+            assert_eq!(replica.digests(8), replicas[0].digests(8), "seed {seed}");
+            assert_eq!(
+                replica.view(&schema),
+                replicas[0].view(&schema),
+                "seed {seed}"
+            );
+            assert!(replica.tombstones() <= 8, "seed {seed}");
+            ends += replica.dangling().len();
+        }
+    }
+    assert!(
+        wholes > 100 && forgotten > 100 && ends > 100,
+        "{wholes} whole graphs, {forgotten} forgotten, {ends} removed ends"
     );
 }
 

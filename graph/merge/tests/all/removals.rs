@@ -362,6 +362,26 @@ fn the_bound_holds_for_any_removals() {
     a.merge(&delta).expect("a sound delta");
     assert!(a.tombstones() <= 20, "{}", a.tombstones());
     assert!(a.range(0, 1).records.len() <= 60);
+    // A removal that had no place is not undone by what it had removed.
+    let mut d = Replica::new(4, []).with_most_tombstones(0);
+    let of = Id::new(5, 100);
+    let delta_of = |record: Record| Delta {
+        sender: 5,
+        records: vec![record],
+        ..Delta::default()
+    };
+    d.merge(&delta_of(unknown(100, true)))
+        .expect("a sound delta");
+    let made = Record::Node {
+        stamp: Stamp {
+            count: 1,
+            writer: 5,
+            sequence: 100,
+        },
+        kind: "thing".to_owned(),
+    };
+    d.merge(&delta_of(made)).expect("a sound delta");
+    assert!(d.tombstones() == 0 && !d.has(of));
 }
 
 /// A message that was sent before its sender was forgotten makes nobody wait again.
