@@ -5,7 +5,7 @@ use crate::image::image_items;
 use crate::meaning::{Chosen, Meaning, Meanings, NotConverted, chosen, has_prefix, prototype};
 use crate::moves::{Moves, NoMove};
 use crate::units::End;
-use rc_conversion::{Item, Part, Place, Plan};
+use rc_conversion::{Frame, Item, Move, Part, Place, Plan};
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_quantity::{Conversion as Factor, Unit};
@@ -175,6 +175,11 @@ pub(crate) fn plan(
         ) {
             let chosen = there.chosen_in(&sent.inputs, &taken.inputs);
             let (moves, items) = image_items(&there, (one, other), chosen);
+            let is_text = |change: &Move| matches!(change.from, Frame::Kept(_));
+            if moves.iter().any(is_text) {
+                let path = there.from.library.type_path(one);
+                return Err(NoPlan::Move(path, NoMove::InPlace));
+            }
             parts.push((Place::InputImage, moves, items));
         }
         if !consumer.subscribes {
@@ -547,7 +552,11 @@ impl<'a> Pair<'a> {
             self.to.library.resolved(to),
         );
         if let Some(item) = found.moves.take(from) {
-            return Ok(vec![item]);
+            // What a change of frames reads stays as it is.
+            return match factor {
+                None => Ok(vec![item]),
+                Some(_) => Err(NoPlan::Move(path.to_owned(), NoMove::Unit)),
+            };
         }
         if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
             && let Some((array, number)) = numbers(self.from.library, from)

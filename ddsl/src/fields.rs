@@ -318,7 +318,7 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
 }
 /// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
 /// the component where the check of the network did not look.
-const OWN_OPTIONS: [(&str, &str); 12] = [
+const OWN_OPTIONS: [(&str, &str); 13] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -334,6 +334,7 @@ const OWN_OPTIONS: [(&str, &str); 12] = [
         "write `middleware auto;` into the deployment",
     ),
     ("--convert", "write `bind … { convert; };`"),
+    ("--frames", "write `bind … { convert { frames SLOT; }; };`"),
     ("--set", "write `parameters { NAME VALUE; };`"),
     (
         "--set-middleware",

@@ -2,7 +2,7 @@
 //! that takes those of one end to those of the other one.
 
 use crate::units::End;
-use rc_conversion::{Formula, Operand};
+use rc_conversion::{Formula, Operand, is_frame};
 use rc_idsl::model::{Member, TypeId};
 use rc_plans::{Kind, Plan, Refusal};
 use rc_prototypes::model::{Content, Covariance, Library, Part, Prototype};
@@ -94,6 +94,15 @@ pub(crate) enum FrameOf {
     Member(String),
 }
 
+impl FrameOf {
+    fn name(&self) -> Option<&str> {
+        match self {
+            Self::Named(name) => Some(name),
+            Self::Member(_) => None,
+        }
+    }
+}
+
 /// What a prototype says of its frame: a name, or the path of a member.
 fn frame_of(of: &Prototype, end: &str) -> Option<FrameOf> {
     let mut frames = of.frames.iter();
@@ -180,6 +189,8 @@ pub(crate) enum NotConverted {
     Covariance,
     /// The prototype with this name does not say when its values were measured.
     Stamp(String),
+    /// No plan has a frame with this name.
+    FrameName(String),
     /// This composite does not say which members hold its parts.
     Places(String),
 }
@@ -211,6 +222,11 @@ fn meaning(
     let change = match frames(from, to).filter(|_| moves) {
         None => None,
         Some((own, wanted)) => {
+            for name in [own.name(), Some(wanted.as_str())].into_iter().flatten() {
+                if !is_frame(name) {
+                    return Err(NotConverted::FrameName(name.to_owned()));
+                }
+            }
             let Some(FrameOf::Member(stamp)) = frame_of(from, "stamp") else {
                 return Err(NotConverted::Stamp(from.name.clone()));
             };

@@ -23,8 +23,12 @@ pub(crate) enum NoMove {
     Repeated,
     /// The time is no number with a unit, and no seconds with nanoseconds.
     Time,
+    /// The time has another unit at the other end, and would be converted before it is read.
+    Unit,
     /// The frame is no string.
     Frame,
+    /// The frame is a string of a message that travels in place.
+    InPlace,
     /// The time or the frame is in a sequence, or optional.
     Hidden,
 }
@@ -207,9 +211,16 @@ fn members(library: &Library, of: TypeId) -> Option<&[Member]> {
 /// nanoseconds.
 fn time_of(library: &Library, whole: TypeId, path: &str) -> Option<Vec<(String, u32)>> {
     let found = member(library, whole, path)?;
+    // A float32 has no room for the time of a clock.
     let is_number = |of: &Member| match library.resolved(&of.ty) {
-        Type::Primitive(number) => number.number().is_some_and(|own| own != Primitive::Bool),
+        Type::Primitive(number) => number
+            .number()
+            .is_some_and(|own| !matches!(own, Primitive::Bool | Primitive::F32)),
         _ => false,
+    };
+    let has_unit = |of: &Member, text: &str| {
+        let own = of.unit.as_deref().map(Unit::parse);
+        own.is_none_or(|own| own.is_ok_and(|own| Unit::parse(text).is_ok_and(|of| of == own)))
     };
     if is_number(found) {
         let unit = Unit::parse(found.unit.as_deref()?).ok()?;
@@ -227,7 +238,10 @@ fn time_of(library: &Library, whole: TypeId, path: &str) -> Option<Vec<(String, 
         let name = of.name.text.to_ascii_lowercase();
         is_number(of) && words.iter().any(|word| name.starts_with(word))
     };
-    let is_time = starts(seconds, &["sec"]) && starts(rest, &["nanosec", "nsec"]);
+    let is_time = starts(seconds, &["sec"])
+        && has_unit(seconds, "s")
+        && starts(rest, &["nanosec", "nsec"])
+        && has_unit(rest, "ns");
     is_time.then(|| {
         [(seconds, UNITS[0].1), (rest, 1)]
             .map(|(of, unit)| (format!("{path}.{}", of.name.text), unit))

@@ -6,15 +6,13 @@ use crate::meaning::{
     Ambiguous, Chosen, Meanings, NotConverted, chosen, described, has_prefix, prototype,
 };
 use crate::moves::NoMove;
+use rc_conversion::TREE;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_plans::Refusal;
 use rc_quantity::Unit;
 use std::collections::{BTreeSet, HashSet};
-
-/// The interface of a slot that knows where frames are.
-pub(crate) const TREE: &str = "RcInnerModel::InnerModel";
 
 /// One end of a connection.
 #[derive(Clone, Copy)]
@@ -122,9 +120,19 @@ pub(crate) fn compare(
                     format!("the `stamp` of `{path}` is no time"),
                     "name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds",
                 ),
+                NoPlan::Move(path, NoMove::Unit) => (
+                    format!(
+                        "`{path}` is the time of a change of frames, and has another unit at each end"
+                    ),
+                    "give it the unit of the other end",
+                ),
                 NoPlan::Move(path, NoMove::Frame) => (
                     format!("the frame of `{path}` is no string"),
                     "name a member with the name of the frame, or the frame itself",
+                ),
+                NoPlan::Move(path, NoMove::InPlace) => (
+                    format!("`{path}` travels in place, and its frame is a string in it"),
+                    "name the frame in the prototype, or let the string have no bound",
                 ),
                 NoPlan::Move(path, NoMove::Hidden) => (
                     format!("the frame or the `stamp` of `{path}` is not in every message once"),
@@ -370,10 +378,13 @@ impl<'a> Comparison<'a, '_> {
                 let error = Diagnostic::error(refusal.code(), self.line.span, message);
                 match refusal {
                     Refusal::Frame(end, ..) if end == "with_respect_to" && consumer.subscribes => {
-                        error.help(format!(
-                            "if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} {{ convert {{ frames SLOT; }}; }};`",
+                        error.help(if self.line.frames.is_some() {
+                            "name the frame and the `stamp` in the prototype of the whole, and not in those of its parts".to_owned()
+                        } else {
+                            format!("if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} {{ convert {{ frames SLOT; }}; }};`",
                             self.line.text
-                        ))
+                        )
+                        })
                     }
                     _ => error,
                 }
@@ -385,6 +396,11 @@ impl<'a> Comparison<'a, '_> {
                 error.help(
                     "a change of frames is one at a time: `frames = { …, stamp = member NAME }`",
                 )
+            }
+            Err(NotConverted::FrameName(name)) => {
+                let message = format!("{message}: a frame named `{name}` cannot change");
+                let error = Diagnostic::error("no-conversion", self.line.span, message);
+                error.help("names of frames have letters, digits, `_`, `.`, `/` and `-`")
             }
             Err(NotConverted::Covariance) => {
                 let message = format!("{message}: the covariance would stay as it is");

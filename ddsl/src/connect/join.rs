@@ -3,6 +3,7 @@
 use super::{Connection, Connector};
 use crate::endpoint::Endpoint;
 use crate::units::Line;
+use rc_cdsl::model::Role;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
 use std::collections::HashMap;
@@ -17,6 +18,20 @@ impl Connector<'_> {
         consumer: Endpoint,
         provider: Endpoint,
     ) {
+        if let Some(frames) = frames
+            && let Some(slot) = self.slot(consumer)
+            && slot.role != Role::SubscribesTo
+        {
+            let message = format!(
+                "`{}` calls, and only samples change their frame",
+                self.name(consumer)
+            );
+            let error = Diagnostic::error("wrong-frames", frames.span, message)
+                .label(slot.span, "declared here")
+                .help("ask the tree in the component");
+            self.report(consumer, Some(provider), error);
+            return;
+        }
         let mut found = Diagnostics::new();
         let text = self.bind_line(consumer, provider);
         let line = Line {

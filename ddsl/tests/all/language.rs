@@ -315,7 +315,7 @@ fn options_that_rcdeploy_sets_are_no_arguments() {
     check(
         "Component a { cdsl \"a\"; args \"--log\", \"debug\", \"--network\", \"other\", \"--name=b\"; };\n\
          Component b { cdsl \"b\"; args \"--bind=Laser=other/Laser\", \"--set\", \"speed=1\", \"--record\", \"a.mcap\", \"--check\"; };\n\
-         Component c { cdsl \"c\"; args \"--member\", \"camera\", \"-h\", \"-V\"; };\n\
+         Component c { cdsl \"c\"; args \"--member\", \"camera\", \"-h\", \"-V\", \"--frames\"; };\n\
          Component d { cdsl \"d\"; args \"--ros-args\", \"-r\", \"__node:=front\", \"--\"; };",
         &expect![[r#"
             n.ddsl:2:48: error[reserved-argument]: `--network` cannot be in `args`: `rcdeploy` sets it (a component is in the network of its `Deployment`)
@@ -326,6 +326,7 @@ fn options_that_rcdeploy_sets_are_no_arguments() {
             n.ddsl:4:30: error[reserved-argument]: `--member` cannot be in `args`: `rcdeploy` sets it (write a `Component` with the same `process`)
             n.ddsl:4:52: error[reserved-argument]: `-h` cannot be in `args`: a network runs its components (the component would not run)
             n.ddsl:4:58: error[reserved-argument]: `-V` cannot be in `args`: a network runs its components (the component would not run)
+            n.ddsl:4:64: error[reserved-argument]: `--frames` cannot be in `args`: `rcdeploy` sets it (write `bind … { convert { frames SLOT; }; };`)
         "#]],
     );
 }

@@ -536,7 +536,8 @@ fn a_structure_and_its_elements_convert_each_by_its_own_prototype() {
 const SCAN: &str =
     "module L { struct T { int sec; uint32 nanosec; }; struct H { T stamp; string frame; };
     struct P { float x; float y; float z; }; sequence<P> Ps;
-    struct S { H header; @unit(\"ms\") long taken; Ps points; @optional T maybe; };
+    struct S { H header; @unit(\"ms\") long taken; Ps points; @optional T maybe;
+        @unit(\"s\") float short; };
     interface Laser { void push(S scan); }; };";
 
 /// A prototype of the points of `L::S` in a frame.
@@ -650,6 +651,24 @@ fn frames_that_cannot_change_are_refused() {
     "#]],
     );
     moving(
+        "with_respect_to = \"a map\"",
+        of,
+        "convert { frames tree; };",
+        &expect![[r#"
+            n.ddsl:2:6: error[no-conversion]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up): a frame named `a map` cannot change; the consumer's declaration at Laser.idsl:2:12; the provider's declaration at Laser.idsl:2:12 (names of frames have letters, digits, `_`, `.`, `/` and `-`)
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+    moving(
+        map,
+        "with_respect_to = lidar, stamp = member short",
+        "convert { frames tree; };",
+        &expect![[r#"
+            n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is no time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+    moving(
         "with_respect_to = lidar",
         of,
         "convert { frames tree; };",
@@ -666,5 +685,84 @@ fn frames_that_cannot_change_are_refused() {
         n.ddsl:2:37: error[unknown-field]: expected `frames`, found `tree` (expected `frames`)
         n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
     "#]],
+    );
+}
+
+/// A connection between two components with a `Laser` each, of which the first one has a tree.
+fn with_tree(ours: &str, theirs: &str, expected: &Expect) {
+    let binds =
+        "bind a.Laser -> b.Laser { convert { frames tree; }; }; bind a.tree -> w.InnerModel;";
+    let all = [("a", ours), ("b", theirs), ("w", "implements InnerModel;")];
+    connect(&all, binds, expected);
+}
+
+#[test]
+fn the_time_of_a_change_has_one_unit() {
+    let idsl = |unit: &str| SCAN.replace("@unit(\"ms\")", &format!("@unit(\"{unit}\")"));
+    let map = scan("m", ROS, "with_respect_to = map");
+    let lidar = "with_respect_to = lidar, stamp = member taken";
+    let lidar = scan("mm", LIDAR, lidar);
+    with_tree(
+        &format!(
+            "[{}|||{map}]subscribesTo Laser; requires InnerModel as tree;",
+            idsl("ns")
+        ),
+        &format!("[{}|||{lidar}]publishes Laser;", idsl("ms")),
+        &expect![[r#"
+            n.ddsl:2:27: error[not-convertible]: `L::S.taken` is the time of a change of frames, and has another unit at each end (give it the unit of the other end)
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+}
+
+#[test]
+fn calls_change_no_frames() {
+    let idsl = SCAN.replace("void push(S scan)", "S get()");
+    let map = scan("m", ROS, "with_respect_to = map");
+    let lidar = "with_respect_to = lidar, stamp = member taken";
+    let lidar = scan("mm", LIDAR, lidar);
+    with_tree(
+        &format!("[{idsl}|||{map}]requires Laser, InnerModel as tree;"),
+        &format!("[{idsl}|||{lidar}]implements Laser;"),
+        &expect![[r#"
+            n.ddsl:2:44: error[wrong-frames]: `a.Laser` calls, and only samples change their frame; declared here at a.cdsl:2:41 (ask the tree in the component)
+        "#]],
+    );
+}
+
+#[test]
+fn a_frame_in_a_message_that_travels_in_place_is_refused() {
+    let idsl = "module L { struct P { float x; float y; float z; string<8> frame; sequence<float, 4> more; @unit(\"ns\") long taken; };
+        interface Laser { void push(P point); }; };";
+    let map = point("m", ROS, "frames = { with_respect_to = map }");
+    let lidar = "frames = { with_respect_to = member frame, stamp = member taken }";
+    let lidar = point("mm", LIDAR, lidar);
+    with_tree(
+        &format!("[{idsl}|||{map}]subscribesTo Laser; requires InnerModel as tree;"),
+        &format!("[{idsl}|||{lidar}]publishes Laser;"),
+        &expect![[r#"
+            n.ddsl:2:27: error[not-convertible]: `L::P` travels in place, and its frame is a string in it (name the frame in the prototype, or let the string have no bound)
+            n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+        "#]],
+    );
+}
+
+#[test]
+fn a_tree_answers_what_a_change_of_frames_asks() {
+    let map = scan("m", ROS, "with_respect_to = map");
+    let lidar = "with_respect_to = lidar, stamp = member taken";
+    let lidar = scan("mm", LIDAR, lidar);
+    let ours = format!("[{SCAN}|||{map}]subscribesTo Laser; requires InnerModel as tree;");
+    let theirs = format!("[{SCAN}|||{lidar}]publishes Laser;");
+    connect(
+        &[
+            ("a_old", &ours),
+            ("b", &theirs),
+            ("w_old", "implements InnerModel;"),
+        ],
+        "bind a_old.Laser -> b.Laser { convert { frames tree; }; }; bind a_old.tree -> w_old.InnerModel;",
+        &expect![[r#"
+            n.ddsl:2:48: error[wrong-frames]: `a_old.tree` has no `getPoseAt` as this framework asks it; declared here at a_old.cdsl:2:65 (import the framework's `InnerModel.idsl`)
+        "#]],
     );
 }

@@ -20,12 +20,13 @@ const INTERFACES: [(&str, &str); 3] = [
     ),
     (
         "InnerModel.idsl",
-        "module RcInnerModel { interface InnerModel { int getPoseAt(); }; };",
+        include_str!("../../../components/interfaces/InnerModel.idsl"),
     ),
 ];
 
 /// A component named `name`. Its communications may begin with `[` and another definition of
-/// `Laser`, which ends with `]`; behind `|||` stand its prototypes. One whose name ends with `_python` is in Python.
+/// `Laser`, which ends with `]`; behind `|||` stand its prototypes. One whose name ends with `_python` is in Python,
+/// and one whose name ends with `_old` has another `InnerModel`.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES.to_vec();
     let mut prototypes = "";
@@ -44,6 +45,9 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         }
         None => communications,
     };
+    if name.ends_with("_old") {
+        interfaces[2].1 = "module RcInnerModel { interface InnerModel { int getPoseAt(); }; };";
+    }
     let imports = ["Laser", "Pub", "InnerModel"]
         .into_iter()
         .filter(|i| communications.contains(i));

@@ -9,6 +9,13 @@ use core::fmt::{self, Write};
 /// one frame to those in another one.
 pub type Transform = [f64; 12];
 
+/// The interface that knows where frames are.
+pub const TREE: &str = "RcInnerModel::InnerModel";
+
+/// The operation of it that a change of frames calls, and the hash of its types: the pose of one node
+/// in another one at a time.
+pub const QUERY: (&str, u64) = ("getPoseAt", 0xfc46_9e8d_ddc0_a1b8);
+
 /// A transform that a message needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Move {

@@ -33,6 +33,42 @@ pub(crate) fn convert<'r>(
         return Err(Refusal::NoWay);
     };
     let rows = [first, second, third];
+    if is_one(from) && is_one(to) {
+        return placed(from, to, (input, &rows), notes);
+    }
+    let (Shape::Parts(_), Shape::Parts(wanted)) = (from, to) else {
+        return Err(Refusal::NoWay);
+    };
+    let mut out = Vec::new();
+    for (name, part) in wanted {
+        let missing = || Refusal::Missing(name.clone());
+        let (own, range) = from.part(name).ok_or_else(missing)?;
+        let input = input.get(range).ok_or_else(missing)?;
+        out.extend(convert(own, part, (input, transform), notes)?);
+    }
+    Ok(out)
+}
+
+/// Whether a shape has one place: it is a leaf, or a position and an orientation.
+fn is_one(shape: &Shape) -> bool {
+    let Shape::Parts(parts) = shape else {
+        return true;
+    };
+    let count = |meaning: &str| {
+        let own = |part: &Shape| matches!(part, Shape::Leaf(leaf) if leaf.semantic == meaning);
+        parts.iter().filter(|(_, part)| own(part)).count()
+    };
+    let (positions, turns) = (count("Position"), count("Orientation"));
+    positions <= 1 && turns <= 1 && positions + turns == parts.len()
+}
+
+/// Converts what has one place.
+fn placed<'r>(
+    from: &Shape,
+    to: &Shape,
+    (input, rows): (&[Term<'r>], &[[Term<'r>; 4]; 3]),
+    notes: &mut Notes,
+) -> Result<Vec<Term<'r>>, Refusal> {
     let turn = rows.map(|[x, y, z, _]| [x, y, z]);
     let by = rows.map(|[.., by]| by);
     let there = load(from, input, notes)?;
@@ -80,6 +116,9 @@ fn load<'r>(shape: &Shape, input: &[Term<'r>], notes: &mut Notes) -> Result<Plac
             return Ok(all);
         }
     };
+    if !leaf.in_geometry {
+        return Err(Refusal::Still(leaf.semantic.clone()));
+    }
     let change = change(axes(leaf)?, Axes::ROS);
     let (position, turn) = match leaf.semantic.as_str() {
         "Position" | "PointSet" => (Some(vector::load(leaf, input, notes)?), None),

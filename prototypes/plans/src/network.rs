@@ -179,7 +179,11 @@ impl<'l> Network<'l> {
     pub(crate) fn moving(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
         let (one, other) = (self.prototype(from)?, self.prototype(to)?);
         self.agree(one, other)?;
-        if [one, other].iter().any(|of| of.covariance.is_some()) {
+        let mut pairs = Vec::new();
+        self.pairs(&[one], &[other], &mut pairs);
+        let mut ends = pairs.iter().flat_map(|(from, to)| [from, to]);
+        let is_sure = |of: &Chain<'_>| of.first().is_some_and(|of| of.covariance.is_some());
+        if ends.any(is_sure) {
             return Err(Refusal::Still("covariance".to_owned()));
         }
         let (input, output) = (self.shape(from)?, self.shape(to)?);

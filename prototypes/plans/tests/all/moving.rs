@@ -21,6 +21,10 @@ fn text(axes: &str, unit: &str, frame: &str, more: &str) -> String {
          dproto pose :: geometry {{ semantic = Pose
              composes = {{ Position = place, Orientation = turn }}
              frames = {{ of = hand, with_respect_to = {frame} }} }}
+         dproto inner :: geometry {{ semantic = Pose
+             composes = {{ Position = place, Orientation = turn }} }}
+         dproto both :: geometry {{ semantic = PairPose composes = {{ Obj1 = inner, Obj2 = inner }}
+             frames = {{ with_respect_to = {frame} }} }}
          dproto speed :: geometry {{ semantic = LinearVelocity coord = cartesian algebraic = xyz
              ddr = :: ROS{{a/P}} dr = {{ x = x, y = y, z = z }} axes = own }}
          dproto bare :: geometry {{ semantic = Position coord = cartesian algebraic = xyz
@@ -85,6 +89,40 @@ fn points_and_poses_move_with_their_units_and_axes() {
         &input,
         &[&[11.0, 22.0, 30.5][..], &expected.to_xyzw()].concat(),
     );
+}
+
+#[test]
+fn each_pose_of_two_moves_by_itself() {
+    let (of_pose, of_both) = (plan("pose").expect("a plan"), plan("both").expect("a plan"));
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let first = [1000.0, 2000.0, 500.0, 0.0, 0.0, 0.0, 1.0];
+    let second = [-4000.0, 0.0, 7000.0, half, 0.0, 0.0, half];
+    let alone = [first, second].map(|pose| {
+        let input: Vec<f64> = pose.into_iter().chain(transform()).collect();
+        of_pose.program.run(&input).expect("values")
+    });
+    assert_ne!(alone[0], alone[1]);
+    gives(&of_both, &[first, second].concat(), &alone.concat());
+}
+
+#[test]
+fn a_covariance_of_a_part_is_refused() {
+    let own = "covariance = { member covariance }";
+    let sure = |frame: &str| {
+        let text = text(ROS, "m", frame, "");
+        let place = "units = u axes = own }\n         dproto turn";
+        assert!(text.contains(place));
+        library(&text.replace(
+            place,
+            &format!("units = u axes = own {own} }}\n         dproto turn"),
+        ))
+    };
+    let (from, to) = (sure("lidar"), sure("map"));
+    for name in ["pose", "both"] {
+        let refused = rc_plans::moving((&from, name), (&to, name)).map(drop);
+        let reason = refused.map_err(|refusal| refusal.to_string());
+        assert!(reason.is_err_and(|reason| reason.ends_with("and no covariance")));
+    }
 }
 
 #[test]
