@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections import namedtuple
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,7 @@ load("robocomp._graph", "ROBOCOMP_GRAPH", "rc-python-graph", "librobocomp_graph.
 from robocomp import _graph  # noqa: E402
 from robocomp._graph import Edge, Node  # noqa: E402
 
-__all__ = ["Edge", "Graph", "Node", "Snapshot", "Traversal", "Way"]
+__all__ = ["Edge", "Graph", "Node", "Snapshot", "Traversal", "Traverser"]
 
 Total = TypeVar("Total")
 
@@ -23,7 +24,7 @@ STEPS = 10_000_000
 """How many steps a query or a traversal takes at most, if nothing else is said."""
 
 ROWS = 100_000
-"""How many rows a query makes at most, if nothing else is said."""
+"""How many rows a query or a traversal makes at most, if nothing else is said."""
 
 MARKS = 4
 """How many marks a traversal has at most."""
@@ -45,6 +46,8 @@ class Graph:
         Raises `ValueError` with line and column if the text is wrong, and `OSError` if the file cannot
         be read.
         """
+        if isinstance(include, str):
+            raise TypeError(f"`include` has several folders, for instance [{include!r}], and is no text")
         graph, warnings = _graph.Graph.read(Path(file), [Path(folder) for folder in include])
         for line in warnings:
             logging.getLogger("robocomp").warning(line)
@@ -92,7 +95,7 @@ class Snapshot:
         *,
         steps: int = STEPS,
         rows: int = ROWS,
-    ) -> list[tuple[Any, ...]]:
+    ) -> list[Any]:
         """The rows of a query in openCypher, as named tuples. `$name` in the text is a parameter.
 
         Raises `ValueError` with the place if the text is wrong, and if the query takes more steps or
@@ -101,15 +104,21 @@ class Snapshot:
         return _rows(*self._now.query(text, dict(parameters or {}), steps, rows))
 
     def run(
-        self, query: str, *, steps: int = STEPS, rows: int = ROWS, **parameters: Any
-    ) -> list[tuple[Any, ...]]:
-        """The rows of a query that the schema names, as named tuples."""
-        return _rows(*self._now.run(query, parameters, steps, rows))
+        self,
+        name: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        steps: int = STEPS,
+        rows: int = ROWS,
+    ) -> list[Any]:
+        """The rows of a query that the schema names, as named tuples. Raises `ValueError` if the schema has
+        no such query, if a parameter does not fit, and if the query takes more steps or makes more rows."""
+        return _rows(*self._now.run(name, dict(parameters or {}), steps, rows))
 
-    def pose(self, to: Node, frame: Node) -> tuple[float, float, float, float, float, float]:
-        """The pose of a node in the node `to`: x, y, z in the unit of the schema, and the angles about
-        x, y, z. Raises `ValueError` if no poses connect them."""
-        return self._now.pose(to, frame)
+    def pose(self, frame: Node, node: Node) -> tuple[float, float, float, float, float, float]:
+        """The pose of `node` in `frame`, as `pose(frame, node)` of a query: x, y, z in the unit of the
+        schema, and the angles about x, y, z. Raises `ValueError` if no poses connect them."""
+        return self._now.pose(frame, node)
 
     def traverse(self, *starts: Node | Iterable[Node]) -> Traversal:
         """Starts a traversal at nodes."""
@@ -119,14 +128,19 @@ class Snapshot:
         return Traversal(self, nodes)
 
 
-def _rows(columns: list[str], rows: list[list[Any]]) -> list[tuple[Any, ...]]:
+@lru_cache(maxsize=64)
+def _row(columns: tuple[str, ...]) -> Any:
     # A column that is no word of Python has its number as its name.
-    row = namedtuple("Row", columns, rename=True)
+    return namedtuple("Row", columns, rename=True)
+
+
+def _rows(columns: list[str], rows: list[list[Any]]) -> list[Any]:
+    row = _row(tuple(columns))
     return [row._make(cells) for cells in rows]
 
 
-class Way:
-    """A way that was taken: where it ends, and what it has marked."""
+class Traverser:
+    """What has taken all steps: the node where it is, and the nodes that it has marked."""
 
     __slots__ = ("_marks", "node")
 
@@ -195,7 +209,7 @@ class Traversal:
         return self._marks.index(mark)
 
     def where_eq(self, mark: str) -> Traversal:
-        """Only ways that have come back to a marked node."""
+        """Only traversers that have come back to a marked node."""
         return self._then("where_eq", value=self._mark(mark))
 
     def select(self, mark: str) -> Traversal:
@@ -203,35 +217,48 @@ class Traversal:
         return self._then("select", value=self._mark(mark))
 
     def repeat_until(self, relation: str, until: Callable[[Node], bool]) -> Traversal:
-        """Along the first edge of a relation until `until` holds. A way that ends before is left out."""
+        """Along the first edge of a relation until `until` holds. A traverser that ends before is left
+        out. Each call of `until` is a step."""
         return self._then("repeat_until", relation, until)
 
-    def ways(self, steps: int = STEPS) -> list[Way]:
-        """The ways. Raises `ValueError` if there are more than `steps` on all steps together."""
-        found = self._graph._now.walk(self._starts, list(self._steps), steps)
+    def _walk(self, marks: tuple[str, ...], steps: int, rows: int) -> list[Traverser]:
+        found = self._graph._now.walk(self._starts, list(self._steps), len(marks), steps, rows)
         return [
-            Way(node, {name: at for name, at in zip(self._marks, marks, strict=False) if at is not None})
-            for node, marks in found
+            Traverser(node, {name: at for name, at in zip(marks, marked, strict=True) if at is not None})
+            for node, marked in found
         ]
 
-    def nodes(self) -> list[Node]:
-        """Where the ways end."""
-        return [way.node for way in self.ways()]
+    def traversers(self, *, steps: int = STEPS, rows: int = ROWS) -> list[Traverser]:
+        """The traversers that have taken all steps. Raises `ValueError` if these are more than `rows`, and
+        if all traversers together take more than `steps`."""
+        return self._walk(self._marks, steps, rows)
+
+    def nodes(self, *, steps: int = STEPS, rows: int = ROWS) -> list[Node]:
+        """Where the traversers are."""
+        return [traverser.node for traverser in self._walk((), steps, rows)]
 
     def __iter__(self) -> Iterator[Node]:
         return iter(self.nodes())
 
-    def values(self, attribute: str) -> list[Any]:
+    def values(self, attribute: str, *, steps: int = STEPS, rows: int = ROWS) -> list[Any]:
         """The values of an attribute; nodes without it are left out."""
-        return [node[attribute] for node in self.nodes() if attribute in node]
+        nodes = self.nodes(steps=steps, rows=rows)
+        return [node[attribute] for node in nodes if attribute in node]
 
-    def fold(self, start: Total, next: Callable[[Total, Way], Total]) -> Total:
-        """Computes over all ways."""
+    def fold(
+        self,
+        start: Total,
+        next: Callable[[Total, Traverser], Total],
+        *,
+        steps: int = STEPS,
+        rows: int = ROWS,
+    ) -> Total:
+        """Computes over all traversers."""
         total = start
-        for way in self.ways():
-            total = next(total, way)
+        for traverser in self.traversers(steps=steps, rows=rows):
+            total = next(total, traverser)
         return total
 
-    def count(self) -> int:
-        """How many ways there are."""
-        return len(self.ways())
+    def count(self, *, steps: int = STEPS) -> int:
+        """How many traversers there are."""
+        return self._graph._now.count(self._starts, list(self._steps), steps)

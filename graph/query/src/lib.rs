@@ -44,7 +44,7 @@ mod traversal;
 pub use cell::Cell;
 pub use named::Queries;
 pub use run::{Budget, Error};
-pub use traversal::{Mark, Traversal, Walker, traverse};
+pub use traversal::{Mark, Traversal, Traverser, traverse};
 
 pub use property_graph::Snapshot;
 

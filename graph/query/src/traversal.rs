@@ -2,19 +2,19 @@
 
 use property_graph::{Named, NodeId, Snapshot, Symbol, Value};
 
-/// Names a node on the way, to compare with later or to go back to: 0 to 3.
+/// Names a node of a traverser, to compare with later or to go back to: 0 to 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mark(pub usize);
 
-/// Somebody on the way: where they are, and what they marked.
+/// The place of a traversal in the graph: its present node, and the nodes that it has marked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Walker {
+pub struct Traverser {
     /// The present node.
     pub node: NodeId,
     marks: [Option<NodeId>; Self::MARKS],
 }
 
-impl Walker {
+impl Traverser {
     /// How many marks there are.
     pub const MARKS: usize = 4;
 
@@ -32,72 +32,76 @@ impl Walker {
     }
 }
 
-/// The ways that were taken so far.
+/// The steps so far, and the traversers that have taken them.
 #[derive(Clone, Debug)]
 pub struct Traversal<'s, I> {
     graph: &'s Snapshot,
-    walkers: I,
+    traversers: I,
 }
 
 /// Starts at nodes.
 pub fn traverse(
     graph: &Snapshot,
     nodes: impl IntoIterator<Item = NodeId>,
-) -> Traversal<'_, impl Iterator<Item = Walker>> {
-    let walkers = nodes.into_iter().map(|node| Walker {
+) -> Traversal<'_, impl Iterator<Item = Traverser>> {
+    let traversers = nodes.into_iter().map(|node| Traverser {
         node,
-        marks: [None; Walker::MARKS],
+        marks: [None; Traverser::MARKS],
     });
-    Traversal { graph, walkers }
+    Traversal { graph, traversers }
 }
 
-impl<'s, I: Iterator<Item = Walker>> Traversal<'s, I> {
-    fn then<J: Iterator<Item = Walker>>(
+impl<'s, I: Iterator<Item = Traverser>> Traversal<'s, I> {
+    fn then<J: Iterator<Item = Traverser>>(
         self,
         next: impl FnOnce(I, &'s Snapshot) -> J,
     ) -> Traversal<'s, J> {
         Traversal {
-            walkers: next(self.walkers, self.graph),
+            traversers: next(self.traversers, self.graph),
             graph: self.graph,
         }
     }
 
     /// The same in a type of its own, so that steps can follow that are known at run time only. It
     /// allocates once.
-    pub fn boxed(self) -> Traversal<'s, Box<dyn Iterator<Item = Walker> + 's>>
+    pub fn boxed(self) -> Traversal<'s, Box<dyn Iterator<Item = Traverser> + 's>>
     where
         I: 's,
     {
-        self.then(|walkers, _| Box::new(walkers) as _)
+        self.then(|traversers, _| Box::new(traversers) as _)
     }
 
     /// Along edges of a relation.
-    pub fn out(self, relation: impl Named) -> Traversal<'s, impl Iterator<Item = Walker>> {
+    pub fn out(self, relation: impl Named) -> Traversal<'s, impl Iterator<Item = Traverser>> {
         let relation = self.graph.symbol(relation);
-        self.then(move |walkers, graph| {
-            walkers.flat_map(move |walker| {
-                let next = relation.map(|relation| graph.out(walker.node, relation));
-                next.into_iter().flatten().map(move |node| walker.at(node))
+        self.then(move |traversers, graph| {
+            traversers.flat_map(move |traverser| {
+                let next = relation.map(|relation| graph.out(traverser.node, relation));
+                next.into_iter()
+                    .flatten()
+                    .map(move |node| traverser.at(node))
             })
         })
     }
 
     /// Against edges of a relation.
-    pub fn in_(self, relation: impl Named) -> Traversal<'s, impl Iterator<Item = Walker>> {
+    pub fn in_(self, relation: impl Named) -> Traversal<'s, impl Iterator<Item = Traverser>> {
         let relation = self.graph.symbol(relation);
-        self.then(move |walkers, graph| {
-            walkers.flat_map(move |walker| {
-                let next = relation.map(|relation| graph.in_(walker.node, relation));
-                next.into_iter().flatten().map(move |node| walker.at(node))
+        self.then(move |traversers, graph| {
+            traversers.flat_map(move |traverser| {
+                let next = relation.map(|relation| graph.in_(traverser.node, relation));
+                next.into_iter()
+                    .flatten()
+                    .map(move |node| traverser.at(node))
             })
         })
     }
 
     /// Only nodes of a type, or of one that inherits from it.
-    pub fn has_type(self, kind: impl Named) -> Traversal<'s, impl Iterator<Item = Walker>> {
+    pub fn has_type(self, kind: impl Named) -> Traversal<'s, impl Iterator<Item = Traverser>> {
         let wanted = self.graph.symbol(kind);
-        self.filter(move |graph, walker| {
-            let kind = graph.node(walker.node).map(|node| node.kind()).ok();
+        self.filter(move |graph, traverser| {
+            let kind = graph.node(traverser.node).map(|node| node.kind()).ok();
             kind.zip(wanted)
                 .is_some_and(|(kind, wanted)| graph.is_a(kind, wanted))
         })
@@ -108,62 +112,64 @@ impl<'s, I: Iterator<Item = Walker>> Traversal<'s, I> {
         self,
         attribute: impl Named,
         value: impl Into<Value>,
-    ) -> Traversal<'s, impl Iterator<Item = Walker>> {
+    ) -> Traversal<'s, impl Iterator<Item = Traverser>> {
         let (attribute, value) = (self.graph.symbol(attribute), value.into());
-        self.filter(move |graph, walker| {
-            attribute.is_some_and(|a: Symbol| graph.get(walker.node, a) == Some(&value))
+        self.filter(move |graph, traverser| {
+            attribute.is_some_and(|a: Symbol| graph.get(traverser.node, a) == Some(&value))
         })
     }
 
-    /// Only ways that a test accepts.
+    /// Only traversers that a test accepts.
     pub fn filter(
         self,
-        mut test: impl FnMut(&Snapshot, &Walker) -> bool,
-    ) -> Traversal<'s, impl Iterator<Item = Walker>> {
-        self.then(move |walkers, graph| walkers.filter(move |walker| test(graph, walker)))
+        mut test: impl FnMut(&Snapshot, &Traverser) -> bool,
+    ) -> Traversal<'s, impl Iterator<Item = Traverser>> {
+        self.then(move |traversers, graph| {
+            traversers.filter(move |traverser| test(graph, traverser))
+        })
     }
 
     /// Marks the present node.
-    pub fn as_(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Walker>> {
-        self.then(move |walkers, _| {
-            walkers.map(move |mut walker| {
-                if let Some(slot) = walker.marks.get_mut(mark.0) {
-                    *slot = Some(walker.node);
+    pub fn as_(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Traverser>> {
+        self.then(move |traversers, _| {
+            traversers.map(move |mut traverser| {
+                if let Some(slot) = traverser.marks.get_mut(mark.0) {
+                    *slot = Some(traverser.node);
                 }
-                walker
+                traverser
             })
         })
     }
 
-    /// Only ways that have come back to a marked node.
-    pub fn where_eq(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Walker>> {
-        self.filter(move |_, walker| walker.marked(mark) == Some(walker.node))
+    /// Only traversers that have come back to a marked node.
+    pub fn where_eq(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Traverser>> {
+        self.filter(move |_, traverser| traverser.marked(mark) == Some(traverser.node))
     }
 
-    /// Goes back to a marked node. Ways without the mark end.
-    pub fn select(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Walker>> {
-        self.then(move |walkers, _| {
-            walkers.filter_map(move |walker| {
-                let node = walker.marked(mark)?;
-                Some(walker.at(node))
+    /// Goes back to a marked node. Traversers without the mark end.
+    pub fn select(self, mark: Mark) -> Traversal<'s, impl Iterator<Item = Traverser>> {
+        self.then(move |traversers, _| {
+            traversers.filter_map(move |traverser| {
+                let node = traverser.marked(mark)?;
+                Some(traverser.at(node))
             })
         })
     }
 
-    /// Goes along the first edge of a relation until a test holds. A way that ends before, or that
+    /// Goes along the first edge of a relation until a test holds. A traverser that ends before, or that
     /// has as many steps as the graph has nodes, is left out.
     pub fn repeat_until(
         self,
         relation: impl Named,
         mut until: impl FnMut(&Snapshot, NodeId) -> bool,
-    ) -> Traversal<'s, impl Iterator<Item = Walker>> {
+    ) -> Traversal<'s, impl Iterator<Item = Traverser>> {
         let relation = self.graph.symbol(relation);
-        self.then(move |walkers, graph| {
-            walkers.filter_map(move |walker| {
-                let mut node = walker.node;
+        self.then(move |traversers, graph| {
+            traversers.filter_map(move |traverser| {
+                let mut node = traverser.node;
                 for _ in 0..=graph.node_count() {
                     if until(graph, node) {
-                        return Some(walker.at(node));
+                        return Some(traverser.at(node));
                     }
                     node = graph.out(node, relation?).next()?;
                 }
@@ -174,30 +180,30 @@ impl<'s, I: Iterator<Item = Walker>> Traversal<'s, I> {
 
     /// The nodes.
     pub fn nodes(self) -> impl Iterator<Item = NodeId> {
-        self.walkers.map(|walker| walker.node)
+        self.traversers.map(|traverser| traverser.node)
     }
 
-    /// The ways.
-    pub fn walkers(self) -> I {
-        self.walkers
+    /// The traversers.
+    pub fn traversers(self) -> I {
+        self.traversers
     }
 
     /// The values of an attribute; nodes without it are left out.
     pub fn values(self, attribute: impl Named) -> impl Iterator<Item = &'s Value> {
         let (graph, attribute) = (self.graph, self.graph.symbol(attribute));
-        let walkers = self.walkers;
-        walkers.filter_map(move |walker| graph.get(walker.node, attribute?))
+        let traversers = self.traversers;
+        traversers.filter_map(move |traverser| graph.get(traverser.node, attribute?))
     }
 
-    /// Computes over all ways.
-    pub fn fold<T>(self, start: T, mut next: impl FnMut(T, &Snapshot, &Walker) -> T) -> T {
+    /// Computes over all traversers.
+    pub fn fold<T>(self, start: T, mut next: impl FnMut(T, &Snapshot, &Traverser) -> T) -> T {
         let graph = self.graph;
-        self.walkers
-            .fold(start, |all, walker| next(all, graph, &walker))
+        self.traversers
+            .fold(start, |all, traverser| next(all, graph, &traverser))
     }
 
-    /// How many ways there are.
+    /// How many traversers there are.
     pub fn count(self) -> usize {
-        self.walkers.count()
+        self.traversers.count()
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::values;
 use property_graph::{EdgeId, EdgeRef, Id, NodeId, NodeRef, Snapshot};
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::hash_map::DefaultHasher;
-use std::hash::{Hash as _, Hasher as _};
+use std::hash::{Hash, Hasher as _};
 use std::sync::Arc;
 
 /// A node of a version.
@@ -27,10 +27,20 @@ fn id_text(id: Id) -> String {
     format!("{}:{}", id.writer(), id.count())
 }
 
-fn hash(id: Id) -> u64 {
+fn hash(now: &Snapshot, id: impl Hash) -> u64 {
     let mut hasher = DefaultHasher::new();
-    id.hash(&mut hasher);
+    (Arc::as_ptr(now.schema()), id).hash(&mut hasher);
     hasher.finish()
+}
+
+/// Whether two versions are of one graph. Each reading of a file makes a schema, which all versions of
+/// its graph share.
+fn are_of_one_graph(one: &Snapshot, other: &Snapshot) -> bool {
+    Arc::ptr_eq(one.schema(), other.schema())
+}
+
+fn of_another_graph() -> PyErr {
+    PyValueError::new_err("a node or an edge of another graph")
 }
 
 fn missing(name: &str) -> PyErr {
@@ -42,12 +52,30 @@ impl Node {
         let node = self.now.node(self.id);
         node.map_err(|error| crate::refused(&error))
     }
+
+    /// The node in another version of its graph.
+    pub(crate) fn id_in(&self, now: &Snapshot) -> PyResult<NodeId> {
+        if !are_of_one_graph(&self.now, now) {
+            return Err(of_another_graph());
+        }
+        let here = now.node(self.id).map_err(|error| crate::refused(&error))?;
+        Ok(here.node_id())
+    }
 }
 
 impl Edge {
     fn here(&self) -> PyResult<EdgeRef<'_>> {
         let edge = self.now.edge(self.id);
         edge.map_err(|error| crate::refused(&error))
+    }
+
+    /// The edge in another version of its graph.
+    pub(crate) fn id_in(&self, now: &Snapshot) -> PyResult<EdgeId> {
+        if !are_of_one_graph(&self.now, now) {
+            return Err(of_another_graph());
+        }
+        let here = now.edge(self.id).map_err(|error| crate::refused(&error))?;
+        Ok(here.edge_id())
     }
 
     fn node(&self, id: NodeId) -> Node {
@@ -92,12 +120,12 @@ impl Node {
         Ok(self.here()?.get(name).is_some())
     }
 
-    fn __eq__(&self, other: &Self) -> PyResult<bool> {
-        Ok(self.here()?.id() == other.here()?.id())
+    fn __eq__(&self, other: &Self) -> bool {
+        self.id == other.id && are_of_one_graph(&self.now, &other.now)
     }
 
-    fn __hash__(&self) -> PyResult<u64> {
-        Ok(hash(self.here()?.id()))
+    fn __hash__(&self) -> u64 {
+        hash(&self.now, self.id)
     }
 
     fn __repr__(&self) -> PyResult<String> {
@@ -146,12 +174,12 @@ impl Edge {
         Ok(self.here()?.get(name).is_some())
     }
 
-    fn __eq__(&self, other: &Self) -> PyResult<bool> {
-        Ok(self.here()?.id() == other.here()?.id())
+    fn __eq__(&self, other: &Self) -> bool {
+        self.id == other.id && are_of_one_graph(&self.now, &other.now)
     }
 
-    fn __hash__(&self) -> PyResult<u64> {
-        Ok(hash(self.here()?.id()))
+    fn __hash__(&self) -> u64 {
+        hash(&self.now, self.id)
     }
 
     fn __repr__(&self) -> PyResult<String> {

@@ -7,14 +7,14 @@ mod values;
 mod walk;
 
 use elements::Node;
-use graph_query::{Budget, Cell, Queries, Query, Rows};
+use graph_query::{Budget, Cell, Mark, Queries, Query, Rows, Traverser};
 use property_graph::schema::Schema;
-use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The module `robocomp._graph`.
@@ -26,9 +26,13 @@ mod _graph {
     use super::{Graph, Snapshot};
 }
 
-/// What is written in a file, or wrong in it.
+/// Renders diagnostics, one a line.
 fn told(sources: &SourceMap, found: &Diagnostics) -> String {
     render(sources, found, Format::Short).trim_end().to_owned()
+}
+
+fn budget(steps: u64, rows: u64) -> Budget {
+    Budget::new(steps, usize::try_from(rows).unwrap_or(usize::MAX))
 }
 
 fn refused(error: &impl ToString) -> PyErr {
@@ -43,22 +47,16 @@ struct Graph {
     queries: Arc<Queries>,
 }
 
-#[pymethods]
 impl Graph {
-    /// Reads a `.graph` file, or the JSON of DSR. Its schema is searched beside it and in the folders
-    /// `include`. Returns the graph, and warnings about the file.
-    #[staticmethod]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "a function of Python owns its arguments"
-    )]
-    fn read(file: PathBuf, include: Vec<PathBuf>) -> PyResult<(Self, Vec<String>)> {
+    fn of(file: &Path, include: &[PathBuf]) -> PyResult<(Self, Vec<String>)> {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
-        let loader = FileLoader::new(&include);
-        let loaded = rcgen::graphs::load(&file, &mut sources, &loader, &mut found);
-        let loaded =
-            loaded.map_err(|error| PyOSError::new_err(format!("{}: {error}", file.display())))?;
+        let loader = FileLoader::new(include);
+        let loaded = rcgen::graphs::load(file, &mut sources, &loader, &mut found);
+        let loaded = loaded.map_err(|error| {
+            // Python raises the class of this kind, for instance `FileNotFoundError`.
+            std::io::Error::new(error.kind(), format!("{}: {error}", file.display()))
+        })?;
         let told = told(&sources, &found);
         let loaded = loaded.filter(|_| !found.has_errors());
         let loaded = loaded.ok_or_else(|| PyValueError::new_err(told.clone()))?;
@@ -72,6 +70,16 @@ impl Graph {
             queries,
         };
         Ok((made, told.lines().map(str::to_owned).collect()))
+    }
+}
+
+#[pymethods]
+impl Graph {
+    /// Reads a `.graph` file, or the JSON of DSR. Its schema is searched beside it and in the folders
+    /// `include`. Returns the graph, and warnings about the file.
+    #[staticmethod]
+    fn read(py: Python<'_>, file: PathBuf, include: Vec<PathBuf>) -> PyResult<(Self, Vec<String>)> {
+        py.detach(move || Self::of(&file, &include))
     }
 
     /// The present version.
@@ -112,6 +120,22 @@ impl Snapshot {
             Ok((name, cell))
         });
         cells.collect()
+    }
+
+    fn steps(
+        &self,
+        py: Python<'_>,
+        starts: Vec<PyRef<'_, Node>>,
+        steps: Vec<walk::Words<'_>>,
+        most: u64,
+        found: impl FnMut(Traverser) -> PyResult<()> + Send,
+    ) -> PyResult<()> {
+        let starts = starts.into_iter().map(|node| node.id_in(&self.now));
+        let starts = starts.collect::<PyResult<Vec<_>>>()?;
+        let steps = steps.into_iter();
+        let steps = steps.map(|words| walk::Step::of(words, &self.now, &self.schema));
+        let steps = steps.collect::<PyResult<Vec<_>>>()?;
+        walk::walk(py, &self.now, starts, &steps, most, found)
     }
 
     fn table<'py>(&self, py: Python<'py>, rows: Rows) -> PyResult<Table<'py>> {
@@ -163,8 +187,8 @@ impl Snapshot {
         py: Python<'py>,
         text: &str,
         parameters: HashMap<String, Bound<'py, PyAny>>,
-        steps: u64,
-        rows: usize,
+        #[pyo3(from_py_with = values::budget)] steps: u64,
+        #[pyo3(from_py_with = values::budget)] rows: u64,
     ) -> PyResult<Table<'py>> {
         let parameters = self.cells(parameters)?;
         let mut sources = SourceMap::new();
@@ -172,7 +196,7 @@ impl Snapshot {
         let known: HashSet<String> = parameters.keys().cloned().collect();
         let (query, found) = Query::with_parameters(&sources, source, &self.schema, &known);
         let query = query.ok_or_else(|| PyValueError::new_err(told(&sources, &found)))?;
-        let found = py.detach(|| query.run(&self.now, &parameters, Budget::new(steps, rows)));
+        let found = py.detach(|| query.run(&self.now, &parameters, budget(steps, rows)));
         self.table(py, found.map_err(|error| refused(&error))?)
     }
 
@@ -182,16 +206,16 @@ impl Snapshot {
         py: Python<'py>,
         name: &str,
         parameters: HashMap<String, Bound<'py, PyAny>>,
-        steps: u64,
-        rows: usize,
+        #[pyo3(from_py_with = values::budget)] steps: u64,
+        #[pyo3(from_py_with = values::budget)] rows: u64,
     ) -> PyResult<Table<'py>> {
         let parameters = self.cells(parameters)?;
         let found = py.detach(|| {
             let parameters = parameters
                 .iter()
                 .map(|(name, cell)| (name.as_str(), cell.clone()));
-            let budget = Budget::new(steps, rows);
-            self.queries.run(&self.now, name, parameters, budget)
+            self.queries
+                .run(&self.now, name, parameters, budget(steps, rows))
         });
         self.table(py, found.map_err(|error| refused(&error))?)
     }
@@ -202,26 +226,56 @@ impl Snapshot {
         queries.map(|query| query.name.as_str()).collect()
     }
 
-    /// The pose of a node in another one: x, y, z and the angles about x, y, z.
-    fn pose(&self, to: &Node, frame: &Node) -> PyResult<(f64, f64, f64, f64, f64, f64)> {
-        let pose = self.now.pose(to.id, frame.id);
+    /// The pose of a node in the frame of another one: x, y, z and the angles about x, y, z.
+    fn pose(&self, frame: &Node, node: &Node) -> PyResult<(f64, f64, f64, f64, f64, f64)> {
+        let (frame, node) = (frame.id_in(&self.now)?, node.id_in(&self.now)?);
+        let pose = self.now.pose(frame, node);
         let pose = pose.map_err(|error| refused(&error))?;
         let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
         Ok((x, y, z, rx, ry, rz))
     }
 
-    /// The ways that steps lead from nodes: where each ends, and what it has marked.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "a function of Python owns its arguments"
-    )]
+    /// Where steps lead from nodes, at most `rows` times: the last node, and the nodes of the first
+    /// `marks` marks.
     fn walk(
         &self,
+        py: Python<'_>,
         starts: Vec<PyRef<'_, Node>>,
         steps: Vec<walk::Words<'_>>,
-        most: u64,
+        marks: usize,
+        #[pyo3(from_py_with = values::budget)] most: u64,
+        #[pyo3(from_py_with = values::budget)] rows: u64,
     ) -> PyResult<Vec<(Node, Vec<Option<Node>>)>> {
-        let starts = starts.iter().map(|node| node.id).collect();
-        walk::walk(&self.now, starts, steps, most)
+        let mut found = Vec::new();
+        self.steps(py, starts, steps, most, |traverser| {
+            if found.len() as u64 == rows {
+                let message = format!("the traversal makes more than {rows} rows");
+                return Err(PyValueError::new_err(message));
+            }
+            found.push(traverser);
+            Ok(())
+        })?;
+        let rows = found.into_iter().map(|traverser| {
+            let marked = (0..marks).map(|at| traverser.marked(Mark(at)));
+            let marked = marked.map(|node| Some(self.node_of(node?)));
+            (self.node_of(traverser.node), marked.collect())
+        });
+        Ok(rows.collect())
+    }
+
+    /// How often steps lead from nodes to a node.
+    fn count(
+        &self,
+        py: Python<'_>,
+        starts: Vec<PyRef<'_, Node>>,
+        steps: Vec<walk::Words<'_>>,
+        #[pyo3(from_py_with = values::budget)] most: u64,
+    ) -> PyResult<u64> {
+        let mut count = 0;
+        self.steps(py, starts, steps, most, |_| {
+            count += 1;
+            Ok(())
+        })?;
+        Ok(count)
     }
 }

@@ -3,9 +3,11 @@
 use crate::elements::{Edge, Node};
 use graph_query::Cell;
 use property_graph::{Snapshot, Value};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString};
+use pyo3::types::{
+    PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyListMethods, PyString, PyTuple,
+};
 use std::sync::Arc;
 
 /// A value of a graph in Python, as queries have it.
@@ -66,12 +68,21 @@ pub(crate) fn of_cell<'py>(
 /// How deeply lists of parameters are nested at most.
 const DEEPEST: usize = 16;
 
-/// A value of Python for a query. A node of another version is the one with its id.
+/// How many values the lists of a parameter have at most, together.
+const MOST_VALUES: usize = 1 << 16;
+
+/// A value of Python for a query. A node of another version is the same one in this version.
 pub(crate) fn cell(value: &Bound<'_, PyAny>, now: &Snapshot) -> PyResult<Cell> {
-    nested(value, now, DEEPEST)
+    let mut left = MOST_VALUES;
+    nested(value, now, DEEPEST, &mut left)
 }
 
-fn nested(value: &Bound<'_, PyAny>, now: &Snapshot, left: usize) -> PyResult<Cell> {
+fn nested(
+    value: &Bound<'_, PyAny>,
+    now: &Snapshot,
+    deepest: usize,
+    left: &mut usize,
+) -> PyResult<Cell> {
     if value.is_none() {
         return Ok(Cell::Null);
     }
@@ -79,7 +90,10 @@ fn nested(value: &Bound<'_, PyAny>, now: &Snapshot, left: usize) -> PyResult<Cel
         return Ok(Cell::Bool(yes.is_true()));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Cell::Int(value.extract()?));
+        let number = value.extract();
+        return number
+            .map(Cell::Int)
+            .map_err(|_| PyValueError::new_err("an integer of a graph has 64 bits at most"));
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Cell::Float(value.extract()?));
@@ -91,30 +105,37 @@ fn nested(value: &Bound<'_, PyAny>, now: &Snapshot, left: usize) -> PyResult<Cel
         return Ok(Cell::Bytes(bytes.as_bytes().into()));
     }
     if let Ok(node) = value.cast::<Node>() {
-        let node = node.get();
-        let id = node.now.node(node.id).map(|node| node.id());
-        let here = id.ok().and_then(|id| now.find_node(id));
-        return here.map(Cell::Node).ok_or_else(removed);
+        return Ok(Cell::Node(node.get().id_in(now)?));
     }
     if let Ok(edge) = value.cast::<Edge>() {
-        let edge = edge.get();
-        let id = edge.now.edge(edge.id).map(|edge| edge.id());
-        let here = id.ok().and_then(|id| now.find_edge(id));
-        return here.map(Cell::Edge).ok_or_else(removed);
+        return Ok(Cell::Edge(edge.get().id_in(now)?));
     }
-    if left > 0
-        && let Ok(items) = value.try_iter()
-    {
-        let cells = items.map(|item| nested(&item?, now, left - 1));
+    let list = value.cast::<PyList>().map(PyListMethods::to_tuple);
+    if let Ok(all) = list.or_else(|_| value.cast::<PyTuple>().cloned()) {
+        let deeper = deepest.checked_sub(1).ok_or_else(|| {
+            PyValueError::new_err(format!("lists are nested {DEEPEST} deep at most"))
+        })?;
+        *left = left.checked_sub(all.len()).ok_or_else(|| {
+            PyValueError::new_err(format!("lists have {MOST_VALUES} values at most"))
+        })?;
+        let cells = all.iter().map(|item| nested(&item, now, deeper, left));
         let cells: PyResult<Vec<Cell>> = cells.collect();
         return Ok(Cell::List(cells?.into()));
     }
     let kind = value.get_type().name()?;
     Err(PyTypeError::new_err(format!(
-        "expected a truth value, a number, a text, bytes, a node, an edge or a list, found {kind}"
+        "expected a truth value, a number, a text, bytes, a node, an edge, a list or a tuple, found {kind}"
     )))
 }
 
-fn removed() -> PyErr {
-    PyValueError::new_err("the version has no such element")
+/// A budget, of steps or of rows.
+pub(crate) fn budget(value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    value.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyOverflowError>(value.py()) {
+            let most = u64::MAX;
+            PyValueError::new_err(format!("a budget is from 0 to {most}, found {value}"))
+        } else {
+            error
+        }
+    })
 }

@@ -1,115 +1,204 @@
 //! Traversals whose steps Python says.
 
 use crate::elements::Node;
-use graph_query::{Cell, Mark, Traversal, Walker, traverse};
+use crate::values;
+use graph_query::{Cell, Mark, Traversal, Traverser, traverse};
+use property_graph::schema::Schema;
 use property_graph::{NodeId, Snapshot};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use std::cell::{Cell as Counter, RefCell};
-use std::rc::Rc;
+use rc_diagnostics::{foreign, nearest};
+use std::cell::{Cell as Counter, OnceCell};
 use std::sync::Arc;
 
-/// A step: its name, a relation, a type or an attribute, and a value, the number of a mark, or what is
-/// asked about a node.
+/// A step as Python says it: its word, a relation, a type or an attribute, and a value, the number of a
+/// mark, or what is asked about a node.
 pub(crate) type Words<'py> = (String, String, Bound<'py, PyAny>);
 
-type Ways<'s> = Traversal<'s, Box<dyn Iterator<Item = Walker> + 's>>;
+/// A step of a traversal.
+pub(crate) enum Step {
+    Out(String),
+    In(String),
+    HasType(String),
+    Has(String, Cell),
+    As(Mark),
+    WhereEq(Mark),
+    Select(Mark),
+    RepeatUntil(String, Py<PyAny>),
+}
 
-/// Ends a traversal that has failed: then no way goes on.
-#[derive(Clone, Default)]
-struct Stop(Rc<RefCell<Option<PyErr>>>);
-
-impl Stop {
-    fn is_set(&self) -> bool {
-        self.0.borrow().is_some()
-    }
-
-    fn set(&self, error: PyErr) {
-        self.0.borrow_mut().get_or_insert(error);
+impl Step {
+    /// Compares the names of a step with the schema.
+    pub(crate) fn of(
+        (word, name, value): Words<'_>,
+        now: &Snapshot,
+        schema: &Schema,
+    ) -> PyResult<Self> {
+        let relations = || schema.relations.iter();
+        match word.as_str() {
+            "out" | "in_" | "repeat_until" => {
+                let known = relations().map(|relation| relation.name.as_str());
+                known_in(schema, "relation", &name, known)?;
+            }
+            "has_type" => {
+                // A node may stand for an edge.
+                let edges = relations().map(|relation| relation.name.as_str());
+                let known = schema.entities.iter().map(|entity| entity.name.as_str());
+                known_in(schema, "type", &name, known.chain(edges))?;
+            }
+            "has" => {
+                let edges = relations().flat_map(|relation| &relation.attributes);
+                let known = schema.entities.iter().flat_map(|entity| &entity.attributes);
+                let known = known.chain(edges).map(|attribute| attribute.name.as_str());
+                known_in(schema, "attribute", &name, known)?;
+            }
+            _ => {}
+        }
+        let mark = || value.extract().map(Mark);
+        Ok(match word.as_str() {
+            "out" => Self::Out(name),
+            "in_" => Self::In(name),
+            "has_type" => Self::HasType(name),
+            "has" => Self::Has(name, values::cell(&value, now)?),
+            "as_" => Self::As(mark()?),
+            "where_eq" => Self::WhereEq(mark()?),
+            "select" => Self::Select(mark()?),
+            "repeat_until" => Self::RepeatUntil(name, value.unbind()),
+            other => return Err(PyValueError::new_err(format!("unknown step `{other}`"))),
+        })
     }
 }
 
-/// The ways that steps lead from nodes, `most` in all steps together.
+/// Refuses a name that a strict schema does not have.
+fn known_in<'a>(
+    schema: &Schema,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> PyResult<()> {
+    if schema.open || known.clone().any(|known| known == name) {
+        return Ok(());
+    }
+    let near =
+        nearest(name, known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let name = foreign::clean(name);
+    let message = format!("the schema has no {what} `{name}`{near}");
+    Err(PyValueError::new_err(message))
+}
+
+/// A traversal looks for signals, as that of Ctrl+C, once in so many steps.
+const SIGNALS: u64 = 4096;
+
+/// What a traversal may still do.
+struct Budget {
+    most: u64,
+    left: Counter<u64>,
+    /// The first error of a traversal; once set, no traverser continues.
+    error: OnceCell<PyErr>,
+}
+
+impl Budget {
+    fn is_over(&self) -> bool {
+        self.error.get().is_some()
+    }
+
+    fn fail(&self, error: PyErr) {
+        self.error.get_or_init(|| error);
+    }
+
+    /// Takes a step. Returns whether the traversal continues.
+    fn step(&self) -> bool {
+        if let Some(left) = self.left.get().checked_sub(1) {
+            self.left.set(left);
+            if left.is_multiple_of(SIGNALS) {
+                Python::attach(|py| {
+                    if let Err(error) = py.check_signals() {
+                        self.fail(error);
+                    }
+                });
+            }
+        } else {
+            let most = self.most;
+            let message = format!("the traversal takes more than {most} steps");
+            self.fail(PyValueError::new_err(message));
+        }
+        !self.is_over()
+    }
+}
+
+/// Takes steps from nodes, at most `most` of all traversers together, and passes each traverser that
+/// arrives to `found`. Other threads of Python run meanwhile, unless a step calls a function of Python.
 pub(crate) fn walk(
+    py: Python<'_>,
     now: &Arc<Snapshot>,
     starts: Vec<NodeId>,
-    steps: Vec<Words<'_>>,
+    steps: &[Step],
     most: u64,
-) -> PyResult<Vec<(Node, Vec<Option<Node>>)>> {
-    let stop = Stop::default();
-    let left = Rc::new(Counter::new(most));
-    let mut ways = traverse(now, starts).boxed();
-    for words in steps {
-        ways = step(now, ways, words, &stop)?;
-        let (stop, left) = (stop.clone(), Rc::clone(&left));
-        let counted = ways.filter(move |_, _| {
-            if let Some(rest) = left.get().checked_sub(1) {
-                left.set(rest);
-            } else {
-                let message = format!("the traversal has more than {most} ways");
-                stop.set(PyValueError::new_err(message));
-            }
-            !stop.is_set()
-        });
-        ways = counted.boxed();
-    }
-    let node = |id: NodeId| Node {
-        now: Arc::clone(now),
-        id,
+    found: impl FnMut(Traverser) -> PyResult<()> + Send,
+) -> PyResult<()> {
+    let walk = || {
+        let budget = Budget {
+            most,
+            left: Counter::new(most),
+            error: OnceCell::new(),
+        };
+        let starts = starts.into_iter().take_while(|_| !budget.is_over());
+        let mut traversal = traverse(now, starts).boxed();
+        for step in steps {
+            let stepped = take(now, traversal, step, &budget);
+            traversal = stepped.filter(|_, _| budget.step()).boxed();
+        }
+        let ended = traversal.traversers().try_for_each(found);
+        budget.error.into_inner().map_or(ended, Err)
     };
-    let found = ways.walkers().map(|way| {
-        let marked = (0..Walker::MARKS).map(|at| way.marked(Mark(at)).map(node));
-        (node(way.node), marked.collect())
-    });
-    let found = found.collect();
-    match stop.0.take() {
-        Some(error) => Err(error),
-        None => Ok(found),
+    let calls = |step: &Step| matches!(step, Step::RepeatUntil(..));
+    if steps.iter().any(calls) {
+        walk()
+    } else {
+        py.detach(walk)
     }
 }
 
-fn step<'s>(
+type Boxed<'s> = Traversal<'s, Box<dyn Iterator<Item = Traverser> + 's>>;
+
+fn take<'s>(
     now: &'s Arc<Snapshot>,
-    ways: Ways<'s>,
-    (word, name, value): Words<'_>,
-    stop: &Stop,
-) -> PyResult<Ways<'s>> {
-    let mark = || value.extract().map(Mark);
-    // A name that the graph does not have leads nowhere.
-    let symbol = now.symbol(name.as_str());
-    Ok(match (word.as_str(), symbol) {
-        ("as_", _) => ways.as_(mark()?).boxed(),
-        ("where_eq", _) => ways.where_eq(mark()?).boxed(),
-        ("select", _) => ways.select(mark()?).boxed(),
-        (_, None) => ways.filter(|_, _| false).boxed(),
-        ("out", Some(relation)) => ways.out(relation).boxed(),
-        ("in_", Some(relation)) => ways.in_(relation).boxed(),
-        ("has_type", Some(kind)) => ways.has_type(kind).boxed(),
-        ("has", Some(attribute)) => {
-            let wanted = crate::values::cell(&value, now)?;
-            let same = move |graph: &Snapshot, way: &Walker| {
-                let found = graph.get(way.node, attribute).map(Cell::from);
-                found.is_some_and(|found| found.equals(&wanted) == Some(true))
+    traversal: Boxed<'s>,
+    step: &'s Step,
+    budget: &'s Budget,
+) -> Boxed<'s> {
+    match step {
+        Step::Out(relation) => traversal.out(relation.as_str()).boxed(),
+        Step::In(relation) => traversal.in_(relation.as_str()).boxed(),
+        Step::HasType(kind) => traversal.has_type(kind.as_str()).boxed(),
+        Step::Has(attribute, wanted) => {
+            let attribute = now.symbol(attribute.as_str());
+            let same = move |graph: &Snapshot, traverser: &Traverser| {
+                let found = attribute.and_then(|name| graph.get(traverser.node, name));
+                let found = found.map(Cell::from);
+                found.is_some_and(|found| found.equals(wanted) == Some(true))
             };
-            ways.filter(same).boxed()
+            traversal.filter(same).boxed()
         }
-        ("repeat_until", Some(relation)) => {
-            let (until, stop, graph) = (value.unbind(), stop.clone(), Arc::clone(now));
+        Step::As(mark) => traversal.as_(*mark).boxed(),
+        Step::WhereEq(mark) => traversal.where_eq(*mark).boxed(),
+        Step::Select(mark) => traversal.select(*mark).boxed(),
+        Step::RepeatUntil(relation, until) => {
             let ends = move |_: &Snapshot, id: NodeId| {
+                if !budget.step() {
+                    return true;
+                }
                 let node = Node {
-                    now: Arc::clone(&graph),
+                    now: Arc::clone(now),
                     id,
                 };
                 let is_there = Python::attach(|py| until.call1(py, (node,))?.is_truthy(py));
                 is_there.unwrap_or_else(|error| {
-                    stop.set(error);
+                    budget.fail(error);
                     true
                 })
             };
-            ways.repeat_until(relation, ends).boxed()
+            traversal.repeat_until(relation.as_str(), ends).boxed()
         }
-        (other, _) => {
-            return Err(PyValueError::new_err(format!("unknown step `{other}`")));
-        }
-    })
+    }
 }

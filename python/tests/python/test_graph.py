@@ -1,9 +1,16 @@
 """Queries and traversals of a graph."""
 
+import ast
+import itertools
+import math
+import os
+import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
 
+import robocomp
 from robocomp.graph import Graph
 
 SCHEMA = """
@@ -33,6 +40,34 @@ GRAPH = """{
 {"id": "1:9", "type": "in", "from": "1:4", "to": "1:5"}
 ]}
 """
+
+RING = """{
+"nodes": [
+{"id": "1:1", "type": "Place", "attributes": {"name": "a"}},
+{"id": "1:2", "type": "Place", "attributes": {"name": "b"}},
+{"id": "1:3", "type": "Place", "attributes": {"name": "c"}}
+],
+"edges": [
+{"id": "1:4", "type": "next", "from": "1:1", "to": "1:2"},
+{"id": "1:5", "type": "next", "from": "1:2", "to": "1:3"},
+{"id": "1:6", "type": "next", "from": "1:3", "to": "1:1"}
+]}
+"""
+
+ROOM = """{
+"schema": "geometry.gdsl",
+"nodes": [
+{"id": "1:1", "type": "Frame", "attributes": {"name": "world"}},
+{"id": "1:2", "type": "Frame", "attributes": {"name": "table"}},
+{"id": "1:3", "type": "Frame", "attributes": {"name": "cup"}}
+],
+"edges": [
+{"id": "1:4", "type": "RT", "from": "1:1", "to": "1:2", "attributes": {"pose": [1.0, 0.5, 0.0, 0.0, 0.0, 1.5707963267948966]}},
+{"id": "1:5", "type": "RT", "from": "1:2", "to": "1:3", "attributes": {"pose": [2.0, 0.0, 0.25, 0.0, 0.0, 0.0]}}
+]}
+"""
+
+POSE = "MATCH (c {name: 'cup'}), (t {name: 'table'}) RETURN pose(c, t) AS p"
 
 
 class Graphs(unittest.TestCase):
@@ -85,9 +120,9 @@ class Graphs(unittest.TestCase):
 
     def test_queries_of_the_schema_are_run(self):
         self.assertEqual(self.now.queries, ["people_in"])
-        self.assertEqual(self.now.run("people_in", room=self.now.node("kitchen")), [("Ada",)])
+        self.assertEqual(self.now.run("people_in", {"room": self.now.node("kitchen")}), [("Ada",)])
         with self.assertRaises(ValueError):
-            self.now.run("people_in", room=self.now.node("Ada"))
+            self.now.run("people_in", {"room": self.now.node("Ada")})
         with self.assertRaises(ValueError):
             self.now.run("people_out")
 
@@ -100,40 +135,142 @@ class Graphs(unittest.TestCase):
         self.assertEqual(self.names(house.in_("in")), ["Bob", "kitchen"])
         self.assertEqual(self.names(house.in_("in").has_type("Person")), ["Bob"])
         self.assertEqual(self.names(house.as_("h").in_("in").out("in").where_eq("h")), ["house", "house"])
-        self.assertEqual(house.out("nothing").count(), 0)
+        self.assertEqual(self.now.traverse(self.now.node("town")).out("in").count(), 0)
         # A whole number is the same in both kinds.
         self.assertEqual(self.now.traverse(self.now.nodes()).has("area", 80).count(), 1)
 
     def test_a_path_is_repeated_and_folded(self):
         people = self.now.traverse(self.now.nodes("Person")).as_("who")
         ends = people.repeat_until("in", lambda node: node.name == "town")
-        ways = sorted((way["who"].name, way.node.name) for way in ends.ways())
+        ways = sorted((there["who"].name, there.node.name) for there in ends.traversers())
         self.assertEqual(ways, [("Ada", "town"), ("Bob", "town")])
         self.assertEqual(people.repeat_until("in", lambda node: False).count(), 0)
         places = self.now.traverse(self.now.nodes("Place"))
-        area = places.fold(0.0, lambda total, way: total + way.node.attributes().get("area", 0.0))
+        area = places.fold(0.0, lambda total, there: total + there.node.attributes().get("area", 0.0))
         self.assertEqual(area, 92.5)
 
     def test_what_fails_is_raised(self):
         people = self.now.traverse(self.now.nodes("Person"))
 
+        called = []
+
         def wrong(node):
+            called.append(node)
             raise LookupError(node.name)
 
         with self.assertRaises(LookupError):
             people.repeat_until("in", wrong).nodes()
+        self.assertEqual(len(called), 1)
         with self.assertRaises(ValueError):
             people.select("nobody")
         with self.assertRaises(ValueError):
             people.as_("a").as_("b").as_("c").as_("d").as_("e")
         with self.assertRaises(ValueError):
-            people.out("in").ways(steps=1)
+            people.out("in").traversers(steps=1)
         (self.folder / "wrong.graph").write_text('{"nodes": [}')
         with self.assertRaises(ValueError) as raised:
             Graph.read(self.folder / "wrong.graph")
         self.assertIn("wrong.graph:1:12: error[malformed-json]", str(raised.exception))
-        with self.assertRaises(OSError):
+
+    def test_a_budget_ends_a_traversal(self):
+        (self.folder / "ring.graph").write_text(RING)
+        ring = Graph.read(self.folder / "ring.graph").snapshot()
+        called = []
+        around = ring.traverse(ring.nodes()).repeat_until("next", lambda node: called.append(node))
+        with self.assertRaisesRegex(ValueError, "more than 10 steps"):
+            around.count(steps=10)
+        self.assertEqual(len(called), 10)
+        called.clear()
+        self.assertEqual(around.nodes(), [])
+        self.assertEqual(len(called), 3 * 4)
+        nodes = ring.traverse(ring.nodes())
+        self.assertEqual(len(nodes.nodes(rows=3)), 3)
+        for call in (nodes.nodes, nodes.traversers, lambda rows: nodes.values("name", rows=rows)):
+            with self.assertRaisesRegex(ValueError, "more than 2 rows"):
+                call(rows=2)
+        self.assertEqual(nodes.out("next").count(steps=3), 3)
+        for steps in (-1, 2**64):
+            with self.assertRaisesRegex(ValueError, "a budget is from 0"):
+                nodes.count(steps=steps)
+            with self.assertRaisesRegex(ValueError, "a budget is from 0"):
+                ring.query("RETURN 1", steps=steps)
+        # A graph without a schema may have any relation.
+        self.assertEqual(nodes.out("nothing").count(), 0)
+
+    def test_nodes_are_those_of_their_graph(self):
+        other = Graph.read(self.folder / "house.graph")
+        ada = other.snapshot().node("Ada")
+        self.assertEqual(ada, other.snapshot().node("Ada"))
+        self.assertEqual(len({ada, other.snapshot().node("Ada"), self.now.node("Ada")}), 2)
+        self.assertNotEqual(ada, self.now.node("Ada"))
+        self.assertEqual(other.snapshot().traverse(ada).values("name"), ["Ada"])
+        edge = other.snapshot().query("MATCH ()-[e]->() RETURN e LIMIT 1")[0].e
+        for call in (
+            lambda: self.now.traverse(ada).nodes(),
+            lambda: self.now.pose(ada, self.now.node("Ada")),
+            lambda: self.now.query("RETURN $n", {"n": ada}),
+            lambda: self.now.query("RETURN $n", {"n": edge}),
+        ):
+            with self.assertRaisesRegex(ValueError, "of another graph"):
+                call()
+
+    def test_a_pose_is_that_of_a_node_in_a_frame(self):
+        (self.folder / "room.graph").write_text(ROOM)
+        room = Graph.read(self.folder / "room.graph").snapshot()
+        world, table, cup = (room.node(name) for name in ("world", "table", "cup"))
+        for found, expected in [
+            (room.pose(world, table), (1.0, 0.5, 0.0, 0.0, 0.0, math.pi / 2)),
+            # The axis x of the table is the axis y of the world.
+            (room.pose(world, cup), (1.0, 2.5, 0.25, 0.0, 0.0, math.pi / 2)),
+            (room.pose(cup, table), (-2.0, 0.0, -0.25, 0.0, 0.0, 0.0)),
+            (room.pose(cup, table), tuple(room.query(POSE)[0].p)),
+        ]:
+            for one, other in zip(found, expected, strict=True):
+                self.assertAlmostEqual(one, other)
+        with self.assertRaises(ValueError):
+            self.now.pose(self.now.node("Ada"), self.now.node("Bob"))
+
+    def test_wrong_names_and_values_are_told(self):
+        people = self.now.traverse(self.now.nodes("Person"))
+        for traversal, message in [
+            (people.out("inn"), "the schema has no relation `inn`; did you mean `in`"),
+            (people.repeat_until("inn", bool), "the schema has no relation `inn`"),
+            (people.has_type("Persn"), "the schema has no type `Persn`; did you mean `Person`"),
+            (people.has("aeg", 36), "the schema has no attribute `aeg`; did you mean `age`"),
+        ]:
+            with self.assertRaisesRegex(ValueError, message):
+                traversal.nodes()
+        deep = []
+        for _ in range(20):
+            deep = [deep]
+        for value, kind, message in [
+            (2**63, ValueError, "64 bits"),
+            (deep, ValueError, "16 deep"),
+            ([[0] * 40_000, (0,) * 40_000], ValueError, "65536 values"),
+            (itertools.count(), TypeError, "found count"),
+        ]:
+            with self.assertRaisesRegex(kind, message):
+                self.now.query("RETURN $x", {"x": value})
+        self.assertEqual(self.now.query("RETURN $x AS x", {"x": (1, [2.5])})[0].x, [1, [2.5]])
+        with self.assertRaisesRegex(TypeError, "'schemas'"):
+            Graph.read(self.folder / "house.graph", include="schemas")
+        with self.assertRaisesRegex(FileNotFoundError, "missing.graph: "):
             Graph.read(self.folder / "missing.graph")
+
+    def test_a_missing_module_is_told(self):
+        environment = {name: value for name, value in os.environ.items() if name != "ROBOCOMP_GRAPH"}
+        command = [sys.executable, "-c", "import robocomp.graph"]
+        ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+        self.assertIn("build it with `cargo build --release -p rc-python-graph`", ended.stderr)
+
+    def test_the_stub_has_what_the_module_has(self):
+        stub = ast.parse(Path(robocomp.__file__).with_name("_graph.pyi").read_text())
+        for declared in stub.body:
+            if isinstance(declared, ast.ClassDef):
+                names = {part.name for part in declared.body if isinstance(part, ast.FunctionDef)}
+                has = set(vars(getattr(robocomp.graph._graph, declared.name)))
+                has -= {*dir(object), "__module__"}
+                self.assertEqual(names, has, declared.name)
 
 
 if __name__ == "__main__":
