@@ -430,9 +430,6 @@ impl Client for TappedClient {
 mod tests {
     use super::*;
     use rc_middleware::shared_value::HeldValue;
-    use rc_middleware::{
-        Address, Endpoint, Environment, Qos, RunDirectory, Settings, TypeIdentity, WakeEvent,
-    };
 
     #[test]
     fn copies_are_bounded_and_drops_are_counted() {
@@ -477,60 +474,122 @@ mod tests {
         assert_eq!(copies, expected);
     }
 
+    /// Replies with the request, as a server in this process that gets and sends values.
+    #[derive(Default)]
+    struct Echo(Option<SharedValue>);
+
+    impl Client for Echo {
+        fn guid(&self) -> [u8; 16] {
+            [1; 16]
+        }
+
+        fn send(&mut self, _: Header, _: &dyn RequestBody) -> Result<(), CallError> {
+            Ok(())
+        }
+
+        fn takes_values(&self) -> bool {
+            true
+        }
+
+        fn call(
+            &mut self,
+            _: Header,
+            _: &dyn RequestBody,
+            _: Duration,
+            _: &mut dyn FnMut(Header, &[u8]),
+        ) -> Result<(), CallError> {
+            unreachable!("the reply would be encoded")
+        }
+
+        fn start(
+            &mut self,
+            _: Header,
+            request: &dyn RequestBody,
+            _: Duration,
+        ) -> Result<(), CallError> {
+            self.0 = request.value();
+            Ok(())
+        }
+
+        fn poll(
+            &mut self,
+            _: &mut dyn FnMut(u64, Header, &[u8]),
+        ) -> Option<(u64, Result<(), CallError>)> {
+            unreachable!("the reply would be encoded")
+        }
+
+        fn poll_message(
+            &mut self,
+            take: &mut dyn FnMut(u64, Header, Message<'_>),
+        ) -> Option<(u64, Result<(), CallError>)> {
+            let value = self.0.take()?;
+            take(1, Header::default(), Message::Value(value.into()));
+            Some((1, Ok(())))
+        }
+
+        fn forget(&mut self, _: u64) {}
+
+        fn peers(&self) -> usize {
+            1
+        }
+    }
+
+    /// A reply to a client in this process.
+    #[derive(Default)]
+    struct InProcess {
+        body: Vec<u8>,
+        value: Option<SharedValue>,
+    }
+
+    impl Reply for InProcess {
+        fn body(&mut self) -> &mut Vec<u8> {
+            &mut self.body
+        }
+
+        fn takes_values(&self) -> bool {
+            true
+        }
+
+        fn send_value(&mut self, value: SharedValue) {
+            self.value = Some(value);
+        }
+    }
+
     #[test]
-    fn a_call_is_encoded_only_while_a_tap_is_on() {
-        let network = format!("taps_{}", std::process::id());
-        let endpoint = Endpoint {
-            address: Address::parse(&format!("{network}/Laser")).expect("an address"),
-            types: TypeIdentity {
-                name: "Laser".to_owned(),
-                hash: 7,
-            },
-            qos: Qos::CALL,
-            external_types: Vec::new(),
-        };
-        let backend = rc_local::connect(&Environment {
-            network: network.clone(),
-            instance: "both".to_owned(),
-            directory: RunDirectory::of(&network),
-            wake_event: WakeEvent::new().expect("an event"),
-            settings: Settings::default(),
-        });
-        let backend = backend.expect("the network");
-        let mut server = backend.server(&endpoint).expect("a server");
+    fn a_tap_passes_values_of_calls_and_has_replies_encoded_while_it_is_on() {
         let taps = Arc::new(Taps::new(1, None));
         let mut client = TappedClient {
-            port: backend.client(&endpoint).expect("a client"),
+            port: Box::new(Echo::default()),
             taps: Arc::clone(&taps),
             hops: Rc::new(HopNotes::new(Arc::default())),
             slot: 0,
         };
-        let value = |number: i32| SharedValue::of((&number,)).expect("a number");
+        let value = || SharedValue::of((&7_i32,)).expect("a number");
         for is_on in [false, true, false] {
             taps.set(0, is_on);
             assert!(client.takes_values());
-            let request = HeldValue::from(value(1));
+            let request = HeldValue::from(value());
             let started = client.start(Header::default(), &request, Duration::from_secs(20));
             started.expect("to be started");
-            let served = server.serve_message(&mut |header, message, reply| {
-                assert!(matches!(message, Message::Value(_)));
-                taps.serve(0, header, &message, reply, |reply| {
-                    assert_eq!(reply.takes_values(), !is_on);
-                    if is_on {
-                        reply.body().extend(value(2).bytes());
-                    } else {
-                        reply.send_value(value(2));
-                    }
-                });
-            });
-            assert_eq!(served.ok(), Some(true));
-            let mut is_value = None;
+            let mut is_value = false;
             let ended = client.poll_message(&mut |_, _, message| {
-                is_value = Some(matches!(message, Message::Value(_)));
+                is_value = matches!(message, Message::Value(_));
             });
-            assert!(matches!(ended, Some((_, Ok(())))), "{ended:?}");
-            assert_eq!(is_value, Some(!is_on));
-            // Requests and replies, at both ends.
+            assert_eq!((ended, is_value), (Some((1, Ok(()))), true));
+            let mut reply = InProcess::default();
+            let request = Message::Value(value().into());
+            taps.serve(0, Header::default(), &request, &mut reply, |reply| {
+                if reply.takes_values() {
+                    reply.send_value(value());
+                } else {
+                    reply.body().extend(value().bytes());
+                }
+            });
+            assert_eq!(
+                (reply.value.is_some(), reply.body.is_empty()),
+                (!is_on, !is_on)
+            );
+            // A request and a reply at both ends.
             assert_eq!(taps.take().len(), if is_on { 4 } else { 0 });
         }
     }

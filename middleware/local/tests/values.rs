@@ -185,15 +185,16 @@ fn requests_and_replies_are_values() {
         let result = client.call::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
         assert_eq!(result, Ok(swapped.clone()));
         let started = client.start::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
-        let _call = started.expect("to be started");
+        let call = started.expect("to be started");
         let ended = loop {
-            let ended = client.poll_with(|ended| ended.result::<(f64, String), CallError>());
+            let ended = client.poll_with(|ended| (ended.id, ended.result()));
             if let Some(ended) = ended {
                 break ended;
             }
             let awaiting = client.awaiting().expect("a call");
             wait(&[awaiting.descriptor], LIMIT);
         };
-        assert_eq!(ended, Ok(swapped));
+        let result: Result<(f64, String), CallError> = Ok(swapped);
+        assert_eq!(ended, (call.id(), result));
     });
 }
