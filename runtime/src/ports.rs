@@ -480,6 +480,13 @@ impl Connections {
         let at = at.ok_or_else(|| wrong(format!("`{tree}` is no slot that requires a tree")))?;
         let open = self.slot(at)?;
         let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
+        // The tree may have other units, as for the component itself.
+        let port = match self.conversions.plans.get(tree) {
+            Some(plan) => {
+                ConvertingClient::over(plan, open.slot.operations, &self.conversion(at), port)
+            }
+            None => port,
+        };
         let client = TypedClient::new(port, open.qos.timeout);
         let waits = self.clock == ClockKind::System;
         let frames = Frames::new(client, open.slot.operations, &self.now, waits);

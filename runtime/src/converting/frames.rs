@@ -1,7 +1,7 @@
 //! Where frames are: asks the `InnerModel` of a slot (`--frames SLOT=TREE`).
 
 use crate::clock::{Clock, Time};
-use rc_conversion::{Needed, Transform};
+use rc_conversion::{Needed, QUERY, Transform};
 use rc_diagnostics::foreign::clean;
 use rc_middleware::CallError;
 use rc_middleware::typed::{Operation, Put, TypedClient, expect_result};
@@ -11,9 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::thread;
 
-/// The query of `RcInnerModel::InnerModel`: the pose of one node in another one at a time.
-pub(super) const QUERY: (&str, u64) = ("getPoseAt", 0xfc46_9e8d_ddc0_a1b8);
-/// The hash of its exception.
+/// The hash of the exception of the query.
 pub(super) const EXCEPTION: i32 = 291_013_833;
 
 /// The millimetres of the tree in a metre.

@@ -430,9 +430,9 @@ impl Client for Tree {
 }
 
 static QUERY: [Operation; 1] = [Operation::query(
-    frames::QUERY.0,
+    rc_conversion::QUERY.0,
     77,
-    frames::QUERY.1,
+    rc_conversion::QUERY.1,
     &[ReplyVariant::of::<[f64; 6]>(0)],
 )];
 
