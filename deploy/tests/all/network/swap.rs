@@ -144,7 +144,8 @@ fn stage(workspace: &Path, component: &str) {
     let mut lib = String::new();
     let mut test_only = false;
     for line in own.lines() {
-        if let Some(module) = line
+        let declared = line.strip_prefix("pub ").unwrap_or(line);
+        if let Some(module) = declared
             .strip_prefix("mod ")
             .and_then(|rest| rest.strip_suffix(';'))
             && !test_only
