@@ -16,14 +16,14 @@ use std::process::{Child, Command, Stdio};
 const SSHD: &str = "/usr/sbin/sshd";
 
 /// A host with an ssh server that accepts one key.
-pub(crate) struct Robot {
+struct Robot {
     sshd: Child,
     folder: PathBuf,
 }
 
 impl Robot {
     /// Starts the server on the second host. The error says why this machine cannot.
-    pub(crate) fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
+    fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
         if !Path::new(SSHD).exists() {
             install(&["openssh-server", "openssh-client"])?;
         }
@@ -50,14 +50,12 @@ impl Robot {
         let config = format!(
             "Port 22\nListenAddress 10.77.0.2\nHostKey {}\nAuthorizedKeysFile {}\nPidFile none\n\
              UsePAM no\nStrictModes no\nPasswordAuthentication no\nPermitRootLogin yes\n\
-             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={} \"PATH={}\"\n",
+             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={}\n",
             path("host_key"),
             path("authorized_keys"),
             path("run"),
             path("state"),
             path("cache"),
-            // That of a login may have another Python.
-            std::env::var("PATH").expect("a path"),
         );
         fs::write(path("sshd_config"), config).expect("written");
         let log = fs::File::create(path("sshd.log")).expect("a log");
@@ -84,7 +82,7 @@ impl Robot {
         let _ = self.sshd.wait();
     }
 
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
@@ -99,7 +97,7 @@ impl Robot {
         fs::write(self.path("ssh_config"), config).expect("written");
     }
 
-    pub(crate) fn ssh(&self) -> String {
+    fn ssh(&self) -> String {
         format!("ssh -F {}", self.path("ssh_config").display())
     }
 
@@ -107,7 +105,7 @@ impl Robot {
         self.path("run/robocomp").join(&site.network)
     }
 
-    pub(crate) fn assert_nothing_left(&self, site: &Site) {
+    fn assert_nothing_left(&self, site: &Site) {
         assert!(!self.run_directory(site).exists());
         assert_eq!(processes(&self.path("cache")), Vec::<String>::new());
     }
@@ -206,7 +204,7 @@ impl Drop for Up {
     }
 }
 
-pub(crate) fn component(site: &Site, name: &str) -> Value {
+fn component(site: &Site, name: &str) -> Value {
     let status = site.status();
     let components = status["components"].as_array().expect("a list");
     components
