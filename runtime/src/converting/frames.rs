@@ -30,7 +30,7 @@ pub(crate) struct Frames {
 #[derive(Debug)]
 pub(super) enum NoTransform {
     /// The time has not come.
-    TooLate(Time),
+    NotYet(Time),
     /// The tree has none, or did not reply.
     Tree(CallError),
     /// A number of the pose is not finite.
@@ -40,7 +40,7 @@ pub(super) enum NoTransform {
 impl fmt::Display for NoTransform {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooLate(now) => write!(f, "it is {now} only"),
+            Self::NotYet(now) => write!(f, "the clock of the network is at {now}"),
             Self::Tree(error) => error.fmt(f),
             Self::Pose => f.write_str("its numbers are not finite"),
         }
@@ -106,7 +106,7 @@ impl Frames {
             return Ok(());
         }
         if !self.waits || ahead > self.client.timeout() {
-            return Err(NoTransform::TooLate(now));
+            return Err(NoTransform::NotYet(now));
         }
         thread::sleep(ahead);
         Ok(())

@@ -483,7 +483,7 @@ fn samples_change_their_frame_at_their_time() {
         errors,
         [
             "a message at `n/Topic` cannot be received: no transform from `li\\u{7}dar` to `map` at 6000000 ns: the server refused: no\\u{7} node",
-            "a message at `n/Topic` cannot be received: no transform from `lidar` to `map` at 9000000000 ns: it is 0.008 s only",
+            "a message at `n/Topic` cannot be received: no transform from `lidar` to `map` at 9000000000 ns: the clock of the network is at 0.008 s",
         ]
     );
     assert_eq!(*asked.borrow(), [5_000_000, 6_000_000, 7_000_000]);

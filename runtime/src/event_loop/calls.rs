@@ -148,10 +148,10 @@ impl EventLoop<'_> {
              next run may differ",
             self.calls.clients[at].1.name
         );
+        self.shared.status().last_error = Some(message.clone());
         if self.logged.allows(Instant::now()) {
             tracing::warn!("{message}");
         }
-        self.shared.status().last_error = Some(message);
     }
 
     /// Ends calls as their replies come.
