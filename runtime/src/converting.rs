@@ -4,7 +4,7 @@
 
 mod frames;
 
-pub(crate) use frames::Frames;
+pub(crate) use frames::{Frames, IdleFlag, Tree};
 
 use frames::NoTransform;
 use rc_conversion::{Fault, Place, Plan, Program};
@@ -150,20 +150,35 @@ struct SampleProgram {
     counts: ConversionCounts,
 }
 
+/// What became of a sample.
+enum Ran {
+    /// It stays as it is.
+    Unchanged,
+    /// The copy is the converted one.
+    Converted,
+    /// Nobody handles it: the component is not active.
+    Dropped,
+}
+
 impl SampleProgram {
     /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
-    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<bool, Refused> {
+    /// While the component is not active, nobody is asked where frames are.
+    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Ran, Refused> {
         let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
         let program = match header.encoding {
             Encoding::Cdr => &self.cdr,
             Encoding::Image => &self.image,
         };
         let Some(program) = program.as_ref().filter(|_| !is_strange) else {
-            return Ok(false);
+            return Ok(Ran::Unchanged);
         };
+        let is_idle = self.frames.as_ref().is_some_and(Frames::is_idle);
+        if is_idle && program.takes_transforms() {
+            return Ok(Ran::Dropped);
+        }
         let result = convert(program, self.frames.as_mut(), copy.fill(body));
         self.counts.note(&result);
-        result.map(|()| true)
+        result.map(|()| Ran::Converted)
     }
 }
 
@@ -177,16 +192,16 @@ fn convert(
         program.run(bytes, 0)?;
         return Ok(());
     };
-    let mut transforms = Vec::new();
-    for needed in program.needed(bytes, 0)? {
-        let transform = frames.transform(&needed);
-        transforms.push(transform.map_err(|reason| Refused::Frames {
+    let needed = program.needed(bytes, 0)?;
+    let transforms = frames.transforms(&needed).map_err(|(at, reason)| {
+        let needed = &needed[at];
+        Refused::Frames {
             from: needed.from.clone(),
             to: needed.to.to_owned(),
             nanoseconds: needed.time,
             reason,
-        })?);
-    }
+        }
+    })?;
     program.run_with(bytes, 0, &transforms)?;
     Ok(())
 }
@@ -259,8 +274,10 @@ impl Subscriber for ConvertingSubscriber {
         let mut fault = None;
         let received = port.receive(
             &mut |mut header, body| match programs.run(header, body, copy) {
-                Ok(is_converted) => {
+                Ok(Ran::Dropped) => unread.note(header.sender),
+                Ok(ran) => {
                     unread.renumber(&mut header);
+                    let is_converted = matches!(ran, Ran::Converted);
                     take(header, if is_converted { copy.bytes() } else { body });
                 }
                 Err(error) => {
@@ -291,8 +308,10 @@ impl Subscriber for ConvertingSubscriber {
         let received = port.receive_kept(&mut |mut header, sample| {
             let mut copy = Copied::default();
             match programs.run(header, sample.memory(), &mut copy) {
-                Ok(is_converted) => {
+                Ok(Ran::Dropped) => unread.note(header.sender),
+                Ok(ran) => {
                     unread.renumber(&mut header);
+                    let is_converted = matches!(ran, Ran::Converted);
                     take(header, if is_converted { Box::new(copy) } else { sample });
                 }
                 Err(error) => {

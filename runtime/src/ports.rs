@@ -2,11 +2,12 @@
 
 mod counts;
 mod endpoints;
+mod frames;
 
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
 use crate::converting::{
-    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, Frames,
+    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, IdleFlag,
 };
 use crate::description::Description;
 use crate::error::StartError;
@@ -28,8 +29,8 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Counter, Endpoint, Environment, ExternalType, LogQueue, Member, OpenError,
-    QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
+    Address, Backend, Client, Counter, Endpoint, Environment, ExternalType, LogQueue, Member,
+    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
 };
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -67,6 +68,8 @@ pub struct Connections {
     withheld: RefCell<Vec<(usize, Counter)>>,
     /// What slots convert.
     conversions: Conversions,
+    /// Whether the component is not active: then no sample asks where frames are.
+    idle: IdleFlag,
     /// The counts of slots that convert, each with the index of its slot.
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
     /// Gate of all publishers.
@@ -162,6 +165,7 @@ impl Connections {
             sent: RefCell::default(),
             withheld: RefCell::default(),
             conversions: Conversions::default(),
+            idle: IdleFlag::default(),
             converted: RefCell::default(),
             gate: Gate::default(),
             transports: RefCell::default(),
@@ -339,6 +343,11 @@ impl Connections {
             };
             self.exact.client(slot, port)
         };
+        Ok(self.calling(slot, self.slot(slot)?.qos.timeout, port))
+    }
+
+    /// The client of a slot over its port, whose calls are counted, tapped and noted.
+    fn calling(&self, slot: usize, timeout: Duration, port: Box<dyn Client>) -> TypedClient {
         self.watch(slot, port.queue());
         let guid = u128::from_be_bytes(port.guid());
         self.hops.opened(slot, ALL_OPERATIONS, &[guid]);
@@ -348,9 +357,9 @@ impl Connections {
             hops: Rc::clone(&self.hops),
             slot,
         });
-        let client = TypedClient::new(port, self.slot(slot)?.qos.timeout);
+        let client = TypedClient::new(port, timeout);
         self.count(slot, client.sent());
-        Ok(client)
+        client
     }
 
     /// Ends the opening of members: a component does so between `initialize` and the first state of
@@ -461,40 +470,6 @@ impl Connections {
             }
             Role::Requires | Role::Publishes => Ok(Vec::new()),
         }
-    }
-
-    /// What knows where frames are, for a slot that converts.
-    fn frames(&self, slot: &str) -> Result<Frames, OpenError> {
-        let wrong = |reason: String| OpenError::Backend {
-            address: slot.to_owned(),
-            reason,
-        };
-        let tree = self.conversions.trees.get(slot);
-        let tree = tree.ok_or_else(|| {
-            wrong(format!(
-                "its plan changes frames: pass the slot that knows where they are, `--frames {slot}=TREE`"
-            ))
-        })?;
-        let mut slots = self.description.slots.iter();
-        let at = slots.position(|own| own.name == tree && own.role == Role::Requires);
-        let at = at.ok_or_else(|| wrong(format!("`{tree}` is no slot that requires a tree")))?;
-        let open = self.slot(at)?;
-        let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
-        // The tree may have other units, as for the component itself.
-        let port = match self.conversions.plans.get(tree) {
-            Some(plan) => {
-                ConvertingClient::over(plan, open.slot.operations, &self.conversion(at), port)
-            }
-            None => port,
-        };
-        let client = TypedClient::new(port, open.qos.timeout);
-        let waits = self.clock == ClockKind::System;
-        let frames = Frames::new(client, open.slot.operations, &self.now, waits);
-        frames.ok_or_else(|| {
-            wrong(format!(
-                "`{tree}` is not of `RcInnerModel::InnerModel` as this component knows it"
-            ))
-        })
     }
 
     /// The slots.

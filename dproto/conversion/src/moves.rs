@@ -16,6 +16,9 @@ pub const TREE: &str = "RcInnerModel::InnerModel";
 /// in another one at a time.
 pub const QUERY: (&str, u64) = ("getPoseAt", 0xfc46_9e8d_ddc0_a1b8);
 
+/// The hash of the exception that it throws.
+pub const EXCEPTION: i32 = 291_013_833;
+
 /// A transform that a message needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Move {

@@ -1,29 +1,41 @@
-//! Where frames are: asks the `InnerModel` of a slot (`--frames SLOT=TREE`).
+//! Where frames are, for the messages of a slot (`--frames SLOT=TREE`).
+//!
+//! A message may need several transforms. Equal ones are looked up once, and all of them have
+//! one deadline: a message holds up its component for no longer than one call may take.
+
+mod tree;
+
+pub(crate) use tree::Tree;
 
 use crate::clock::{Clock, Time};
-use rc_conversion::{Needed, QUERY, Transform};
-use rc_diagnostics::foreign::clean;
+use rc_conversion::{Needed, Transform};
 use rc_middleware::CallError;
-use rc_middleware::typed::{Operation, Put, TypedClient, expect_result};
-use rc_quantity::Axes;
-use rc_quantity::rotation::{EulerOrder, product, transposed, turned};
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-
-/// The hash of the exception of the query.
-pub(super) const EXCEPTION: i32 = 291_013_833;
-
-/// The millimetres of the tree in a metre.
-const METRE: f64 = 1000.0;
+use std::time::{Duration, Instant};
 
 /// Knows where frames are.
 pub(crate) struct Frames {
-    client: TypedClient,
-    query: &'static Operation,
+    tree: Tree,
     clock: Arc<dyn Clock>,
     /// Whether the clock goes on while this thread waits.
     waits: bool,
+    /// The longest time for all transforms of a message.
+    limit: Duration,
+    idle: IdleFlag,
+}
+
+/// Whether the component is not active. The event loop says it before it takes a sample.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct IdleFlag(Arc<AtomicBool>);
+
+impl IdleFlag {
+    /// Sets whether the component is not active.
+    pub(crate) fn set(&self, is_idle: bool) {
+        self.0.store(is_idle, Ordering::Relaxed);
+    }
 }
 
 /// Why there is no transform.
@@ -31,6 +43,8 @@ pub(crate) struct Frames {
 pub(super) enum NoTransform {
     /// The time has not come.
     NotYet(Time),
+    /// The time for this message is over.
+    Late(Duration),
     /// The tree has none, or did not reply.
     Tree(CallError),
     /// A number of the pose is not finite.
@@ -41,6 +55,7 @@ impl fmt::Display for NoTransform {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotYet(now) => write!(f, "the clock of the network is at {now}"),
+            Self::Late(limit) => write!(f, "the transforms of the message took {limit:?}"),
             Self::Tree(error) => error.fmt(f),
             Self::Pose => f.write_str("its numbers are not finite"),
         }
@@ -48,64 +63,73 @@ impl fmt::Display for NoTransform {
 }
 
 impl Frames {
-    /// Asks through this client of `RcInnerModel::InnerModel`. `None` if the interface is another
-    /// one.
+    /// Asks a tree. `waits` says whether the clock goes on while this thread waits.
     pub(crate) fn new(
-        client: TypedClient,
-        operations: &'static [Operation],
-        clock: &Arc<dyn Clock>,
-        waits: bool,
-    ) -> Option<Self> {
-        let mut operations = operations.iter();
-        let query = operations.find(|own| (own.name, own.type_hash) == QUERY)?;
-        Some(Self {
-            client,
-            query,
+        tree: Tree,
+        limit: Duration,
+        (clock, waits): (&Arc<dyn Clock>, bool),
+        idle: &IdleFlag,
+    ) -> Self {
+        Self {
+            tree,
             clock: Arc::clone(clock),
             waits,
-        })
+            limit,
+            idle: idle.clone(),
+        }
     }
 
-    /// The transform at a time, with the axes of ROS and in metres. Waits for times to come, and for
-    /// the reply, as long as the slot of the tree waits for calls.
-    pub(super) fn transform(&mut self, needed: &Needed<'_>) -> Result<Transform, NoTransform> {
-        self.await_time(Time::from_nanos(u64::try_from(needed.time).unwrap_or(0)))?;
-        let arguments = (needed.to, needed.from.as_str(), &needed.time);
-        let pose = self.client.call_with(
-            self.query,
-            |writer| arguments.put(writer),
-            |case, reader| {
-                if case == EXCEPTION {
-                    let _reason: i32 = reader.get()?;
-                    let what: String = reader.get()?;
-                    return Err(CallError::Refused(clean(&what)));
-                }
-                expect_result(case)?;
-                Ok(reader.get::<[f64; 6]>()?)
-            },
-        );
-        let [x, y, z, angles @ ..] = pose.map_err(NoTransform::Tree)?;
-        let axes = Axes::INNER_MODEL.matrix_to(Axes::ROS);
-        let own = EulerOrder::XYZ_MOVING.matrix::<f64>(angles);
-        let turn = product(&axes, &product(&own, &transposed(&axes)));
-        let by = turned(&axes, [x, y, z]).map(|length| length / METRE);
-        let mut numbers = [0.0; 12];
-        let (rows, _) = numbers.as_chunks_mut::<4>();
-        for (row, ([x, y, z], by)) in rows.iter_mut().zip(turn.iter().zip(by)) {
-            *row = [*x, *y, *z, by];
+    /// Whether the component is not active.
+    pub(super) fn is_idle(&self) -> bool {
+        self.idle.0.load(Ordering::Relaxed)
+    }
+
+    /// The transforms that a message needs, in this order. Waits for times to come, and for replies.
+    ///
+    /// # Errors
+    /// The first one that is not known, by its place.
+    pub(super) fn transforms(
+        &mut self,
+        needed: &[Needed<'_>],
+    ) -> Result<Vec<Transform>, (usize, NoTransform)> {
+        let deadline = Instant::now() + self.limit;
+        let mut known: Vec<Transform> = Vec::with_capacity(needed.len());
+        for (at, one) in needed.iter().enumerate() {
+            let same = needed[..at].iter().position(|other| other == one);
+            let transform = match same {
+                Some(same) => known[same],
+                None => self
+                    .transform(one, deadline)
+                    .map_err(|reason| (at, reason))?,
+            };
+            known.push(transform);
         }
-        let is_finite = numbers.iter().all(|number| number.is_finite());
-        is_finite.then_some(numbers).ok_or(NoTransform::Pose)
+        Ok(known)
+    }
+
+    fn transform(
+        &mut self,
+        needed: &Needed<'_>,
+        deadline: Instant,
+    ) -> Result<Transform, NoTransform> {
+        let time = u64::try_from(needed.time).unwrap_or(0);
+        self.await_time(Time::from_nanos(time), deadline)?;
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(NoTransform::Late(self.limit));
+        }
+        self.tree.transform(needed, left)
     }
 
     /// Waits until a time has come: the clocks of two machines differ a little.
-    fn await_time(&self, time: Time) -> Result<(), NoTransform> {
+    fn await_time(&self, time: Time, deadline: Instant) -> Result<(), NoTransform> {
         let now = self.clock.now();
         let ahead = time - now;
         if ahead.is_zero() {
             return Ok(());
         }
-        if !self.waits || ahead > self.client.timeout() {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if !self.waits || ahead > left {
             return Err(NoTransform::NotYet(now));
         }
         thread::sleep(ahead);

@@ -53,6 +53,7 @@ impl EventLoop<'_> {
             ..
         } = self;
         let (taps, hops) = (connections.taps(), connections.hops());
+        connections.set_idle(idle.is_some());
         let port = &mut ports[at];
         let slot = port.slot;
         let of = &port.of;
