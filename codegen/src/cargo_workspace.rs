@@ -1,12 +1,12 @@
 //! The cargo workspace of a folder, found by reading manifests: rcgen starts no cargo.
 
-use crate::copied::Members;
 use crate::files::GENERATED;
 use crate::paths::{absolute, normal, relative};
 use crate::source_files;
 use rc_cdsl::ast::Clause;
 use rc_diagnostics::SourceMap;
 use rc_vocabulary::Language;
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -125,25 +125,22 @@ impl Workspace {
         Ok(None)
     }
 
-    /// The folders that its members name, by the names of their packages.
-    pub(crate) fn members(&self) -> io::Result<Members> {
-        let mut members = Members::new();
-        let is_manifest = |path: &Path| path.file_name().is_some_and(|file| file == "Cargo.toml");
-        for path in source_files::files(std::slice::from_ref(&self.root), &is_manifest)? {
-            let folder = path.parent().unwrap_or(Path::new(""));
-            if !self.names(folder) || self.excludes(folder) {
-                continue;
-            }
-            // A manifest with a fault is not judged here.
-            let Ok(Some(found)) = manifest(folder) else {
-                continue;
-            };
-            if let Some(name) = get(&found, &["package", "name"]).and_then(Item::as_str) {
-                let folders = members.entry(name.to_owned()).or_default();
-                folders.push(folder.to_path_buf());
-            }
+    /// The folders that its members name, with the texts of their manifests. Folders without a
+    /// manifest that can be read are left out.
+    ///
+    /// # Errors
+    /// A folder that a pattern leads through cannot be listed.
+    pub(crate) fn members(&self) -> io::Result<Vec<(PathBuf, String)>> {
+        let mut folders = BTreeSet::new();
+        for pattern in self.patterns() {
+            folders.extend(expand(&self.root, pattern)?);
         }
-        Ok(members)
+        folders.retain(|folder| !self.excludes(folder));
+        let manifests = folders.into_iter().filter_map(|folder| {
+            let text = rc_files::read(&folder.join("Cargo.toml")).ok()?;
+            Some((folder, text))
+        });
+        Ok(manifests.collect())
     }
 
     /// The text of its manifest, and the same with `folder`, from the root, among its members; none
@@ -328,20 +325,54 @@ impl Workspace {
             return false;
         };
         let folder: Vec<_> = inside.iter().map(|part| part.to_string_lossy()).collect();
-        let patterns = self.list("members").into_iter().flatten();
-        patterns.filter_map(Value::as_str).any(|pattern| {
-            let pattern: Vec<&str> = pattern
-                .split('/')
-                .filter(|part| !part.is_empty() && *part != ".")
-                .collect();
+        self.patterns().any(|pattern| {
+            let pattern: Vec<&str> = parts(pattern).collect();
             let mut parts = pattern.iter().zip(&folder);
             pattern.len() == folder.len() && parts.all(|(pattern, name)| matches(pattern, name))
         })
     }
 
+    /// The patterns of its members.
+    fn patterns(&self) -> impl Iterator<Item = &str> {
+        let members = self.list("members").into_iter().flatten();
+        members.filter_map(Value::as_str)
+    }
+
     fn list(&self, key: &str) -> Option<&Array> {
         get(&self.manifest, &["workspace", key])?.as_array()
     }
+}
+
+/// The name of the package of a manifest.
+pub(crate) fn package_name(manifest: &str) -> Option<String> {
+    let manifest: DocumentMut = manifest.parse().ok()?;
+    let name = get(&manifest, &["package", "name"])?.as_str()?;
+    Some(name.to_owned())
+}
+
+/// The steps of a pattern from the root.
+fn parts(pattern: &str) -> impl Iterator<Item = &str> {
+    let parts = pattern.split('/');
+    parts.filter(|part| !part.is_empty() && *part != ".")
+}
+
+/// The folders below `root` that a pattern names, without generated, built and hidden ones.
+fn expand(root: &Path, pattern: &str) -> io::Result<Vec<PathBuf>> {
+    let mut folders = vec![root.to_path_buf()];
+    for part in parts(pattern) {
+        let mut inside = Vec::new();
+        for folder in folders {
+            if part.contains(['*', '?']) {
+                let names = source_files::folders(&folder)?.into_iter();
+                let names = names.filter(|name| matches(part, name));
+                inside.extend(names.map(|name| folder.join(name)));
+            } else if !source_files::is_left_out(part) {
+                inside.push(folder.join(part));
+            }
+        }
+        folders = inside;
+    }
+    Ok(folders)
 }
 
 /// Whether a pattern with `*` and `?` is that of `name`.

@@ -1,7 +1,7 @@
 //! Components that were copied with their names.
 
 use crate::Project;
-use crate::cargo_workspace::Workspace;
+use crate::cargo_workspace::{Workspace, package_name};
 use crate::names;
 use crate::paths::absolute;
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -16,12 +16,9 @@ pub const HELP: &str = "give the copy a name of its own: in its .cdsl, in `name`
 
 const TWICE: &str = "stands in two folders of the workspace";
 
-/// The folders of the members of a workspace, by the names of their packages.
-pub(crate) type Members = BTreeMap<String, Vec<PathBuf>>;
-
-/// The members of workspaces, each read once.
+/// The manifests of the members of workspaces with their folders, each read once.
 #[derive(Debug, Default)]
-pub struct Packages(BTreeMap<PathBuf, Members>);
+pub struct Packages(BTreeMap<PathBuf, Vec<(PathBuf, String)>>);
 
 impl Packages {
     /// Another folder of the component's workspace whose package has its name, seen from the root.
@@ -41,13 +38,18 @@ impl Packages {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => new.insert(workspace.members()?),
         };
-        let folders = members.get(&names::package(&project.component.name.text));
-        let folders = folders.map_or(&[][..], Vec::as_slice);
+        let name = names::package(&project.component.name.text);
+        // Parsing a manifest takes a hundred times as long as searching it.
+        let has_name = |manifest: &str| {
+            manifest.contains(&name) && package_name(manifest).as_ref() == Some(&name)
+        };
+        let folders = members.iter().filter(|(_, manifest)| has_name(manifest));
+        let folders: Vec<&PathBuf> = folders.map(|(folder, _)| folder).collect();
         let own = absolute(project.code())?;
-        if !folders.contains(&own) {
+        if !folders.contains(&&own) {
             return Ok(None);
         }
-        let other = folders.iter().find(|folder| **folder != own);
+        let other = folders.into_iter().find(|folder| **folder != own);
         Ok(other.map(|folder| folder.strip_prefix(root).unwrap_or(folder).to_path_buf()))
     }
 }

@@ -1,7 +1,7 @@
 //! The files that a command line names.
 
 use std::collections::BTreeSet;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// The files named on a command line, each once. A folder is replaced by its `wanted` files, except
@@ -23,9 +23,31 @@ pub fn files(paths: &[PathBuf], wanted: &dyn Fn(&Path) -> bool) -> io::Result<Ve
     Ok(files)
 }
 
-/// Whether a folder with this name holds what programs have written.
+/// Whether a folder with this name is hidden or holds what programs have written.
 pub fn is_left_out(name: &str) -> bool {
-    matches!(name, "target" | "generated")
+    name.starts_with('.') || matches!(name, "target" | "generated")
+}
+
+/// The names of the folders in a folder, without those that are left out. None if there is no such
+/// folder.
+pub(crate) fn folders(folder: &Path) -> io::Result<Vec<String>> {
+    let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
+    let mut names = Vec::new();
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(names);
+        }
+        Err(error) => return Err(named(error)),
+    };
+    for entry in entries {
+        let entry = entry.map_err(named)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !is_left_out(&name) && entry.file_type().map_err(named)?.is_dir() {
+            names.push(name);
+        }
+    }
+    Ok(names)
 }
 
 fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>) -> io::Result<()> {
@@ -36,11 +58,10 @@ fn walk(folder: &Path, wanted: &dyn Fn(&Path) -> bool, files: &mut Vec<PathBuf>)
     for entry in entries {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        let left_out = name.starts_with('.') || is_left_out(&name);
         let path = entry.path();
         // Links to folders are not followed: they could be cyclic.
         if entry.file_type().map_err(named)?.is_dir() {
-            if !left_out {
+            if !is_left_out(&name) {
                 walk(&path, wanted, files)?;
             }
         // Hidden files are often backups of editors. Reading a pipe would block.

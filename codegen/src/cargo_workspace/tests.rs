@@ -153,3 +153,37 @@ fn an_older_workspace_gets_the_dependency_on_the_middleware() {
     assert_eq!(manifest(&both), None);
     assert_eq!(manifest("serde = \"1\""), None);
 }
+
+#[test]
+fn members_are_the_folders_that_patterns_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    write(
+        &root.join("Cargo.toml"),
+        "[workspace]\nmembers = [\"parts/*\", \"parts/arm\", \"deep/*/p?ng\", \"nowhere/*\", \"gone\", \"parts/*/generated\"]\n\
+         exclude = [\"parts/old\"]\n",
+    );
+    for folder in [
+        "parts/arm",
+        "parts/old",
+        "parts/.hidden",
+        "parts/arm/generated",
+        "parts/arm/inner",
+        "deep/one/ping",
+        "deep/one/pong2",
+        "deep/target/ping",
+        "other",
+    ] {
+        let name = folder.rsplit('/').next().unwrap_or_default();
+        let manifest = format!("[package]\nname = \"{name}\" # x\n");
+        write(&root.join(folder).join("Cargo.toml"), &manifest);
+    }
+    let workspace = Workspace::of(&root).expect("manifests").expect("a root");
+    let members = workspace.members().expect("folders");
+    let members = members.iter().map(|(folder, manifest)| {
+        let name = package_name(manifest).unwrap_or_default();
+        format!("{} {name}", relative(&root, folder).display())
+    });
+    let members: Vec<String> = members.collect();
+    assert_eq!(members, ["deep/one/ping ping", "parts/arm arm"]);
+}

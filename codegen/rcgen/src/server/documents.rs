@@ -91,7 +91,7 @@ impl Server {
         let inside = self.editor.below_root(&moved);
         let names = inside.into_iter().flat_map(Path::components);
         let mut names = names.map(|name| name.as_os_str().to_string_lossy());
-        let left_out = names.any(|name| name.starts_with('.') || is_left_out(&name));
+        let left_out = names.any(|name| is_left_out(&name));
         if folder.is_dir() && inside.is_some() && !left_out {
             self.folders.push(folder);
             self.settled = false;
