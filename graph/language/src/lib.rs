@@ -10,6 +10,7 @@ mod imports;
 mod members;
 mod parse;
 mod resolve;
+mod rules;
 mod units;
 
 pub use graph_schema as model;
