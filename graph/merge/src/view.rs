@@ -102,7 +102,7 @@ impl Replica {
             .map(|(_, id, _, from, to)| (Some(*id), [*from, *to]));
         let ends: Vec<_> = ends.collect();
         // An edge goes with its nodes, and with the edges where it starts and ends.
-        let (order, _) = in_order(&ends, |id| view.nodes.contains_key(&id));
+        let order = by_level(&ends, |id| view.nodes.contains_key(&id));
         for (_, id, kind, from, to) in order.into_iter().map(|at| edges[at]) {
             let is_shown = |end| view.nodes.contains_key(end) || view.edges.contains_key(end);
             if !is_shown(&from) || !is_shown(&to) {
@@ -129,6 +129,22 @@ impl Replica {
         view.conflicts.sort_unstable();
         view
     }
+}
+
+/// The order in which edges are decided, of those that are sorted already: first those between nodes,
+/// then those at these, and so on. So a later edge at an edge wins against an earlier one at another edge.
+fn by_level(edges: &[(Option<Id>, [Id; 2])], is_node: impl Fn(Id) -> bool) -> Vec<usize> {
+    let (mut order, _) = in_order(edges, is_node);
+    let mut levels: HashMap<Id, usize> = HashMap::new();
+    let mut level_of = vec![0; edges.len()];
+    for at in &order {
+        let (id, ends) = &edges[*at];
+        let below = ends.iter().filter_map(|end| levels.get(end)).max();
+        level_of[*at] = below.map_or(0, |level| level + 1);
+        levels.extend(id.map(|id| (id, level_of[*at])));
+    }
+    order.sort_unstable_by_key(|at| (level_of[*at], *at));
+    order
 }
 
 /// The attributes of an element. Of several that are one value, this is the one that was changed

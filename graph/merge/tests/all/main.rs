@@ -4,5 +4,6 @@ mod digests;
 mod dsr;
 mod histories;
 mod removals;
+mod repair;
 mod schema;
 mod shared_values;
