@@ -1,4 +1,4 @@
-//! Files of graphs: `.graph` of ours and DSR's JSON, both ways; `GraphML` out; InnerModel and
+//! Files of graphs: `.graph` of ours and DSR's JSON, both ways; `GraphML` and Turtle out; InnerModel and
 //! URDF in.
 //!
 //! A file becomes a [`Document`], which [`check`] compares with a schema, with the place of each
@@ -17,6 +17,8 @@ mod part;
 mod places;
 mod reflection;
 pub mod robot;
+pub mod shapes;
+pub mod turtle;
 
 pub use check::check;
 pub use document::{Attribute, Document, Edge, Node, lenient};

@@ -246,6 +246,21 @@ fn graphs_and_schemas_are_drawn_and_viewed() {
         let (_, printed, _) = run(&["graph", file, "--to", "dot"]);
         assert_eq!(printed, dot);
     }
+    let (code, out, err) = run(&["export", "lab.graph", "--to", "turtle", "--out", "."]);
+    assert_eq!(code, 0, "{out}{err}");
+    for (file, expected) in [
+        (
+            "lab.ttl",
+            "<urn:robocomp:element:1:2> a <urn:robocomp:domain:lab#Cup>",
+        ),
+        (
+            "lab.shapes.ttl",
+            "<urn:robocomp:domain:lab#Cup> a rdfs:Class, sh:NodeShape",
+        ),
+    ] {
+        let text = std::fs::read_to_string(folder.path().join(file)).expect("a file");
+        assert!(text.contains(expected), "{text}");
+    }
     let (code, json, err) = run(&["view", "lab.graph"]);
     assert_eq!(code, 0, "{err}");
     let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");

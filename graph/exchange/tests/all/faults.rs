@@ -32,7 +32,7 @@ fn findings(schema: &str, text: &str) -> String {
     render(&sources, &found, Format::Short)
 }
 
-const KITCHEN: &str = r#"Domain kitchen
+pub(crate) const KITCHEN: &str = r#"Domain kitchen
 {
     entity Object { name string key; mass float unit "kg" 0:100 optional; colour { red, green } optional; size float[3] optional; };
     entity Cup : Object { };
@@ -50,14 +50,14 @@ const KITCHEN: &str = r#"Domain kitchen
 "#;
 
 /// A graph of our kind with these nodes and edges.
-fn ours(nodes: &str, edges: &str) -> String {
+pub(crate) fn ours(nodes: &str, edges: &str) -> String {
     format!("{{\"nodes\": [\n{nodes}\n], \"edges\": [\n{edges}\n]}}")
 }
 
-const CUP: &str = r#"{"id": "1:1", "type": "Cup", "attributes": {"name": "cup"}}"#;
-const ROOM: &str = r#"{"id": "1:2", "type": "Room", "attributes": {"name": "kitchen"}}"#;
+pub(crate) const CUP: &str = r#"{"id": "1:1", "type": "Cup", "attributes": {"name": "cup"}}"#;
+pub(crate) const ROOM: &str = r#"{"id": "1:2", "type": "Room", "attributes": {"name": "kitchen"}}"#;
 
-fn edge(number: u32, kind: &str, from: u32, to: u32) -> String {
+pub(crate) fn edge(number: u32, kind: &str, from: u32, to: u32) -> String {
     format!(r#"{{"id": "1:{number}", "type": "{kind}", "from": "1:{from}", "to": "1:{to}"}}"#)
 }
 
@@ -88,9 +88,9 @@ fn a_graph_without_a_schema_may_have_any_type() {
     assert_eq!(findings("Domain any open { };", &text), "");
 }
 
-/// The third member of a case is the text at the place of the finding, or `@LINE:COLUMN`.
-#[test]
-fn each_fault_is_found_at_its_place() {
+/// Graphs with one fault each, and its code. The third member of a case is the text at the place of the
+/// finding, or `@LINE:COLUMN`.
+pub(crate) fn cases() -> Vec<(String, &'static str, &'static str)> {
     let cup = |attributes: &str| {
         format!(r#"{{"id": "1:1", "type": "Cup", "attributes": {{"name": "cup", {attributes}}}}}"#)
     };
@@ -105,7 +105,7 @@ fn each_fault_is_found_at_its_place() {
         object(3, "c")
     );
     let grip = r#"{"id": "1:5", "type": "Gripper", "attributes": {"payload": 1.0}}"#;
-    let cases = [
+    vec![
         // Values.
         (ours(&cup(r#""mass": -1.0"#), ""), "wrong-value", "-1.0"),
         (ours(&cup(r#""mass": 101"#), ""), "wrong-value", "101"),
@@ -315,7 +315,12 @@ fn each_fault_is_found_at_its_place() {
             "@1:12",
         ),
         (String::from("[]"), "malformed-json", "@1:2"),
-    ];
+    ]
+}
+
+#[test]
+fn each_fault_is_found_at_its_place() {
+    let cases = cases();
     assert!(cases.len() >= 40);
     for (text, code, needle) in &cases {
         let found = findings(KITCHEN, text);

@@ -8,3 +8,4 @@ mod parts;
 mod real;
 mod reflection;
 mod robots;
+mod shacl;

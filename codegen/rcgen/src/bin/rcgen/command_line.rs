@@ -150,12 +150,13 @@ pub(crate) enum Command {
     Export {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
-        /// To urdf and gltf an InnerModel file, to dsr, graphml and graph a graph, to rust, c and
-        /// python the solvers of a robot.
+        /// To urdf and gltf an InnerModel file, to dsr, graphml, turtle and graph a graph, to
+        /// rust, c and python the solvers of a robot.
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
-        /// (JSON), graphml, graph (the part of a domain); rust, c or python (code without dependencies).
+        /// (JSON), graphml, turtle (RDF, with the schema as SHACL), graph (the part of a domain); rust, c or
+        /// python (code without dependencies).
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
@@ -405,13 +406,21 @@ pub(crate) enum Target {
     Gltf,
     Dsr,
     Graphml,
+    Turtle,
     Graph,
     /// Solvers as code.
     Code(PrintedLanguage),
 }
 
-const TARGETS: [&str; 10] = [
-    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "graph", "rust", "c", "python",
+impl Target {
+    /// Whether graphs are written to it.
+    pub(crate) fn is_of_graphs(self) -> bool {
+        matches!(self, Self::Dsr | Self::Graphml | Self::Turtle | Self::Graph)
+    }
+}
+
+const TARGETS: [&str; 11] = [
+    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "python",
 ];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
@@ -426,6 +435,7 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "gltf" => Ok(Target::Gltf),
         "dsr" => Ok(Target::Dsr),
         "graphml" => Ok(Target::Graphml),
+        "turtle" => Ok(Target::Turtle),
         "graph" => Ok(Target::Graph),
         "rust" => Ok(Target::Code(PrintedLanguage::Rust)),
         "c" => Ok(Target::Code(PrintedLanguage::C)),

@@ -30,11 +30,12 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
         common,
         dry_run,
     } = *request;
-    if matches!(target, Target::Dsr | Target::Graphml | Target::Graph) {
+    if target.is_of_graphs() {
         return graphs::export(request);
     }
     if domain.is_some() {
-        let message = "`--domain` takes a part of a graph; write it to dsr, graphml or graph";
+        let message =
+            "`--domain` takes a part of a graph; write it to dsr, graphml, turtle or graph";
         return Err(Failure::Usage(message.to_owned()));
     }
     if matches!(target, Target::Urdf | Target::Gltf) {

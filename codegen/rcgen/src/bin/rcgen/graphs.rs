@@ -3,7 +3,7 @@
 use crate::command_line::{Common, Target};
 use crate::export::Request;
 use crate::reports::{Failure, create, print_line, refused, report, tell};
-use graph_exchange::{Document, dsr, graph_json, graphml};
+use graph_exchange::{Document, dsr, graph_json, graphml, shapes, turtle};
 use graph_language::Schema;
 use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
 use rc_codegen::FileLoader;
@@ -262,6 +262,12 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
             (text, "json")
         }
         Target::Graph => (graph_json::write(&loaded.document), "graph"),
+        Target::Turtle => {
+            let path = request.out.join(format!("{name}.shapes.ttl"));
+            let text = shapes::write(&loaded.schema);
+            create(&path, text.as_bytes(), "folder", request.dry_run)?;
+            (turtle::write(&loaded.document, &loaded.schema), "ttl")
+        }
         _ => (graphml::write(&loaded.document), "graphml"),
     };
     let path = request.out.join(format!("{name}.{ending}"));
