@@ -9,7 +9,6 @@ use rc_vocabulary::Language;
 pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
     warn_of_what_has_no_effect(network, found);
     refuse_languages_elsewhere(network, found);
-    refuse_processes_elsewhere(network, found);
 }
 
 /// Reports components on other hosts that need what is not copied there.
@@ -32,32 +31,6 @@ fn refuse_languages_elsewhere(network: &Network, found: &mut Diagnostics) {
             found.push(error.help(format!(
                 "leave `host` out, or run it there in a network of its own: `rcgen explain {code}`"
             )));
-        }
-    }
-}
-
-/// Reports processes of several components on other hosts: an agent there has one link for each
-/// process.
-fn refuse_processes_elsewhere(network: &Network, found: &mut Diagnostics) {
-    for process in &network.deployment.processes {
-        let instances = process.instances.iter();
-        let hosts = instances.map(|at| {
-            let instance = &network.deployment.instances[*at];
-            let host = network.deployment.remote_host(instance)?;
-            Some((host, instance.host?.1))
-        });
-        // Two hosts were reported.
-        let hosts: Option<Vec<_>> = hosts.collect();
-        let host = hosts.into_iter().flatten().next();
-        if let Some((host, span)) = host {
-            let message = format!(
-                "process `{}` runs components as threads, and does so on this machine only, not on `{}`",
-                process.path, host.name.text
-            );
-            let error = Diagnostic::error("process-elsewhere", span, message);
-            found.push(
-                error.help("leave `process` out: there, each component has a process of its own"),
-            );
         }
     }
 }

@@ -61,12 +61,10 @@ struct Spawned {
     _link: Option<UnixStream>,
 }
 
-/// A component that starts as a thread of a process.
+/// A component that starts: alone in its process, or as a thread of one.
 #[derive(Debug)]
-pub(crate) struct NewThread<'a> {
+pub(crate) struct NewComponent<'a> {
     pub(crate) component: &'a Component,
-    /// Its name in the program.
-    pub(crate) word: &'a str,
     /// The first line on its link.
     pub(crate) greeting: Option<String>,
     pub(crate) log: &'a Path,
@@ -78,17 +76,28 @@ pub(crate) struct NewThread<'a> {
 pub(crate) const MOST_THREADS: usize = 100;
 
 impl LocalProcess {
-    /// Starts the process. `greeting` is the first line on its link; its output is appended to
-    /// `log`. `run` names this start, so that its child processes can be found.
+    /// Starts a process with these components. If they are threads, they have the same executable
+    /// and directory, and what the process prints besides is appended to `log`. `run` names this
+    /// start, so that its child processes can be found.
     pub(crate) fn start(
-        component: &Component,
+        components: &[NewComponent<'_>],
         run: &str,
-        greeting: Option<&str>,
         log: &Path,
         mark: &Mark,
-    ) -> Result<Self, String> {
+    ) -> Result<Vec<Self>, String> {
+        match components {
+            [] => Ok(Vec::new()),
+            [only] if only.component.thread.is_none() => {
+                Self::start_alone(only, run, mark).map(|process| vec![process])
+            }
+            [first, ..] => Self::start_threads(first, components, run, log, mark),
+        }
+    }
+
+    fn start_alone(new: &NewComponent<'_>, run: &str, mark: &Mark) -> Result<Self, String> {
+        let (component, log) = (new.component, new.log);
         let file = open_log(log)?;
-        let (link, theirs) = new_link(greeting)?;
+        let (link, theirs) = new_link(new.greeting.as_deref())?;
         let mut command = command(component, file, theirs)?;
         command.args(&component.args).envs(&component.env);
         if component.exact {
@@ -99,25 +108,22 @@ impl LocalProcess {
         Ok(Self::new(Rc::new(process), link))
     }
 
-    /// Starts a process with these threads, which have the same executable and directory. What the
-    /// process prints outside of its threads is appended to `log`.
-    pub(crate) fn start_threads(
-        threads: &[NewThread<'_>],
+    fn start_threads(
+        first: &NewComponent<'_>,
+        threads: &[NewComponent<'_>],
         run: &str,
         log: &Path,
         mark: &Mark,
     ) -> Result<Vec<Self>, String> {
-        let Some(first) = threads.first() else {
-            return Ok(Vec::new());
-        };
         let (link, theirs) = new_link(None)?;
         let mut command = command(first.component, open_log(log)?, theirs)?;
         let mut links = Vec::new();
         let mut handed: Vec<OwnedFd> = Vec::new();
         for thread in threads {
-            command.envs(&thread.component.env);
             let component = thread.component;
-            command.args(component.thread_arguments(thread.word, &thread.after));
+            let word = component.thread.as_ref().map_or("", |own| &own.component);
+            command.envs(&component.env);
+            command.args(component.thread_arguments(word, &thread.after));
             if component.exact {
                 command.arg("--record").arg(exact_recording(thread.log));
             }

@@ -3,8 +3,8 @@
 
 use super::SupervisorMessage;
 use super::agent_health::Health;
-use super::agent_renewal::{Renewal, Start};
-use super::copies;
+use super::agent_renewal::Renewal;
+use super::agent_starts::{Running, Start, Starting};
 use super::log_tail::LogTail;
 use super::socket_proxy::{ProxyConnections, ROOM as CALLER_ROOM, Received};
 use super::timed_stream::TimedStream;
@@ -17,9 +17,7 @@ use crate::process::launch::LocalProcess;
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
-use rc_deploy_client::names::check_name;
 use rc_deploy_client::{DirectoryWatch, logs};
-use rc_deploy_network::plan::Component;
 use rc_deploy_network::process_name;
 use rc_management::Output;
 use rc_management::agent::{AgentMessage, Exit, LONGEST};
@@ -48,7 +46,8 @@ enum Source {
     GuardLink,
     Logs,
     ProxyConnection(u64),
-    Link(String),
+    /// The link of a component: its process and its name.
+    Link(String, String),
     Process(String),
 }
 
@@ -58,25 +57,23 @@ enum Ending {
     Alone(String),
 }
 
-/// A process and its run.
-pub(super) struct Running {
-    pub(super) process: LocalProcess,
-    run: String,
-}
-
 pub(super) struct Agent {
     network: String,
     /// The folder of the copies.
-    root: PathBuf,
+    pub(super) root: PathBuf,
     pub(super) network_guard: NetworkGuard,
     signals: Signals,
     pub(super) logs: PathBuf,
     watch: DirectoryWatch,
     /// When to read the logs after a write.
     look: Option<Instant>,
-    printed: BTreeMap<String, LogTail>,
+    /// The logs of components and processes by their names.
+    pub(super) printed: BTreeMap<String, LogTail>,
+    /// The components of the process that starts next, as far as they were named.
+    coming: Vec<Starting>,
+    /// The processes by their names.
     pub(super) running: BTreeMap<String, Running>,
-    /// The components that have ended and how many orphans were killed, until they may start again.
+    /// The processes that have ended and how many orphans were killed, until they may start again.
     ended: BTreeMap<String, (Exit, usize)>,
     sweeps: OrphanSweeps,
     pub(super) health: Health,
@@ -127,6 +124,7 @@ impl Agent {
             watch,
             look: None,
             printed: BTreeMap::new(),
+            coming: Vec::new(),
             running: BTreeMap::new(),
             ended: BTreeMap::new(),
             sweeps: OrphanSweeps::default(),
@@ -211,14 +209,19 @@ impl Agent {
             add(Source::ProxyConnection(number), descriptor, flags);
         }
         // Links come before processes, so that the last messages of a component count.
-        for (name, Running { process, .. }) in &self.running {
-            if let Some(link) = process.link() {
-                add(Source::Link(name.clone()), link.as_fd(), PollFlags::IN);
+        for (process, running) in &self.running {
+            for (name, component) in &running.components {
+                if let Some(link) = component.link() {
+                    let source = Source::Link(process.clone(), name.clone());
+                    add(source, link.as_fd(), PollFlags::IN);
+                }
             }
         }
-        for (name, Running { process, .. }) in &self.running {
-            let descriptor = process.descriptor().as_fd();
-            add(Source::Process(name.clone()), descriptor, PollFlags::IN);
+        for (name, running) in &self.running {
+            if let Some(process) = running.process() {
+                let descriptor = process.descriptor().as_fd();
+                add(Source::Process(name.clone()), descriptor, PollFlags::IN);
+            }
         }
         let silence = self.heard + HOST_LIMIT;
         let times = [
@@ -281,7 +284,7 @@ impl Agent {
                     }
                 }
             }
-            Source::Link(name) => self.read_link(name),
+            Source::Link(process, name) => self.read_link(process, name),
             Source::Process(name) => self.ended(name),
         }
         None
@@ -300,22 +303,30 @@ impl Agent {
                     component,
                     run,
                     greeting,
-                }) => self.start(Start {
-                    component,
-                    run,
-                    greeting,
-                }),
-                Some(SupervisorMessage::LinkLine { name, line }) => {
-                    self.running
-                        .get(&name)
-                        .inspect(|running| running.process.send_line(&line));
+                    after,
+                    more,
+                }) => {
+                    self.coming.push(Starting {
+                        component,
+                        greeting,
+                        after,
+                    });
+                    if !more {
+                        let components = std::mem::take(&mut self.coming);
+                        self.start(Start { run, components });
+                    }
                 }
-                Some(SupervisorMessage::Stop(name)) => match self.running.get(&name) {
-                    Some(running) => running.process.terminate(),
+                Some(SupervisorMessage::LinkLine { name, line }) => {
+                    let mut running = self.running.values();
+                    let component = running.find_map(|running| running.components.get(&name));
+                    component.inspect(|component| component.send_line(&line));
+                }
+                Some(SupervisorMessage::Stop(name)) => match self.process(&name) {
+                    Some(process) => process.terminate(),
                     None => self.cancel(&name),
                 },
-                Some(SupervisorMessage::Kill(name)) => match self.running.get(&name) {
-                    Some(running) => running.process.kill(),
+                Some(SupervisorMessage::Kill(name)) => match self.process(&name) {
+                    Some(process) => process.kill(),
                     None => self.cancel(&name),
                 },
                 Some(SupervisorMessage::Connect { wire, name }) => {
@@ -341,57 +352,17 @@ impl Agent {
         ended.then(|| Ending::Alone("the connection has ended".to_owned()))
     }
 
-    /// Starts a component.
-    pub(super) fn start_now(&mut self, start: &Start) {
-        let component = &*start.component;
-        let name = component.name.clone();
-        match self.launch(component, &start.run, start.greeting.as_deref()) {
-            Ok(process) => {
-                let registered = process.registered(component, component.stop);
-                let pid = process.pid();
-                let run = start.run.clone();
-                self.running.insert(name.clone(), Running { process, run });
-                self.network_guard.started(registered);
-                self.send(&AgentMessage::Started { name, pid });
-            }
-            Err(reason) => self.send(&AgentMessage::NotStarted { name, reason }),
-        }
+    fn process(&self, name: &str) -> Option<&LocalProcess> {
+        self.running.get(name).and_then(Running::process)
     }
 
-    fn launch(
-        &mut self,
-        component: &Component,
-        run: &str,
-        greeting: Option<&str>,
-    ) -> Result<LocalProcess, String> {
-        check_name("component", &component.name).map_err(|e| e.to_string())?;
-        if self.running.contains_key(&component.name) {
-            return Err("it runs already".to_owned());
-        }
-        let cannot = |what: &str, error: io::Error| format!("cannot {what}: {error}");
-        if !self.printed.contains_key(&component.name) {
-            let printed = LogTail::new(&self.logs, &component.name);
-            let printed = printed.map_err(|e| cannot("make its log", e))?;
-            self.printed.insert(component.name.clone(), printed);
-        }
-        // A workspace that the user has named must exist.
-        if component.directory.starts_with(&self.root) {
-            copies::make_folder(&component.directory)
-                .map_err(|e| cannot(&format!("make {}", component.directory.display()), e))?;
-        }
-        let log = self.printed[&component.name].path();
-        if component.exact {
-            self.health.records_beside(log);
-        }
-        LocalProcess::start(component, run, greeting, log, self.network_guard.mark())
-    }
-
-    fn read_link(&mut self, name: &str) {
-        let Some(Running { process, .. }) = self.running.get_mut(name) else {
+    fn read_link(&mut self, process: &str, name: &str) {
+        let running = self.running.get_mut(process);
+        let Some(component) = running.and_then(|running| running.components.get_mut(name)) else {
             return;
         };
-        let lines = process.read_link();
-        let closed = process.link().is_none();
+        let lines = component.read_link();
+        let closed = component.link().is_none();
         self.forward_lines(name, lines);
         if closed {
             self.send(&AgentMessage::LinkClosed(name.to_owned()));
@@ -407,21 +378,26 @@ impl Agent {
     }
 
     fn ended(&mut self, name: &str) {
-        let Some(Running { mut process, run }) = self.running.remove(name) else {
+        let Some(mut running) = self.running.remove(name) else {
             return;
         };
-        let words = process.remaining_lines();
-        self.forward_lines(name, words);
-        let exit = process.reap();
-        self.network_guard.ended(name, true);
-        // Its last output belongs to the report of its end.
+        let mut exit = Exit::without_status("unknown".to_owned());
+        for (component, process) in &mut running.components {
+            let words = process.remaining_lines();
+            self.forward_lines(component, words);
+            exit = process.reap();
+            // Its last output belongs to the report of its end.
+            self.send_output(component);
+        }
         self.send_output(name);
+        self.network_guard.ended(name, true);
+        let run = running.run;
         // Its end is reported when it may restart.
         self.ended.insert(name.to_owned(), (exit, 0));
         self.sweeps.begin(name, self.network_guard.mark(), run);
     }
 
-    /// Reports components that have ended, once their orphans are killed and the guard has cleaned
+    /// Reports processes that have ended, once their orphans are killed and the guard has cleaned
     /// up, or either takes too long.
     fn report_ends(&mut self) {
         for (name, left) in self.sweeps.done() {
@@ -504,7 +480,7 @@ impl Agent {
             ));
         }
         // A component that ignores the signal sees the end of its link.
-        for Running { process, .. } in self.running.values() {
+        for process in self.running.values().filter_map(Running::process) {
             process.terminate();
         }
         drop(std::mem::take(&mut self.running));

@@ -123,7 +123,7 @@ impl Agent {
         }
         let running = self.running.iter();
         let read = running.filter_map(|(name, running)| {
-            let bytes = resident(running.process.pid())?;
+            let bytes = resident(running.process()?.pid())?;
             Some(AgentMessage::Memory {
                 name: name.clone(),
                 bytes,

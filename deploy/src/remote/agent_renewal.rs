@@ -2,15 +2,15 @@
 //! new guard creates the services, and then they start.
 
 use super::agent::Agent;
+use super::agent_starts::Start;
 use rc_deploy_client::error::Error;
-use rc_deploy_network::plan::Component;
 use rc_management::agent::{AgentMessage, Exit};
 
 /// How far the renewal of the services is, and what waits for it.
 #[derive(Default)]
 pub(super) struct Renewal {
     step: Step,
-    /// The components that start when their services are created.
+    /// The processes that start when their services are created.
     waiting: Vec<Start>,
 }
 
@@ -22,13 +22,6 @@ enum Step {
     Ends,
     /// A new guard creates the services.
     Creates,
-}
-
-/// A component that its supervisor has started.
-pub(super) struct Start {
-    pub(super) component: Box<Component>,
-    pub(super) run: String,
-    pub(super) greeting: Option<String>,
 }
 
 impl Renewal {
@@ -51,7 +44,7 @@ impl Agent {
         self.send(&AgentMessage::MemoryLost(files));
     }
 
-    /// Starts a component, now or when its services are created anew.
+    /// Starts a process, now or when its services are created anew.
     pub(super) fn start(&mut self, start: Start) {
         if self.renewal.step == Step::None {
             self.start_now(&start);
@@ -60,10 +53,10 @@ impl Agent {
         }
     }
 
-    /// Forgets a component that waits for its start, if there is one.
+    /// Forgets a process that waits for its start, if there is one.
     pub(super) fn cancel(&mut self, name: &str) {
         let waiting = &mut self.renewal.waiting;
-        let Some(at) = waiting.iter().position(|one| one.component.name == name) else {
+        let Some(at) = waiting.iter().position(|one| one.process() == name) else {
             return;
         };
         waiting.remove(at);
@@ -90,7 +83,9 @@ impl Agent {
         if self.renewal.step == Step::Creates {
             let waiting = std::mem::take(&mut self.renewal.waiting);
             for start in waiting {
-                if self.network_guard.lets_start(&start.component.name) {
+                let guard = &self.network_guard;
+                let mut names = start.components.iter().map(|one| &*one.component.name);
+                if names.all(|name| guard.lets_start(name)) && guard.lets_start(start.process()) {
                     self.start_now(&start);
                 } else {
                     self.renewal.waiting.push(start);

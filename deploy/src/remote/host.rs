@@ -3,31 +3,27 @@
 use super::SupervisorMessage;
 use super::connection::{AgentReady, Setup, SetupThread, own_program};
 use super::copies::mirrored;
-use super::socket_proxy::{Accepted, ROOM, Received, SocketProxy};
+use super::remote_process::Outbox;
+use super::socket_proxy::{Accepted, Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::process::identity::{Mark, first_readable, kill_group};
 use rc_deploy_network::plan::Restart;
 use rc_deploy_network::plan::{self, Component};
 use rc_diagnostics::foreign::clean_lines;
-use rc_management::Output;
-use rc_management::agent::{AgentMessage, Exit, File, LONGEST};
-use rc_management::lines::{self, Line, Lines, Overlong};
+use rc_management::agent::{AgentMessage, File, LONGEST};
+use rc_management::lines::{Line, Lines, Overlong};
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
-use std::cell::RefCell;
 use std::fs;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Child;
-use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// The pause before the first reconnection. It doubles up to [`Restart::LONGEST_PAUSE`].
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
-/// How many bytes may wait for a machine that does not read.
-const WAITING: usize = 4 << 20;
 /// How long an agent may take to clean up.
 const FAREWELL_LIMIT: Duration = Duration::from_secs(10);
 /// How many reads one machine gets in one iteration of the event loop.
@@ -36,103 +32,6 @@ const READS: usize = 16;
 const SETTLE_LIMIT: Duration = Duration::from_millis(300);
 /// How much of the error output of ssh is shown.
 const COMPLAINT: usize = 2000;
-
-/// The messages for an agent. Its host and the units there share them.
-#[derive(Clone, Debug)]
-pub(crate) struct Outbox(Rc<RefCell<Output>>);
-
-impl Outbox {
-    pub(crate) fn new() -> Self {
-        Self(Rc::new(RefCell::new(Output::up_to(WAITING))))
-    }
-
-    /// Takes the messages that wait.
-    #[cfg(test)]
-    pub(crate) fn take(&self) -> Vec<SupervisorMessage> {
-        let mut text = Vec::new();
-        self.0.borrow_mut().write(&mut text).expect("memory");
-        let lines = text.split(|byte| *byte == b'\n');
-        let lines = lines.filter(|line| !line.is_empty());
-        lines
-            .map(|line| serde_json::from_slice(line).expect("a message"))
-            .collect()
-    }
-
-    fn push(&self, message: &SupervisorMessage) {
-        self.0.borrow_mut().push(&lines::encode(message));
-    }
-
-    /// Whether callers of components may add to it.
-    fn has_room(&self) -> bool {
-        self.0.borrow().len() < ROOM
-    }
-}
-
-/// A process on another machine.
-#[derive(Debug)]
-pub(crate) struct RemoteProcess {
-    name: String,
-    outbox: Outbox,
-    pub(crate) pid: Option<i32>,
-    /// Whether the link of the component is open.
-    pub(crate) linked: bool,
-    exit: Option<Exit>,
-}
-
-impl RemoteProcess {
-    /// Asks the agent to start a process. `greeting` is the first line on its link; `run` names
-    /// this start.
-    pub(crate) fn start(
-        component: &Component,
-        run: String,
-        greeting: Option<String>,
-        outbox: &Outbox,
-    ) -> Self {
-        outbox.push(&SupervisorMessage::Start {
-            component: Box::new(component.clone()),
-            run,
-            greeting,
-        });
-        Self {
-            name: component.name.clone(),
-            outbox: outbox.clone(),
-            pid: None,
-            linked: true,
-            exit: None,
-        }
-    }
-
-    /// Writes a line on its link.
-    pub(crate) fn send_line(&self, line: &str) {
-        self.outbox.push(&SupervisorMessage::LinkLine {
-            name: self.name.clone(),
-            line: line.to_owned(),
-        });
-    }
-
-    /// Asks the process to end.
-    pub(crate) fn terminate(&self) {
-        self.outbox
-            .push(&SupervisorMessage::Stop(self.name.clone()));
-    }
-
-    /// Ends the process and its group.
-    pub(crate) fn kill(&self) {
-        self.outbox
-            .push(&SupervisorMessage::Kill(self.name.clone()));
-    }
-
-    /// Notes how it ended.
-    pub(crate) fn ended(&mut self, exit: Exit) {
-        self.exit = Some(exit);
-    }
-
-    /// How it ended.
-    pub(crate) fn exit(&mut self) -> Exit {
-        let unknown = || Exit::without_status("unknown".to_owned());
-        self.exit.take().unwrap_or_else(unknown)
-    }
-}
 
 /// Event of a host.
 #[derive(Debug)]

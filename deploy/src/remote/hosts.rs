@@ -1,7 +1,8 @@
 //! Links to the other machines of a plan, and which component runs on which of them.
 
 use super::connection::Setup;
-use super::host::{Host, HostEvent, HostSource, Outbox};
+use super::host::{Host, HostEvent, HostSource};
+use super::remote_process::Outbox;
 use crate::process::identity::Mark;
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::{self, Component, Plan};

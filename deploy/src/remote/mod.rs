@@ -12,6 +12,7 @@ mod agent;
 mod agent_health;
 mod agent_renewal;
 mod agent_setup;
+mod agent_starts;
 mod connection;
 mod copied_list;
 mod copies;
@@ -19,14 +20,16 @@ mod host;
 mod hosts;
 mod known_hashes;
 mod log_tail;
+mod remote_process;
 mod socket_proxy;
 pub(crate) mod ssh;
 mod timed_stream;
 
 pub use agent_setup::agent;
 pub(crate) use connection::AgentReady;
-pub(crate) use host::{HostEvent, HostSource, Outbox, RemoteProcess};
+pub(crate) use host::{HostEvent, HostSource};
 pub(crate) use hosts::Hosts;
+pub(crate) use remote_process::{Outbox, RemoteProcess};
 
 use rc_deploy_network::plan::{Component, Environment};
 use std::time::Duration;

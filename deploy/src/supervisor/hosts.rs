@@ -9,7 +9,7 @@ use rc_management::event::Severity;
 use rc_management::lines::Line;
 use std::fs::OpenOptions;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The conditions that agents tell: their codes, those of their ends, and how severe they are.
@@ -136,7 +136,7 @@ impl Supervisor<'_> {
         self.renewal.forget(h);
         for i in self.hosts.members(Some(h)) {
             let exit = Exit::without_status("its host was lost".to_owned());
-            self.remote_process_ended(i, exit);
+            self.remote_process_ended(i, &exit);
         }
     }
 
@@ -147,19 +147,47 @@ impl Supervisor<'_> {
         self.note_written(&path, listens);
     }
 
-    fn remote_process_ended(&mut self, i: usize, exit: Exit) {
-        if let Some(h) = self.hosts.of(i) {
-            let name = self.units[i].name().to_owned();
-            self.hosts.close(h, &name);
-            let path = self.network_guard.directory().socket(&process_name(&name));
-            let text = format!("{} is not needed any more", path.display());
-            self.troubles
-                .end_of(&path.to_string_lossy(), "not-written", "written", &text);
+    /// The agent has started the process of a unit.
+    fn remote_process_started(&mut self, h: usize, i: usize, pid: i32) {
+        for j in self.order.mates(i).clone() {
+            if let Some(process) = self.units[j].remote_process() {
+                process.pid = Some(pid);
+                let name = self.units[j].name().to_owned();
+                self.proxy_socket(h, &name);
+            }
         }
-        if let Some(process) = self.units[i].remote_process() {
-            process.ended(exit);
-            self.unit_ended(i);
+    }
+
+    /// Handles the end of the process of a unit, for all of its units.
+    fn remote_process_ended(&mut self, i: usize, exit: &Exit) {
+        for j in self.order.mates(i).clone() {
+            if let Some(h) = self.hosts.of(j) {
+                let name = self.units[j].name().to_owned();
+                self.hosts.close(h, &name);
+                let path = self.network_guard.directory().socket(&process_name(&name));
+                let text = format!("{} is not needed any more", path.display());
+                self.troubles
+                    .end_of(&path.to_string_lossy(), "not-written", "written", &text);
+            }
+            if let Some(process) = self.units[j].remote_process() {
+                process.ended(exit.clone());
+            }
         }
+        self.unit_ended(i);
+    }
+
+    /// A unit of a process on a machine. All units of the process are on that machine.
+    fn unit_of(&self, h: usize, process: &str) -> Option<usize> {
+        let mut on = self.hosts.members(Some(h)).into_iter();
+        on.find(|i| self.units[*i].process_name() == process)
+    }
+
+    /// The log of a component or of a process on a machine.
+    fn log_of(&self, h: usize, name: &str) -> Option<PathBuf> {
+        let on = self.hosts.members(Some(h)).into_iter();
+        let mut logs = on.flat_map(|i| self.units[i].logs());
+        logs.find(|(of, _)| *of == name)
+            .map(|(_, log)| log.to_owned())
     }
 
     pub(super) fn take_agent_message(&mut self, h: usize, message: AgentMessage) {
@@ -169,14 +197,15 @@ impl Supervisor<'_> {
         };
         match message {
             AgentMessage::Started { name, pid } => {
-                if let Some(process) = on(&name).and_then(|i| self.units[i].remote_process()) {
-                    process.pid = Some(pid);
-                    self.proxy_socket(h, &name);
+                if let Some(i) = self.unit_of(h, &name) {
+                    self.remote_process_started(h, i, pid);
                 }
             }
             AgentMessage::NotStarted { name, reason } => {
-                if let Some(i) = on(&name) {
-                    self.units[i].not_started();
+                if let Some(i) = self.unit_of(h, &name) {
+                    for &j in self.order.mates(i) {
+                        self.units[j].not_started();
+                    }
                     self.not_started(i, &reason);
                 }
             }
@@ -195,18 +224,18 @@ impl Supervisor<'_> {
                 }
             }
             AgentMessage::Printed { name, text } => {
-                if let Some(i) = on(&name) {
-                    self.print(i, &text);
+                if let Some(log) = self.log_of(h, &name) {
+                    self.print(&log, &text);
                 }
             }
             AgentMessage::Ended { name, exit, left } => {
-                if let Some(i) = on(&name) {
+                if let Some(i) = self.unit_of(h, &name) {
                     self.left_over(&name, left);
-                    self.remote_process_ended(i, exit);
+                    self.remote_process_ended(i, &exit);
                 }
             }
             AgentMessage::Memory { name, bytes } => {
-                if let Some(i) = on(&name) {
+                if let Some(i) = self.unit_of(h, &name) {
                     self.units[i].note_memory(bytes, self.rounds.pause, self.report);
                 }
             }
@@ -231,12 +260,11 @@ impl Supervisor<'_> {
         }
     }
 
-    /// Appends the output of a remote component to its log here.
-    fn print(&mut self, i: usize, text: &str) {
-        let log = self.units[i].log.clone();
-        let file = OpenOptions::new().create(true).append(true).open(&log);
+    /// Appends the output of a remote component or process to its log here.
+    fn print(&mut self, log: &Path, text: &str) {
+        let file = OpenOptions::new().create(true).append(true).open(log);
         let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-        self.note_written(&log, written);
+        self.note_written(log, written);
     }
 
     /// Reports when a file of a remote component here cannot be written, and when it can again.

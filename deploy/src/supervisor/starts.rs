@@ -34,7 +34,7 @@ impl Supervisor<'_> {
         self.starts.end_turn(now);
     }
 
-    /// Starts the process of a unit.
+    /// Starts the process of a unit, with all units of that process.
     pub(super) fn start(&mut self, i: usize) {
         let gone = self.gone();
         let mates = self.order.mates(i);
@@ -42,20 +42,15 @@ impl Supervisor<'_> {
             self.units[j].event(self.report, Severity::Info, "starting", "starting");
         }
         let mark = self.network_guard.mark();
-        let started = if self.units[i].component.thread.is_none() {
-            self.units[i].start(mark, &gone)
-        } else {
-            let inside = |j: usize| -> Vec<String> {
-                let after = self.order.needs_inside(j);
-                let names = after.map(|k| process_name(&self.plan.components[k].name));
-                names.collect()
-            };
-            let units = self.units.iter_mut().enumerate();
-            let threads = units.filter(|(j, _)| mates.contains(j));
-            let mut threads: Vec<_> = threads.map(|(j, unit)| (unit, inside(j))).collect();
-            Unit::start_threads(&mut threads, mark, &gone)
+        let inside = |j: usize| -> Vec<String> {
+            let after = self.order.needs_inside(j);
+            let names = after.map(|k| process_name(&self.plan.components[k].name));
+            names.collect()
         };
-        match started {
+        let units = self.units.iter_mut().enumerate();
+        let units = units.filter(|(j, _)| mates.contains(j));
+        let mut units: Vec<_> = units.map(|(j, unit)| (unit, inside(j))).collect();
+        match Unit::start(&mut units, mark, &gone) {
             Ok(()) => {
                 if let Some(process) = self.units[i].registered() {
                     self.network_guard.started(process);

@@ -9,7 +9,7 @@ pub(crate) use deadlines::Overdue;
 use crate::guard::process_registry::RegisteredProcess;
 use crate::log::reporter::Reporter;
 use crate::process::identity::Mark;
-use crate::process::launch::{LocalProcess, NewThread};
+use crate::process::launch::{LocalProcess, NewComponent};
 use crate::process::memory::resident;
 use crate::remote::{Outbox, RemoteProcess};
 use crate::supervisor::followers::without_followers;
@@ -23,7 +23,6 @@ use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
 use rc_management::component::{ConvertedStatus, State};
-use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::OwnedFd;
@@ -322,70 +321,51 @@ impl Unit {
         format!("{}/{}", self.process_name(), self.runs)
     }
 
-    /// Starts the process. `gone`: processes that a source of time does not wait for.
-    pub(crate) fn start(&mut self, mark: &Mark, gone: &BTreeSet<String>) -> Result<(), String> {
-        self.runs += 1;
-        let run = self.run();
-        let greeting = self.changes.line();
-        let handle = match &self.outbox {
-            None => ProcessHandle::Local(LocalProcess::start(
-                &without_followers(&self.component, gone),
-                &run,
-                greeting.as_deref(),
-                &self.log,
-                mark,
-            )?),
-            Some(outbox) => {
-                let component = self.remote_component.as_ref().unwrap_or(&self.component);
-                let component = without_followers(component, gone);
-                ProcessHandle::Remote(RemoteProcess::start(&component, run, greeting, outbox))
-            }
-        };
-        let stopping = Stopping {
-            stop: Cell::new(Stop::No),
-            limit: self.component.stop,
-        };
-        self.begin(handle, Rc::new(stopping));
-        Ok(())
-    }
-
-    /// Starts a process with its threads, each a unit with those that must be ready before it.
-    pub(crate) fn start_threads(
-        threads: &mut [(&mut Self, Vec<String>)],
+    /// Starts a process with its units, each with those of them that must be ready before it.
+    /// `gone`: processes that a source of time does not wait for.
+    pub(crate) fn start(
+        units: &mut [(&mut Self, Vec<String>)],
         mark: &Mark,
         gone: &BTreeSet<String>,
     ) -> Result<(), String> {
-        for (unit, _) in &mut *threads {
+        for (unit, _) in &mut *units {
             unit.runs += 1;
         }
-        let Some((first, _)) = threads.first() else {
+        let Some((first, _)) = units.first() else {
             return Ok(());
         };
-        let components = threads.iter();
-        let components: Vec<Cow<'_, Component>> = components
-            .map(|(unit, _)| without_followers(&unit.component, gone))
-            .collect();
-        let new = threads.iter().zip(&components);
-        let new = new.map(|((unit, after), component)| {
-            let thread = component.thread.as_ref();
-            NewThread {
-                component,
-                word: thread.map_or("", |thread| &thread.component),
-                greeting: unit.changes.line(),
-                log: &unit.log,
-                after: after.clone(),
-            }
+        let there = |unit: &'_ Self| -> Component {
+            let component = unit.remote_component.as_ref().unwrap_or(&unit.component);
+            without_followers(component, gone).into_owned()
+        };
+        let components: Vec<Component> = units.iter().map(|(unit, _)| there(unit)).collect();
+        let new = units.iter().zip(&components);
+        let new = new.map(|((unit, after), component)| NewComponent {
+            component,
+            greeting: unit.changes.line(),
+            log: &unit.log,
+            after: after.clone(),
         });
-        let new: Vec<NewThread<'_>> = new.collect();
-        let log = first.process_log.as_deref().unwrap_or(&first.log);
-        let started = LocalProcess::start_threads(&new, &first.run(), log, mark)?;
-        let limits = threads.iter().map(|(unit, _)| unit.component.stop);
+        let new: Vec<NewComponent<'_>> = new.collect();
+        let run = first.run();
+        let handles: Vec<ProcessHandle> = match &first.outbox {
+            None => {
+                let log = first.process_log.as_deref().unwrap_or(&first.log);
+                let started = LocalProcess::start(&new, &run, log, mark)?;
+                started.into_iter().map(ProcessHandle::Local).collect()
+            }
+            Some(outbox) => {
+                let started = RemoteProcess::start(&new, &run, outbox);
+                started.map(ProcessHandle::Remote).collect()
+            }
+        };
+        let limits = units.iter().map(|(unit, _)| unit.component.stop);
         let stopping = Rc::new(Stopping {
             stop: Cell::new(Stop::No),
             limit: limits.max().unwrap_or_default(),
         });
-        for ((unit, _), process) in threads.iter_mut().zip(started) {
-            unit.begin(ProcessHandle::Local(process), Rc::clone(&stopping));
+        for ((unit, _), handle) in units.iter_mut().zip(handles) {
+            unit.begin(handle, Rc::clone(&stopping));
         }
         Ok(())
     }

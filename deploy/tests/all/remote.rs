@@ -21,7 +21,7 @@ fn robot() -> Host {
     }
 }
 
-fn on_robot(component: Component) -> Component {
+pub(crate) fn on_robot(component: Component) -> Component {
     Component {
         host: Some(robot()),
         ..component
@@ -40,18 +40,18 @@ fn again(component: Component) -> Component {
     }
 }
 
-struct Away {
-    bench: Bench,
+pub(crate) struct Away {
+    pub(crate) bench: Bench,
 }
 
 impl Away {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let bench = Bench::new();
         other_host::ssh(&bench.path(""));
         Self { bench }
     }
 
-    fn start(&self, components: Vec<Component>) -> Up {
+    pub(crate) fn start(&self, components: Vec<Component>) -> Up {
         let ssh = self.bench.path("ssh").display().to_string();
         self.bench
             .start_in(components, &["--relay"], &[("RC_SSH", &ssh)])
@@ -71,13 +71,13 @@ impl Away {
     }
 
     /// Kills the ssh of the last connection.
-    fn cut(&self) {
+    pub(crate) fn cut(&self) {
         let [ssh, _] = self.connection();
         let group = Pid::from_raw(ssh.pid).expect("a pid");
         kill_process_group(group, Signal::KILL).expect("it runs");
     }
 
-    fn assert_nothing_left(&self) {
+    pub(crate) fn assert_nothing_left(&self) {
         self.bench.assert_nothing_left();
         assert!(!self.run_directory().exists(), "something is left there");
     }

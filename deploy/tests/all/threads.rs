@@ -1,9 +1,13 @@
 //! Components as threads of one process: they start, hang, fail, restart and stop with it.
 
-use crate::bench::{Bench, codes, text};
+use crate::bench::{Bench, await_end, codes, text};
+use crate::remote::{Away, on_robot};
+use rc_deploy::process::Identity;
 use rc_deploy::{Component, ComponentState};
 use rc_deploy_network::plan::{Policy, Restart, Thread};
 use rustix::process::Signal;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
 
@@ -173,4 +177,112 @@ fn a_thread_that_ends_in_order_ends_alone() {
     up.signal(Signal::TERM);
     assert_eq!(up.end().0, Some(0));
     bench.assert_nothing_left();
+}
+
+#[test]
+fn threads_share_a_process_on_another_host() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        on_robot(thread(bench, "left", "", &[])),
+        on_robot(thread(bench, "right", "", &["left"])),
+        crate::bench::component("near", "well", &["right"]),
+    ]);
+    up.await_event("up", None);
+    let status = bench.status();
+    let [left, right, near] = &status.components[..] else {
+        panic!("{status:#?}");
+    };
+    assert!(left.pid.is_some() && left.pid == right.pid && left.pid != near.pid);
+    for thread in [left, right] {
+        assert_eq!(thread.host.as_deref(), Some("robot"));
+        assert_eq!(thread.process.as_deref(), Some("eyes"));
+        // Each has its own management, which is reached from here.
+        let socket = bench.run_directory().join(format!("{}.sock", thread.name));
+        let mut stream = UnixStream::connect(socket).expect("its socket");
+        let limit = Some(crate::bench::LIMIT);
+        stream.set_read_timeout(limit).expect("a limit");
+        let asked = stream.write_all(b"{\"id\":1,\"method\":\"status\"}\n");
+        asked.expect("it is asked");
+        let mut answer = String::new();
+        let read = BufReader::new(stream).read_line(&mut answer);
+        read.expect("an answer");
+        assert!(answer.contains(&format!("\"{}\"", thread.name)), "{answer}");
+    }
+    let refused = bench.command("stop", &["left"]);
+    let message = text(&refused.stderr);
+    assert!(message.contains("`stop eyes`"), "{message}");
+    let pid = left.pid;
+    assert!(bench.command("restart", &["eyes"]).status.success());
+    let again = bench.status().components;
+    assert!(again[0].ready && again[0].pid != pid && again[0].pid == again[1].pid);
+    assert!(bench.command("stop", &["eyes"]).status.success());
+    let stopped = bench.status().components;
+    let states = stopped.iter().map(|one| one.state);
+    let wanted = [
+        ComponentState::Stopped,
+        ComponentState::Stopped,
+        ComponentState::Running,
+    ];
+    assert!(wanted.into_iter().eq(states), "{stopped:#?}");
+    assert!(bench.command("start", &["eyes"]).status.success());
+    up.signal(Signal::TERM);
+    let (code, events) = up.end();
+    assert_eq!(code, Some(0), "{events:#?}");
+    for name in ["left", "right"] {
+        let log = std::fs::read_to_string(bench.log(name)).expect("a log");
+        for part in ["begins", "ends"] {
+            assert!(log.contains(&format!("{name} {part}")), "{log}");
+        }
+    }
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_process_on_another_host_fails_and_comes_back_as_a_whole() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        on_robot(thread(bench, "calm", "", &[])),
+        on_robot(thread(bench, "wild", "panic", &["calm"])),
+    ]);
+    let message = up.await_event("exited", Some("eyes"));
+    for part in ["exit status 3", "wild: error:", "the cable burns"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    up.await_event("gave-up", Some("eyes"));
+    let (code, events) = up.end();
+    assert_eq!(code, Some(3), "{events:#?}");
+    let starts = codes(&events, "calm");
+    let starts = starts.iter().filter(|code| *code == "starting").count();
+    assert_eq!(starts, 2, "{events:#?}");
+    away.assert_nothing_left();
+}
+
+#[test]
+fn a_lost_host_ends_its_process_and_starts_it_again() {
+    let away = Away::new();
+    let bench = &away.bench;
+    let mut up = away.start(vec![
+        on_robot(thread(bench, "short", "stop", &[])),
+        on_robot(thread(bench, "calm", "", &[])),
+    ]);
+    // One that ends in order ends alone there, too.
+    up.await_event("exited", Some("short"));
+    let status = bench.status().components;
+    assert_eq!(
+        [status[0].state, status[1].state],
+        [ComponentState::Done, ComponentState::Running]
+    );
+    let process = Identity::of(status[1].pid.expect("a process")).expect("it runs");
+    away.cut();
+    up.await_event("host-lost", None);
+    await_end(&[process]);
+    up.await_event("host-back", None);
+    up.await_event("ready", Some("calm"));
+    let again = bench.status().components;
+    assert!(again[1].pid.is_some() && again[1].pid != status[1].pid);
+    up.signal(Signal::TERM);
+    up.end();
+    away.assert_nothing_left();
 }

@@ -34,14 +34,19 @@ pub enum SupervisorMessage<C, E> {
         /// The pause between two readings of the memory of a component, in milliseconds.
         memory_pause_ms: u64,
     },
-    /// Start a process.
+    /// Start a process. If it has several components, one of these messages comes for each of them,
+    /// so that a line is not longer than one of them needs.
     Start {
         /// The component, with the paths of the agent's machine.
         component: Box<C>,
-        /// Identifies this run of the component.
+        /// Identifies this run of the process.
         run: String,
         /// The first line of the component's link.
         greeting: Option<String>,
+        /// The components of the process that must be ready before it, by their names of processes.
+        after: Vec<String>,
+        /// Whether more components of the process follow, before it starts.
+        more: bool,
     },
     /// Write a line on the link of a component.
     #[serde(rename = "say")]
@@ -51,9 +56,9 @@ pub enum SupervisorMessage<C, E> {
         /// The line, with its end.
         line: String,
     },
-    /// Ask this component to end.
+    /// Ask this process to end. A process of one component has its name.
     Stop(String),
-    /// Kill this component and its process group.
+    /// Kill this process and its group.
     Kill(String),
     /// A client has connected to the management socket of a component.
     #[serde(rename = "call")]
@@ -98,16 +103,16 @@ pub enum AgentMessage {
     },
     /// The agent cannot do its work and exits.
     Refused(#[serde(deserialize_with = "foreign::lines")] String),
-    /// A component was started.
+    /// A process was started.
     Started {
-        /// The component.
+        /// Its name.
         name: String,
-        /// Process that was started.
+        /// Its number there.
         pid: i32,
     },
-    /// A component could not be started.
+    /// A process could not be started.
     NotStarted {
-        /// The component.
+        /// Its name.
         name: String,
         /// Why.
         #[serde(deserialize_with = "foreign::lines")]
@@ -124,9 +129,9 @@ pub enum AgentMessage {
     /// This component has closed its link.
     #[serde(rename = "closed")]
     LinkClosed(String),
-    /// Output of a component, from its log.
+    /// Output of a component, or of a process of several ones, from its log.
     Printed {
-        /// The component.
+        /// The component or the process.
         name: String,
         /// The output.
         text: String,
@@ -142,18 +147,18 @@ pub enum AgentMessage {
     /// The component has closed this connection, or refuses it.
     #[serde(rename = "shut")]
     Close(u64),
-    /// A component has ended, with all that it left.
+    /// A process has ended, with all that it left.
     Ended {
-        /// The component.
+        /// Its name.
         name: String,
         /// How it ended.
         exit: Exit,
         /// How many orphans of it the agent killed.
         left: usize,
     },
-    /// The resident memory of a component that is ready, in bytes.
+    /// The resident memory of a process, in bytes.
     Memory {
-        /// The component.
+        /// Its name.
         name: String,
         /// Its memory.
         bytes: u64,

@@ -40,8 +40,12 @@ impl Local {
             ..component("a")
         };
         let mut unit = Unit::new(component, folder.path().join("a.log"));
-        unit.start(&Mark::none(), &BTreeSet::new())
-            .expect("it starts");
+        Unit::start(
+            &mut [(&mut unit, Vec::new())],
+            &Mark::none(),
+            &BTreeSet::new(),
+        )
+        .expect("it starts");
         Self {
             unit,
             report: Reporter::silent(),

@@ -112,7 +112,11 @@ impl Bench {
     }
 
     fn start(&mut self) {
-        let started = self.unit.start(&Mark::none(), &BTreeSet::new());
+        let started = Unit::start(
+            &mut [(&mut self.unit, Vec::new())],
+            &Mark::none(),
+            &BTreeSet::new(),
+        );
         started.expect("its agent starts it");
     }
 

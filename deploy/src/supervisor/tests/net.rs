@@ -200,7 +200,7 @@ impl Net {
     }
 
     pub(super) fn end(&mut self, i: usize, exit: Exit) {
-        let name = self.units[i].name().to_owned();
+        let name = self.units[i].process_name().to_owned();
         let host = self.hosts.of(i).expect("a machine");
         let left = 0;
         self.take_agent_message(host, AgentMessage::Ended { name, exit, left });

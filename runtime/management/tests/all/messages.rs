@@ -254,8 +254,10 @@ fn of_agents(golden: &mut Golden) {
         },
         SupervisorMessage::Start {
             component: Box::new(json!({"name": "lidar"})),
-            run: text("lidar/1"),
+            run: text("eyes/1"),
             greeting: None,
+            after: vec![text("camera")],
+            more: true,
         },
         SupervisorMessage::Stop(name()),
         SupervisorMessage::Kill(name()),
