@@ -1,4 +1,5 @@
 //! Plans and programs.
 
+mod kernels;
 mod plans;
 mod programs;

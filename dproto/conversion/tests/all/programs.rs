@@ -2,7 +2,7 @@
 
 use rc_conversion::{Fault, Place, Plan, Program};
 
-fn program(items: &str) -> Program {
+pub(crate) fn program(items: &str) -> Program {
     let plan: Plan = format!("0i:{items}").parse().expect("a plan");
     plan.program(0, Place::Input).expect("a program")
 }

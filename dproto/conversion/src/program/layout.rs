@@ -1,0 +1,130 @@
+//! Numbers that have the same offsets in all elements of a loop, or in each group.
+
+use super::steps::Step;
+use crate::fault::Fault;
+use crate::formula::Formula;
+use crate::kernel::Kernel;
+use crate::lanes::Marks;
+use core::ops::Range;
+
+/// The layout of the elements of a loop without inner loops and texts: each begins where the one
+/// before ends, and its numbers have the same offsets.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    /// Bytes of an element.
+    pub(super) size: usize,
+    /// The greatest alignment, which divides the size.
+    pub(super) align: usize,
+    /// That of the first number.
+    pub(super) first: usize,
+    /// The numbers of the only group of an element, if nothing else is converted.
+    pub(super) marks: Option<Marks>,
+}
+
+/// The layout of a group without loops and texts, with its kernel.
+#[derive(Clone, Debug)]
+pub(super) struct Fixed {
+    record: Record,
+    pub(super) kernel: Kernel,
+}
+
+impl Fixed {
+    pub(super) fn new(body: &[Step], formula: &Formula) -> Option<Self> {
+        let record = layout(body, Some(Marks::default()))?;
+        let kernel = Kernel::new(formula, &record.marks.as_ref()?.0)?;
+        Some(Self { record, kernel })
+    }
+
+    /// Converts the group behind byte `at`, and returns where it ends. `None` if single steps have to
+    /// do it, or to say what is wrong.
+    #[inline]
+    pub(super) fn run(&self, bytes: &mut [u8], at: usize) -> Option<usize> {
+        let start = next_multiple(at, self.record.first)?;
+        // A power of 2.
+        if start & (self.record.align - 1) != 0 {
+            return None;
+        }
+        let end = start.checked_add(self.record.size)?;
+        let group = bytes.get_mut(start..end)?;
+        self.kernel.run(group).then_some(end)
+    }
+}
+
+/// The layout of the elements of a loop with this body, if all elements have one.
+pub(super) fn record(body: &[Step]) -> Option<Record> {
+    let [first, _, ..] = body else {
+        // One step takes all elements anyway.
+        return None;
+    };
+    let record = match first {
+        Step::Group { .. } => layout(&body[1..], Some(Marks::default())),
+        _ => layout(body, None),
+    };
+    // Otherwise elements that follow each other begin at different alignments.
+    record.filter(|record| record.size.is_multiple_of(record.align))
+}
+
+/// The layout of numbers that follow each other. `marks` are those of a group, if it is one.
+fn layout(body: &[Step], mut marks: Option<Marks>) -> Option<Record> {
+    let (mut size, mut align) = (0_usize, 1);
+    for step in body {
+        let (one, count) = match (step, &mut marks) {
+            (Step::Marked { count, number }, Some(_)) => (number.size(), *count),
+            // Only the formula converts numbers of a group.
+            (Step::Singles { .. } | Step::Doubles { .. } | Step::Integers { .. }, Some(_)) => {
+                return None;
+            }
+            (step, _) => step.numbers(),
+        };
+        if one == 0 {
+            return None;
+        }
+        let start = next_multiple(size, one)?;
+        size = start.checked_add(one.checked_mul(count)?)?;
+        align = align.max(one);
+        if let (Step::Marked { number, .. }, Some(Marks(marks))) = (step, &mut marks) {
+            marks.extend((start..size).step_by(one).map(|at| (at, *number)));
+        }
+    }
+    let first = match body.first()? {
+        Step::Marked { number, .. } => number.size(),
+        step => step.numbers().0,
+    };
+    Some(Record {
+        size,
+        align,
+        first,
+        marks,
+    })
+}
+
+/// The next multiple of a power of 2.
+#[inline]
+pub(super) fn next_multiple(at: usize, size: usize) -> Option<usize> {
+    let mask = size.wrapping_sub(1);
+    Some(at.checked_add(mask)? & !mask)
+}
+
+/// The range of `count` numbers of `size` bytes behind `at`.
+#[inline]
+pub(super) fn span(
+    bytes: &[u8],
+    at: usize,
+    size: usize,
+    count: usize,
+) -> Result<Range<usize>, Fault> {
+    let start = next_multiple(at, size);
+    let end = start.and_then(|start| start.checked_add(size.checked_mul(count)?));
+    match (start, end) {
+        (Some(start), Some(end)) if end <= bytes.len() => Ok(start..end),
+        _ => Err(Fault::Truncated(at.min(bytes.len()))),
+    }
+}
+
+/// The number of elements that follows, and the byte behind it.
+pub(super) fn length(bytes: &[u8], at: usize) -> Result<(usize, usize), Fault> {
+    let range = span(bytes, at, 4, 1)?;
+    let mut number = [0; 4];
+    number.copy_from_slice(&bytes[range.clone()]);
+    Ok((u32::from_le_bytes(number) as usize, range.end))
+}
