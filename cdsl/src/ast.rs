@@ -41,6 +41,8 @@ pub enum Clause {
     Parameters(Name),
     /// `kinematics "file.kdsl" as arm;`
     Kinematics(Name, Name),
+    /// `world "cortex.gdsl" as g { reads room; }`
+    World(World),
     /// `dependencies { rand "0.9"; }`
     Dependencies(Vec<Dependency>),
     /// `python "3.12" venv;`: the version, and whether `venv` is there.
@@ -53,6 +55,30 @@ pub enum Clause {
     SimulatesTime,
     /// `lifecycle managed;`
     Lifecycle(Name),
+}
+
+/// `world "cortex.gdsl" as g { writes door, door.pose stream; reads room; }`
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// The path of its schema, as written.
+    pub schema: Name,
+    /// What the worker calls it.
+    pub name: Name,
+    /// `writes` and `reads`, each with what follows. `None` without a block.
+    pub access: Option<Vec<(Name, Vec<Access>)>>,
+}
+
+/// `door.pose stream 50ms shared`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Access {
+    /// The type.
+    pub kind: Name,
+    /// One of its attributes.
+    pub attribute: Option<Name>,
+    /// The words `stream`, each with the least time between two values.
+    pub stream: Vec<(Name, Option<Literal>)>,
+    /// The words `shared`.
+    pub shared: Vec<Name>,
 }
 
 /// One crate of a `dependencies` clause.

@@ -25,6 +25,8 @@ pub struct Component {
     pub parameters: Option<Name>,
     /// The `.kdsl` files of robots, as written, each with the name that the worker calls it.
     pub kinematics: Vec<(Name, Name)>,
+    /// The graph that it shares with other components of its network.
+    pub world: Option<World>,
     /// The `statemachine` clause.
     pub state_machine: Option<StateMachine>,
     /// The dependencies of the worker.
@@ -52,6 +54,56 @@ pub struct Component {
     /// What its values mean: the prototypes of these files, once [`meanings`](crate::meanings) read
     /// them.
     pub prototypes: Arc<rc_prototypes::model::Library>,
+}
+
+/// The graph that a component shares with others. Whether its schema has the types is known once that
+/// was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// The path of its schema, as written.
+    pub schema: Name,
+    /// What the worker calls it.
+    pub name: Name,
+    /// What it writes and reads. `None` is everything, shared with every other component.
+    pub access: Option<Access>,
+}
+
+/// What a component does with its world.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Access {
+    /// The types and attributes that it sets.
+    pub writes: Vec<Write>,
+    /// The types of which it gets each change.
+    pub reads: Vec<Name>,
+}
+
+/// `door`, `door.pose stream 50ms shared`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Write {
+    /// The type of nodes or edges.
+    pub kind: Name,
+    /// The attribute. `None` for all of them, and for adding and removing what has the type.
+    pub attribute: Option<Name>,
+    /// The least time between two values, if they are streamed: only the newest value counts.
+    pub stream: Option<Duration>,
+    /// Whether other components write it, too.
+    pub shared: bool,
+}
+
+impl Write {
+    /// The location of the whole path.
+    pub fn span(&self) -> Span {
+        let last = self.attribute.as_ref().unwrap_or(&self.kind);
+        self.kind.span.to(last.span)
+    }
+
+    /// `TYPE`, or `TYPE.ATTRIBUTE`.
+    pub fn path(&self) -> String {
+        match &self.attribute {
+            Some(attribute) => format!("{}.{}", self.kind.text, attribute.text),
+            None => self.kind.text.clone(),
+        }
+    }
 }
 
 /// A crate that the worker uses.

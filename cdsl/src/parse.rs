@@ -1,5 +1,7 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
+mod world;
+
 use crate::ast::{
     Clause, Communication, Component, Dependency, File, OperationPath, Reaction, Setting, SlotDecl,
 };
@@ -18,7 +20,7 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 pub struct Grammar;
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 13] = [
+const KEYWORDS: [&str; 14] = [
     "Communications",
     "language",
     "gui",
@@ -26,6 +28,7 @@ const KEYWORDS: [&str; 13] = [
     "statemachine",
     "parameters",
     "kinematics",
+    "world",
     "dependencies",
     "python",
     "period",
@@ -133,6 +136,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             r.found.extend(home_in_path(&file.text, file.span));
             Clause::StateMachine(file, visual, external)
         }
+        Rule::world => Clause::World(world::world(r, pair)?),
         Rule::python => {
             let (mut version, mut venv) = (None, false);
             for part in pair.into_inner() {
@@ -299,6 +303,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "statemachine" => Rule::statemachine,
         "parameters" => Rule::parameters,
         "kinematics" => Rule::kinematics,
+        "world" => Rule::world,
         "dependencies" => Rule::dependencies,
         "python" => Rule::python,
         "period" => Rule::period,
@@ -414,6 +419,10 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_nam
     clause => "a clause",
     kw_time => "`time`",
     kw_as => "`as`",
+    access | kw_access => "`writes` or `reads`",
+    access_item => "a type or an attribute of the world",
+    kw_stream => "`stream`",
+    kw_shared => "`shared`",
     kw_venv => "`venv`",
     external => "`external`",
     communication_end => "`;`",

@@ -2,6 +2,7 @@
 
 mod reactions;
 mod slots;
+mod world;
 
 use crate::ast::{self, Clause};
 use crate::model::{Component, DEFAULT_PERIOD, Dependency, Language, Slot, StateMachine};
@@ -101,7 +102,7 @@ impl Resolver<'_> {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
         let (mut viewer, mut scene_slots, mut python) = (None, None, None);
-        let mut reactions = None;
+        let (mut reactions, mut world) = (None, None);
         let mut kinematics: Vec<(Name, Name)> = Vec::new();
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
@@ -136,6 +137,7 @@ impl Resolver<'_> {
                         kinematics.push((file.clone(), name.clone()));
                     }
                 }
+                Clause::World(tree) => world = Some(world::world(tree, self.found)),
                 Clause::Dependencies(all) => {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
@@ -204,6 +206,7 @@ impl Resolver<'_> {
             slots,
             parameters,
             kinematics,
+            world,
             state_machine,
             dependencies,
             python,

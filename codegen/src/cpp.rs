@@ -45,6 +45,9 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     for (file, _) in &component.kinematics {
         refuse(found, file.span, "solvers of kinematics");
     }
+    if let Some(world) = &component.world {
+        refuse(found, world.schema.span, "a world");
+    }
 }
 
 fn refuse(found: &mut Diagnostics, place: rc_diagnostics::Span, what: &str) {

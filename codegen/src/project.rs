@@ -4,7 +4,8 @@ use crate::cargo_workspace::Workspace;
 use crate::files::GENERATED;
 use crate::note::{self, Note};
 use crate::origin::Origin;
-use crate::{machine_names, names, packages, paths, ros, rust, viewer};
+use crate::{machine_names, names, packages, paths, ros, rust, viewer, world};
+use graph_language::Schema;
 use rc_cdsl::Component;
 use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
@@ -15,7 +16,7 @@ use rc_syntax::{Loader, Name, Trivia};
 use rc_vocabulary::Language;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A component that was loaded.
 #[derive(Clone, Debug)]
@@ -28,6 +29,8 @@ pub struct Project {
     pub parameters: Option<Parameters>,
     /// Its robots, each with the name that the worker calls it.
     pub kinematics: Vec<(Name, Cell)>,
+    /// The schema of its world, if it shares one.
+    pub world: Option<Arc<Schema>>,
     /// States, where its `.cdsl` names a `.smdsl` or `.scxml`.
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.
@@ -115,6 +118,7 @@ impl Project {
             machine_names::check(&component, machine, &mut found);
         }
         let kinematics = kinematics(path, &component, sources, loader, &mut found);
+        let world = world::load(path, &component, sources, loader, &mut found);
         // XML has other comments, so its whole text counts.
         texts.extend(sources.ids().skip(before_machine).map(|id| {
             let text = sources.text(id);
@@ -141,6 +145,7 @@ impl Project {
                 component,
                 parameters,
                 kinematics,
+                world,
                 state_machine,
                 hash,
                 code: OnceLock::new(),

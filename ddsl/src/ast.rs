@@ -49,6 +49,30 @@ pub enum Decl {
     Record(Name, Vec<(Name, Literal)>),
     /// `Chain NAME { … };`
     Chain(Chain),
+    /// `World NAME { … };`
+    World(World),
+}
+
+/// `World NAME { schema "kitchen.gdsl"; start "home.graph"; keep "home.graph" 30s; };`
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// The name as declared.
+    pub name: Name,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Fields, each with its keyword.
+    pub fields: Vec<(Name, WorldField)>,
+    /// Whether input was skipped, with an error.
+    pub incomplete: bool,
+}
+
+/// A file, and the time of `keep`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldField {
+    /// The path as written.
+    pub file: Name,
+    /// How often it is written.
+    pub time: Option<Literal>,
 }
 
 /// `Chain NAME { from lidar.LaserPub.scan; to base.Motor.set; within 80ms; };`

@@ -43,6 +43,8 @@ pub struct Deployment {
     pub imports: Vec<(Span, SourceId)>,
     /// What must follow what, and how soon.
     pub chains: Vec<Chain>,
+    /// The graph that its components share.
+    pub world: Option<World>,
 }
 
 /// A machine.
@@ -206,6 +208,23 @@ pub enum InstanceOrGroup {
     Instance(usize),
     /// An index into [`Deployment::groups`].
     Group(usize),
+}
+
+/// The graph that the components of a network share. Paths are relative to `folder`.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The name as declared.
+    pub name: Name,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// The folder of the file that declares it.
+    pub folder: PathBuf,
+    /// The path of its `.gdsl`, as written. `None` after an error.
+    pub schema: Option<Name>,
+    /// The file with what is in it at first.
+    pub start: Option<Name>,
+    /// The file that keeps it, and how often it is written.
+    pub keep: Option<(Name, Duration)>,
 }
 
 /// What must follow what, and how soon: from one message to another one.

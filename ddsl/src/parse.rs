@@ -1,6 +1,7 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 mod chain;
+mod world;
 
 use crate::ast::{
     Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
@@ -11,6 +12,7 @@ use chain::chain;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Literal, Name, ParseContext};
+use world::world;
 
 #[allow(
     unreachable_pub,
@@ -24,7 +26,7 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 12] = [
+const GROUP: [(&str, Rule); 13] = [
     ("Component", Rule::component),
     ("Process", Rule::process),
     ("Host", Rule::host),
@@ -36,10 +38,11 @@ const GROUP: [(&str, Rule); 12] = [
     ("time", Rule::network_time),
     ("record", Rule::network_record),
     ("Chain", Rule::chain),
+    ("World", Rule::world),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(11).0;
+const DEPLOYMENT: &Keywords = GROUP.split_at(12).0;
 const COMPONENT: [(&str, Rule); 20] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
@@ -133,6 +136,7 @@ fn decl(
         Rule::bind => Decl::Bind(bind(r, pair)?),
         Rule::external => Decl::External(external(r, pair)),
         Rule::chain => Decl::Chain(chain(r, pair)),
+        Rule::world => Decl::World(world(r, pair)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
             let word = r.first_word(&pair);
@@ -546,6 +550,7 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     file | kw_deployment => "`Deployment`",
     chain_point => "a component, or an operation such as `lidar.LaserPub.scan`",
     chain_field => "a field of a chain",
+    world_field => "a field of a world",
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
     field | process_field => "a field",

@@ -3,6 +3,7 @@
 mod chains;
 mod processes;
 mod references;
+mod world;
 
 use crate::ast::{self, Decl};
 use crate::check::check;
@@ -45,6 +46,7 @@ pub fn load(
             references: Vec::new(),
             imports,
             chains: Vec::new(),
+            world: None,
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
@@ -190,6 +192,7 @@ impl<'a> Resolver<'a> {
                 Decl::Time(word, path) => self.time(word, path, context),
                 Decl::Record(word, fields) => self.record(word, fields, context),
                 Decl::External(tree) => self.externals.push((context.group, tree)),
+                Decl::World(tree) => self.world(tree, context),
                 Decl::Chain(tree) => self.chains.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }

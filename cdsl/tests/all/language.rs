@@ -316,8 +316,8 @@ fn syntax_errors_in_clauses() {
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
-            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
-            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
         "#]],
     );
     check(

@@ -157,7 +157,7 @@ pub fn file(
             }
             project.map(|project| Model::Component(Box::new(project)))
         }
-        Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "gdsl" | "urdf" | "toml")
+        Some("dproto" | "idsl" | "pdsl" | "smdsl" | "scxml" | "urdf" | "toml")
             if was_read(path, sources) =>
         {
             None
@@ -190,7 +190,9 @@ pub fn file(
             network.map(|network| Model::Network(Box::new(network)))
         }
         Some("gdsl") => {
-            graphs::check_schema(path, sources, loader, found)?;
+            // What a component has read has no findings twice, but its queries were not read.
+            let known = was_read(path, sources);
+            graphs::check_schema(path, known, sources, loader, found)?;
             None
         }
         Some("dproto") => {

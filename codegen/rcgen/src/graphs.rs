@@ -5,7 +5,7 @@ use graph_language::Schema;
 use graph_language::ast::Item;
 use graph_query::Query;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::Loader;
+use rc_syntax::{Loader, Name};
 use std::io;
 use std::path::Path;
 
@@ -78,21 +78,9 @@ fn named(
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> Option<Schema> {
-    let file = match loader.find(path, name, "gdsl") {
-        Ok(file) => file,
-        Err(missing) => {
-            if let Some(schema) = graph_language::builtin(name) {
-                return Some(schema);
-            }
-            found.push(missing.diagnostic(name, "gdsl", span));
-            return None;
-        }
-    };
-    let source = sources.add(file.path, file.text);
-    let (schema, more) = graph_language::load(sources, loader, source);
-    let right = !more.has_errors();
+    let (schema, more) = graph_language::import(sources, loader, path, &Name::new(name, span));
     found.extend(more);
-    schema.filter(|_| right)
+    schema
 }
 
 /// Reads a `.gdsl` file with its imports. Adds all that is wrong with it to `found`, but not in the
@@ -111,15 +99,22 @@ pub fn load_schema(
     Ok(schema.map(|schema| (schema, source)))
 }
 
-/// Adds all that is wrong with a `.gdsl` file to `found`, also in the texts of its queries.
+/// Adds all that is wrong with a `.gdsl` file to `found`, also in the texts of its queries; of a file
+/// that is `known`, what is wrong in these texts only.
 pub fn check_schema(
     path: &Path,
+    known: bool,
     sources: &mut SourceMap,
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> io::Result<()> {
+    let mut own = Diagnostics::new();
+    let loaded = load_schema(path, sources, loader, &mut own)?;
+    if !known {
+        found.extend(own);
+    }
     // What is declared wrongly would be missed by queries once more.
-    if let Some((schema, source)) = load_schema(path, sources, loader, found)? {
+    if let Some((schema, source)) = loaded {
         found.extend(queries(sources, source, &schema));
     }
     Ok(())

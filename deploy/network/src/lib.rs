@@ -5,6 +5,7 @@
 //! .ddsl → load → Network → plan → Plan      what is to run, in which order, with which limits
 //!                        → preview          the same for people
 //!                        → topology         machines and connections, for pictures
+//!                        → world            the graph that the components share: its checks
 //!                        → chains           what follows what, and how soon at worst (bounds)
 //!                        → generating    what is stale is generated
 //!                        → programs         where executables are, and how cargo builds them
@@ -44,6 +45,8 @@ mod transports;
 mod unsupported;
 mod variant;
 mod workspaces;
+mod world;
+mod world_report;
 
 pub use error::Error;
 pub use generating::Generated;
@@ -56,3 +59,4 @@ pub use process_name::process_name;
 pub use programs::{Build, Programs};
 pub use ros_names::ros_implementation;
 pub use workspaces::{cargo, target_variable};
+pub use world_report::{WorldMember, WorldReport};

@@ -7,7 +7,7 @@ use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{chains, network_time, ros_names, unsupported};
+use crate::{chains, network_time, ros_names, unsupported, world};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -92,6 +92,13 @@ pub fn load(
     network.chains = chains::check(&network, &mut found);
     ros_names::check(&network, &mut found);
     unsupported::check(&network, &mut found);
+    world::check(
+        &network.deployment,
+        &network.projects,
+        sources,
+        loader,
+        &mut found,
+    );
     Ok((Some(network), found))
 }
 

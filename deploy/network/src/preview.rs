@@ -8,6 +8,7 @@ use crate::plan;
 use crate::plan::{Policy, Restart};
 use crate::process_name::process_name;
 use crate::topology::{Connection, End, Host, Kind};
+use crate::world_report::WorldReport;
 use rc_middleware::RunDirectory;
 use rc_vocabulary::duration;
 use serde::Serialize;
@@ -39,6 +40,9 @@ pub struct Preview {
     /// The chains, with their worst cases.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub chains: Vec<ChainReport>,
+    /// The graph that its components share.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldReport>,
     /// The time over which the last messages are kept in memory, in milliseconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ring_ms: Option<u64>,
@@ -189,6 +193,7 @@ impl Preview {
                 .chain(Connection::outside(network))
                 .collect(),
             chains: ChainReport::all(network),
+            world: WorldReport::of(network),
             ring_ms: plan.ring.map(milliseconds),
         })
     }
@@ -274,6 +279,9 @@ impl fmt::Display for Preview {
         self.connections(f)?;
         for chain in &self.chains {
             write!(f, "\n{chain}")?;
+        }
+        if let Some(world) = &self.world {
+            write!(f, "\n{world}")?;
         }
         self.processes(f)?;
         if let Some(ms) = self.ring_ms {

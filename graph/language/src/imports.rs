@@ -12,6 +12,31 @@ use std::path::{Path, PathBuf};
 /// The longest chain of imports. The loader is recursive.
 const LONGEST_CHAIN: usize = 64;
 
+/// The file that `from` names as `wanted`, or the domain of this name that comes with this crate.
+pub(crate) fn find(
+    loader: &dyn Loader,
+    from: &Path,
+    wanted: &Name,
+) -> Result<ImportedFile, Diagnostic> {
+    let mut missing = match loader.find(from, &wanted.text, "gdsl") {
+        Ok(file) => return Ok(file),
+        Err(missing) => missing,
+    };
+    let base = wanted.text.rsplit('/').next().unwrap_or_default();
+    let known = DOMAINS
+        .iter()
+        .find(|(name, _)| *name == base || name.strip_suffix(".gdsl").is_some_and(|n| n == base));
+    let Some((name, text)) = known else {
+        let domains = DOMAINS.iter().map(|(name, _)| (*name).to_owned());
+        missing.known.extend(domains);
+        return Err(missing.diagnostic(&wanted.text, "gdsl", wanted.span));
+    };
+    Ok(ImportedFile {
+        path: PathBuf::from(name),
+        text: (*text).to_owned(),
+    })
+}
+
 /// The domains of a file and of its imports.
 pub(crate) struct Imports<'a> {
     sources: &'a mut SourceMap,
@@ -68,26 +93,9 @@ impl<'a> Imports<'a> {
     }
 
     fn import(&mut self, from: &Path, import: &Name) {
-        let file = match self.loader.find(from, &import.text, "gdsl") {
+        let file = match find(self.loader, from, import) {
             Ok(file) => file,
-            Err(mut missing) => {
-                let base = import.text.rsplit('/').next().unwrap_or_default();
-                let known = DOMAINS.iter().find(|(name, _)| {
-                    *name == base || name.strip_suffix(".gdsl").is_some_and(|n| n == base)
-                });
-                let Some((name, text)) = known else {
-                    missing
-                        .known
-                        .extend(DOMAINS.iter().map(|(name, _)| (*name).to_owned()));
-                    let missing = missing.diagnostic(&import.text, "gdsl", import.span);
-                    self.found.push(missing);
-                    return;
-                };
-                ImportedFile {
-                    path: PathBuf::from(name),
-                    text: (*text).to_owned(),
-                }
-            }
+            Err(missing) => return self.found.push(missing),
         };
         let identity = self.loader.identity(&file.path);
         if self.open.contains(&identity) {

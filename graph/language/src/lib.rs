@@ -1,8 +1,8 @@
 //! GDSL: the types of a property graph.
 //!
 //! [`parse`] turns one `.gdsl` text into a syntax tree ([`ast`]). [`load`] loads a text with its
-//! imports, also of data prototypes, resolves all names and makes a [`Schema`] of it. [`DOMAINS`] come
-//! with this crate.
+//! imports, also of data prototypes, resolves all names and makes a [`Schema`] of it; [`import`] does so
+//! for one that a file of another language names. [`DOMAINS`] come with this crate.
 
 pub mod ast;
 mod blocks;
@@ -16,7 +16,7 @@ mod units;
 pub use graph_schema as model;
 pub use graph_schema::Schema;
 pub use parse::parse;
-pub use resolve::load;
+pub use resolve::{import, load};
 
 /// Domains that every file may import: name of the file, and text.
 pub const DOMAINS: [(&str, &str); 4] = [

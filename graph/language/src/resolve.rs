@@ -2,12 +2,34 @@
 
 use crate::ast::{self, Item, Type};
 use crate::blocks::Blocks;
-use crate::imports::Imports;
+use crate::imports::{self, Imports};
 use crate::members::{self, TYPES};
 use graph_schema::{COMPOSED_BY, Entity, Kind, Placed, PoseOf, Relation, Schema, Tree};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
 use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+/// Loads the schema that the file `from` names as `wanted`: beside it, where the loader looks, or a domain
+/// that comes with this crate. `None` if it has errors.
+pub fn import(
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    from: &Path,
+    wanted: &Name,
+) -> (Option<Schema>, Diagnostics) {
+    let file = match imports::find(loader, from, wanted) {
+        Ok(file) => file,
+        Err(missing) => {
+            let mut found = Diagnostics::new();
+            found.push(missing);
+            return (None, found);
+        }
+    };
+    let source = sources.add(file.path, file.text);
+    let (schema, found) = load(sources, loader, source);
+    (schema.filter(|_| !found.has_errors()), found)
+}
 
 /// Loads one `.gdsl` text with its imports. `None` if nothing is readable. Use the schema only if
 /// no diagnostic is an error.

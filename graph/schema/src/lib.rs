@@ -314,6 +314,18 @@ impl Schema {
         domain.unwrap_or(&self.name)
     }
 
+    /// The attributes of a type of nodes or edges.
+    pub fn attributes(&self, kind: &str) -> Option<&[Attribute]> {
+        let entity = self.entity(kind).map(|entity| &*entity.attributes);
+        entity.or_else(|| Some(&self.relation(kind)?.attributes))
+    }
+
+    /// The names of all types.
+    pub fn types(&self) -> impl Iterator<Item = &str> {
+        let entities = self.entities.iter().map(|entity| &*entity.name);
+        entities.chain(self.relations.iter().map(|relation| &*relation.name))
+    }
+
     /// Whether a type is `wanted`, or inherits from it.
     pub fn is_a(&self, name: &str, wanted: &str) -> bool {
         self.ancestry(name).any(|name| name == wanted)

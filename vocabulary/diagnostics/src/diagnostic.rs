@@ -8,7 +8,7 @@ use std::collections::HashSet;
 const MOST_CANDIDATES: usize = 1_000;
 
 /// How many candidates a message lists: the clauses of a component are the longest list.
-const MOST_LISTED: usize = 13;
+const MOST_LISTED: usize = 16;
 
 /// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

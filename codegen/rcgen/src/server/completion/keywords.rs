@@ -4,7 +4,7 @@
 pub(super) type Keyword = (&'static str, &'static str);
 
 /// The keywords that may begin a statement, by language and by the first word of the block.
-pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 32] = [
+pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 34] = [
     (
         "idsl",
         "",
@@ -81,6 +81,10 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 32] = [
                 "kinematics",
                 "The solvers of a robot, for the worker: `kinematics \"arm.kdsl\" as arm;`",
             ),
+            (
+                "world",
+                "A graph that components share: `world \"kitchen.gdsl\" as g { reads room; };`",
+            ),
             ("period", "The default period of `compute`, such as `50ms`."),
             ("dependencies", "The crates that the worker uses."),
             (
@@ -114,6 +118,20 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 32] = [
             ("requires", "Calls interfaces of other components."),
             ("publishes", "Publishes the topics of interfaces."),
             ("subscribesTo", "Receives the topics of interfaces."),
+        ],
+    ),
+    (
+        "cdsl",
+        "world",
+        &[
+            (
+                "writes",
+                "Types and attributes that the component sets: `writes door, door.pose stream 20ms;`",
+            ),
+            (
+                "reads",
+                "Types of which the component gets each change: `reads room, robot;`",
+            ),
         ],
     ),
     (
@@ -158,6 +176,21 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 32] = [
             (
                 "late",
                 "What is done if it is late: `warn`, `event`, `stop NAME`, `emergency NAME` or `fire NAME EVENT`.",
+            ),
+        ],
+    ),
+    (
+        "ddsl",
+        "world",
+        &[
+            (
+                "schema",
+                "The types of the world: `schema \"kitchen.gdsl\";`",
+            ),
+            ("start", "What is in it at first: `start \"home.graph\";`"),
+            (
+                "keep",
+                "The file that keeps it, and how often it is written: `keep \"home.graph\" 30s;`",
             ),
         ],
     ),
@@ -374,6 +407,10 @@ const NETWORK: &[Keyword] = &[
         "`record { ring 60s; };`: the last messages are kept in memory.",
     ),
     ("Chain", "What must follow what, and how soon."),
+    (
+        "World",
+        "The graph that the components share: its schema and its files.",
+    ),
 ];
 
 const PARAMETERS: &[Keyword] = &[

@@ -110,6 +110,7 @@ impl Completion<'_> {
                 "statemachine" => self.paths(target, string, &["smdsl", "scxml"]),
                 "parameters" => self.paths(target, string, &["pdsl"]),
                 "kinematics" => self.paths(target, string, &["kdsl"]),
+                "world" => self.paths(target, string, &["gdsl"]),
                 _ => Vec::new(),
             };
         }
@@ -142,6 +143,9 @@ impl Completion<'_> {
                 Some(role) => self.slot_settings(target, context, role),
                 None => Vec::new(),
             },
+            ["component", "world"] if last.is_empty() => {
+                of(keywords::of(&STATEMENTS, "cdsl", "world"))
+            }
             ["component", "statemachine"] if last.is_empty() => {
                 of(keywords::of(&STATEMENTS, "cdsl", "statemachine"))
             }

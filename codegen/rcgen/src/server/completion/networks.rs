@@ -17,6 +17,8 @@ impl Completion<'_> {
             return match word.as_str() {
                 "import" => self.importable(target, string, "ddsl"),
                 "cdsl" => self.paths(target, string, &["cdsl"]),
+                "schema" => self.paths(target, string, &["gdsl"]),
+                "start" | "keep" => self.paths(target, string, &["graph", "json"]),
                 "config" => self.paths(target, string, &["toml"]),
                 _ => Vec::new(),
             };

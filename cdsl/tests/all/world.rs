@@ -1,0 +1,123 @@
+//! The clause `world`: what a component writes and reads of a shared graph.
+
+#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
+
+use expect_test::{Expect, expect};
+use rc_cdsl::model::World;
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::MemoryLoader;
+use std::time::Duration;
+
+/// Checks the diagnostics for a component with these clauses, on line 3.
+fn check(clauses: &str, expected: &Expect) -> Option<World> {
+    let text = format!("Component C {{ Communications {{ }}; language rust;\n\n{clauses}\n}};\n");
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.cdsl", text.as_str());
+    let loader = MemoryLoader::default();
+    let (component, found) = rc_cdsl::load(&mut sources, &loader, source);
+    expected.assert_eq(&render(&sources, &found, Format::Short));
+    component?.world
+}
+
+#[test]
+fn a_world_has_its_schema_its_name_and_what_the_component_does() {
+    let world = check(
+        "World \"home.gdsl\" as g { writes door, door.pose stream 20ms shared, RT shared; reads room, robot; Writes wall.x STREAM; };",
+        &expect![[r#""#]],
+    );
+    let world = world.expect("a world");
+    assert_eq!((&*world.schema.text, &*world.name.text), ("home.gdsl", "g"));
+    let access = world.access.expect("a block");
+    let writes: Vec<_> = access
+        .writes
+        .iter()
+        .map(|write| (write.path(), write.stream, write.shared))
+        .collect();
+    assert_eq!(
+        writes,
+        [
+            ("door".to_owned(), None, false),
+            (
+                "door.pose".to_owned(),
+                Some(Duration::from_millis(20)),
+                true
+            ),
+            ("RT".to_owned(), None, true),
+            ("wall.x".to_owned(), Some(Duration::ZERO), false),
+        ]
+    );
+    let reads: Vec<&str> = access.reads.iter().map(|kind| &*kind.text).collect();
+    assert_eq!(reads, ["room", "robot"]);
+    let everything = check("world \"home.gdsl\" as g;", &expect![[r#""#]]);
+    assert_eq!(everything.expect("a world").access, None);
+    // An empty block is nothing, not everything.
+    let nothing = check("world \"home.gdsl\" as g { }", &expect![[r#""#]]);
+    assert_eq!(
+        nothing.expect("a world").access,
+        Some(rc_cdsl::model::Access::default())
+    );
+}
+
+#[test]
+fn words_of_a_world_are_names_elsewhere() {
+    let world = check(
+        "world \"home.gdsl\" as world { writes stream, shared.reads shared; };",
+        &expect![[r#""#]],
+    );
+    let access = world.expect("a world").access.expect("a block");
+    let paths: Vec<String> = access.writes.iter().map(|write| write.path()).collect();
+    assert_eq!(paths, ["stream", "shared.reads"]);
+}
+
+#[test]
+fn what_does_not_fit_is_reported() {
+    check(
+        "world \"a.gdsl\" as g { writes door stream; reads door.width, room shared, wall stream 5ms; };",
+        &expect![[r#"
+            c.cdsl:3:35: error[bad-world-access]: `door` is a type, but attributes are streamed (name the attribute: `door.ATTRIBUTE stream`)
+            c.cdsl:3:54: error[bad-world-access]: `width` is an attribute, but types are read (write `reads door;`)
+            c.cdsl:3:66: error[bad-world-access]: `shared` belongs to what a component writes (remove the word)
+            c.cdsl:3:79: error[bad-world-access]: `stream` belongs to what a component writes (remove the word)
+        "#]],
+    );
+    check(
+        "world \"a.gdsl\" as g { writes door, door shared; reads room, room; writes wall.x stream stream; };",
+        &expect![[r#"
+            c.cdsl:3:36: error[repeated-clause]: `writes` names this twice; first named here at c.cdsl:3:30
+            c.cdsl:3:61: error[repeated-clause]: `reads` names this twice; first named here at c.cdsl:3:55
+            c.cdsl:3:88: error[repeated-clause]: `stream` stands twice
+        "#]],
+    );
+    check(
+        "world \"a.gdsl\" as g { writes wall.x stream fast; };",
+        &expect![[r#"
+            c.cdsl:3:44: error[syntax-error]: expected `,`, `;`, `shared`, `stream` or a duration such as `50ms`, found `fast`
+        "#]],
+    );
+    check(
+        "world \"a.gdsl\" as g { wirtes wall; };\nworld \"~/b.gdsl\" as h;",
+        &expect![[r#"
+            c.cdsl:3:23: error[unknown-clause]: expected `writes` or `reads`, found `wirtes` (did you mean `writes`?)
+            c.cdsl:4:1: error[repeated-clause]: duplicate clause `world`; first used here at c.cdsl:3:1
+            c.cdsl:4:7: error[home-in-path]: `~/b.gdsl` begins with `~`, which only a shell expands (write the path from this file, or an absolute one)
+        "#]],
+    );
+    check(
+        "world \"a.gdsl\" { };",
+        &expect![[r#"
+        c.cdsl:3:16: error[syntax-error]: expected `as`, found `{`
+    "#]],
+    );
+    check(
+        "world \"a.gdsl\" as g { writes ; };",
+        &expect![[r#"
+        c.cdsl:3:30: error[syntax-error]: expected a name, found `;`
+    "#]],
+    );
+    check(
+        "world \"a.gdsl\" as g { writes wall.x stream -3ms; };",
+        &expect![[r#"
+            c.cdsl:3:44: error[bad-world-access]: expected the least time between two values, such as `20ms`
+        "#]],
+    );
+}

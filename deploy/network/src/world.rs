@@ -1,0 +1,308 @@
+//! The world of a network: whether the schemas of its components fit, who writes what, and what is
+//! in its start file.
+
+use graph_exchange::{Document, dsr, graph_json};
+use graph_language::Schema;
+use rc_cdsl::model::{Access, World as Clause, Write};
+use rc_codegen::Project;
+use rc_ddsl::model::{Deployment, Instance, World};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, nearest};
+use rc_syntax::{Loader, Name};
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// A component that shares the world.
+struct Member<'a> {
+    instance: &'a Instance,
+    clause: &'a Clause,
+    schema: &'a Schema,
+}
+
+impl Member<'_> {
+    fn is_other(&self, other: &Member<'_>) -> bool {
+        self.instance.path != other.instance.path
+    }
+
+    /// What it says that it does. `None` for everything.
+    fn access(&self) -> Option<&Access> {
+        self.clause.access.as_ref()
+    }
+}
+
+/// Checks the world of a network with the components that share it.
+pub(crate) fn check(
+    deployment: &Deployment,
+    projects: &[Option<Rc<Project>>],
+    sources: &mut SourceMap,
+    loader: &dyn Loader,
+    found: &mut Diagnostics,
+) {
+    let members: Vec<Member<'_>> = deployment
+        .instances
+        .iter()
+        .zip(projects)
+        .filter_map(|(instance, project)| {
+            let project = project.as_deref()?;
+            Some(Member {
+                instance,
+                clause: project.component.world.as_ref()?,
+                schema: project.world.as_deref()?,
+            })
+        })
+        .collect();
+    let Some(world) = &deployment.world else {
+        return without(&members, found);
+    };
+    let all_are_known = projects.iter().all(Option::is_some);
+    if members.is_empty() && all_are_known {
+        let message = format!("no component shares the world `{}`", world.name.text);
+        let warning = Diagnostic::warning("unused-world", world.name.span, message);
+        found.push(warning.help("write a clause `world` in a `.cdsl`"));
+    }
+    let Some(name) = &world.schema else {
+        return;
+    };
+    let from = world.folder.join("network.ddsl");
+    let (schema, more) = graph_language::import(sources, loader, &from, name);
+    found.extend(more);
+    let Some(schema) = schema else {
+        return;
+    };
+    let fits = members.iter().filter(|member| {
+        let missing = missing(&schema, member.schema);
+        for reason in &missing {
+            let cdsl = member.instance.cdsl.as_ref();
+            let span = cdsl.map_or(member.instance.name.span, |cdsl| cdsl.span);
+            let message = format!(
+                "the world of `{}` does not fit: {reason}",
+                member.instance.path
+            );
+            let error = Diagnostic::error("world-schema", span, message);
+            found.push(error.label(name.span, "the schema of the network"));
+        }
+        missing.is_empty()
+    });
+    let all_fit = fits.count() == members.len();
+    let start = start(world, &schema, sources, found);
+    keep(world, found);
+    if all_fit && all_are_known {
+        writers(&schema, &members, found);
+        readers(&schema, &members, start.as_ref(), found);
+    }
+}
+
+/// Reports components with a world in a network that has none.
+fn without(members: &[Member<'_>], found: &mut Diagnostics) {
+    for member in members {
+        let message = format!(
+            "`{}` shares a world, and the network declares none",
+            member.instance.path
+        );
+        let schema = &member.clause.schema.text;
+        let error = Diagnostic::error("no-world", member.instance.name.span, message);
+        found.push(error.help(format!("add `World g {{ schema \"{schema}\"; }};`")));
+    }
+}
+
+/// What a component's schema has and the network's does not, or the other way round where the
+/// component would leave it out.
+fn missing(network: &Schema, own: &Schema) -> Vec<String> {
+    let differences = network.differences(own).into_iter();
+    let of_types = differences
+        .filter(|difference| difference.what != "domain" && !difference.what.starts_with("query "));
+    let needed = of_types.filter_map(|difference| match (difference.first, difference.second) {
+        (None, Some(second)) => Some(format!(
+            "`{}` is `{second}` there, and the network has none",
+            difference.what
+        )),
+        (Some(first), Some(second)) => Some(format!(
+            "`{}` is `{second}` there, and `{first}` in the network",
+            difference.what
+        )),
+        (first, None) => {
+            let (kind, attribute) = difference.what.split_once('.')?;
+            // What it does not know of a type that it has, it cannot set.
+            own.attributes(kind)?;
+            let known = network.attributes(kind)?.iter();
+            let mut known = known.filter(|known| known.name == attribute && !known.optional);
+            known.next()?;
+            Some(format!(
+                "its `{kind}` has no `{attribute}`, which is `{}` in the network",
+                first.unwrap_or_default()
+            ))
+        }
+    });
+    needed.collect()
+}
+
+/// Reads the file with what is in the world at first, and compares it with the schema.
+fn start(
+    world: &World,
+    schema: &Schema,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Option<Document> {
+    let name = world.start.as_ref()?;
+    let path = rc_codegen::paths::normal(&world.folder.join(&name.text));
+    let text = match rc_files::read(&path) {
+        Ok(text) => text,
+        Err(error) => {
+            let message = format!("`{}` cannot be read: {error}", name.text);
+            let error = Diagnostic::error("world-file", name.span, message);
+            let near = nearest_beside(&path);
+            found.push(match near {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help("the path is relative to this file"),
+            });
+            return None;
+        }
+    };
+    let (source, mark) = graph_exchange::add(sources, &path, text);
+    if let Some(mark) = mark {
+        found.push(mark);
+        return None;
+    }
+    let (document, more) = if dsr::is_dsr(sources.text(source)) {
+        dsr::read(sources, source)
+    } else {
+        graph_json::read(sources, source)
+    };
+    found.extend(more);
+    let document = document?;
+    found.extend(graph_exchange::check(&document, schema, sources, source));
+    Some(document)
+}
+
+/// The file beside `path` with a similar name.
+fn nearest_beside(path: &std::path::Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(path.parent()?).ok()?.flatten();
+    let is_graph = |path: &PathBuf| {
+        let ending = path.extension();
+        ending.is_some_and(|ending| ending == "graph" || ending == "json")
+    };
+    let paths = entries.map(|entry| entry.path()).filter(is_graph);
+    let names = paths.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()));
+    let names: Vec<String> = names.take(1_000).collect();
+    nearest(wanted, names.iter().map(String::as_str)).map(str::to_owned)
+}
+
+/// Reports a file to keep the world in that cannot be written.
+fn keep(world: &World, found: &mut Diagnostics) {
+    let Some((name, _)) = &world.keep else {
+        return;
+    };
+    let path: PathBuf = world.folder.join(&name.text);
+    let folder = path.parent().filter(|own| !own.as_os_str().is_empty());
+    let is_there = folder.is_none_or(std::path::Path::is_dir);
+    let reason = if path.is_dir() {
+        "it is a folder"
+    } else if !is_there {
+        "its folder does not exist"
+    } else if path.extension().is_none_or(|ending| ending != "graph") {
+        "a world is kept in a `.graph` file"
+    } else {
+        return;
+    };
+    let message = format!("`{}` cannot keep the world: {reason}", name.text);
+    found.push(Diagnostic::error("world-file", name.span, message));
+}
+
+/// Reports attributes that two components write, unless both share them.
+fn writers(schema: &Schema, members: &[Member<'_>], found: &mut Diagnostics) {
+    let writes = |member: &'_ Member<'_>| -> Vec<Write> {
+        let access = member.access();
+        access.map_or_else(Vec::new, |access| access.writes.clone())
+    };
+    let all: Vec<(&Member<'_>, Write)> = members
+        .iter()
+        .flat_map(|member| writes(member).into_iter().map(move |write| (member, write)))
+        .collect();
+    for (at, (member, write)) in all.iter().enumerate() {
+        let other = all[..at].iter().find(|(other, earlier)| {
+            let both_share = write.shared && earlier.shared;
+            other.is_other(member) && !both_share && is_same(schema, write, earlier)
+        });
+        let mut others = members.iter().filter(|other| other.is_other(member));
+        let everything = others.find(|other| other.access().is_none() && !write.shared);
+        let (path, other) = match (other, everything) {
+            (Some((other, earlier)), _) => (earlier.path(), *other),
+            (None, Some(other)) => ("everything".to_owned(), other),
+            (None, None) => continue,
+        };
+        let message = format!(
+            "`{}` writes `{}`, and `{}` writes {}",
+            member.instance.path,
+            write.path(),
+            other.instance.path,
+            if path == "everything" {
+                path
+            } else {
+                format!("`{path}`")
+            },
+        );
+        let error = Diagnostic::error("world-writers", write.span(), message);
+        let error = error.label(member.instance.name.span, "the component in the network");
+        let error = error.label(other.instance.name.span, "the other one");
+        found.push(error.help(format!(
+            "if both are right, write `{} shared` in both",
+            write.path()
+        )));
+    }
+}
+
+/// Whether two writers set one attribute.
+fn is_same(schema: &Schema, one: &Write, other: &Write) -> bool {
+    let types = overlap(schema, &one.kind.text, &other.kind.text);
+    let attributes = match (&one.attribute, &other.attribute) {
+        (Some(one), Some(other)) => one.text == other.text,
+        _ => true,
+    };
+    types && attributes
+}
+
+/// Whether a node or an edge may have both types.
+fn overlap(schema: &Schema, one: &str, other: &str) -> bool {
+    schema.is_a(one, other) || schema.is_a(other, one)
+}
+
+/// Warns of types that a component reads, that nobody writes and that are not there at first.
+fn readers(
+    schema: &Schema,
+    members: &[Member<'_>],
+    start: Option<&Document>,
+    found: &mut Diagnostics,
+) {
+    if members.iter().any(|member| member.access().is_none()) {
+        return;
+    }
+    let is_written = |kind: &str| {
+        let accesses = members.iter().filter_map(Member::access);
+        let mut written = accesses.flat_map(|access| &access.writes);
+        written.any(|write| write.attribute.is_none() && overlap(schema, kind, &write.kind.text))
+    };
+    let is_there = |kind: &str| {
+        start.is_some_and(|start| {
+            let nodes = start.nodes.iter().map(|node| &*node.kind);
+            let edges = start.edges.iter().map(|edge| &*edge.kind);
+            nodes.chain(edges).any(|own| schema.is_a(own, kind))
+        })
+    };
+    let mut reported: Vec<&Name> = Vec::new();
+    for member in members {
+        for kind in member.access().into_iter().flat_map(|access| &access.reads) {
+            // Two instances of a component read in one line.
+            if is_written(&kind.text) || is_there(&kind.text) || reported.contains(&kind) {
+                continue;
+            }
+            reported.push(kind);
+            let message = format!(
+                "`{}` reads `{}`, which nobody writes",
+                member.instance.path, kind.text
+            );
+            let warning = Diagnostic::warning("world-unwritten", kind.span, message);
+            let warning = warning.label(member.instance.name.span, "the component in the network");
+            found.push(warning);
+        }
+    }
+}
