@@ -2,6 +2,7 @@
 //! the templates in `templates/rust` hold the code.
 
 mod asynchronous;
+mod checks;
 mod codecs;
 pub(crate) mod component;
 pub(crate) mod context_names;
@@ -15,6 +16,7 @@ pub(crate) mod machine;
 pub(crate) mod meanings;
 mod members;
 pub mod names;
+mod operation;
 mod operation_names;
 mod parameters;
 pub(crate) mod print;
@@ -31,6 +33,12 @@ pub(crate) mod worker_traits;
 use crate::collisions::{self, Naming};
 use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
+
+/// The texts that are there.
+fn those<'a>(all: &[(&'a str, bool)]) -> Vec<&'a str> {
+    let there = all.iter().filter(|(_, there)| *there);
+    there.map(|(text, _)| *text).collect()
+}
 
 /// Reports names of the IDSL that become one name of Rust.
 pub(crate) fn check(library: &Library, found: &mut Diagnostics) {

@@ -3,7 +3,7 @@
 
 use super::exports::{self, Exports};
 use super::handlers::Handler;
-use super::interface::{self, Operation};
+use super::operation::{self, Operation};
 use super::operation_names::{answer_name, bare, error_name};
 use super::{names, types};
 use crate::view;
@@ -86,7 +86,7 @@ fn one<'a>(
     let methods = of.operations.iter().map(|o| names::method(&o.name));
     let mut functions: BTreeSet<String> = methods.collect();
     let take = names::free("take".to_owned(), &mut functions);
-    let all = interface::operations(of, &path).into_iter().enumerate();
+    let all = operation::all(of, &path).into_iter().enumerate();
     let queries = all.zip(&of.operations).filter(|(_, view)| view.two_way);
     let operations = queries.map(|((place, operation), view)| {
         let method = names::method(&view.name);

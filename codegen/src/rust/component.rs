@@ -7,7 +7,7 @@ use super::reexports::{self, Reexport};
 use super::slot::{self, Slot};
 use super::worker::WORKER;
 use super::worker_traits::{self, WorkerTrait};
-use super::{names, parameters, qos, testing};
+use super::{names, parameters, qos, testing, those};
 use crate::kinematics::Kinematics;
 use crate::view;
 use crate::view::component::Time;
@@ -215,12 +215,6 @@ fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
         ("ports", !needs_ports),
         ("values", view.parameters.is_none()),
     ])
-}
-
-/// The texts that are there.
-fn those<'a>(all: &[(&'a str, bool)]) -> Vec<&'a str> {
-    let there = all.iter().filter(|(_, there)| *there);
-    there.map(|(text, _)| *text).collect()
 }
 
 /// What the worker implements, with the traits that serve `slots`.

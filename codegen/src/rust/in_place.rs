@@ -1,9 +1,9 @@
 //! Names and types of Rust for structures in shared memory.
 
+use super::checks::{self, Held, Place, READS};
 use super::names::{self, IN_PLACE};
 use super::operation_names::bare;
 use super::types;
-use crate::view::checks::Check;
 use crate::view::documentation;
 use crate::view::in_place::{Item, Part, Structure};
 use serde::Serialize;
@@ -11,23 +11,23 @@ use std::collections::BTreeSet;
 
 /// A structure, as `templates/rust/in_place.tera` prints it.
 #[derive(Debug, Serialize)]
-pub(crate) struct InPlaceType<'a> {
+pub(crate) struct InPlaceType {
     name: String,
     /// The type that owns its values.
     value: String,
     number: bool,
-    /// The named type; empty for a sequence or a text without a name.
-    literal: String,
-    /// How its value is read, if it is no structure of members.
-    read: String,
     fields: Vec<Field>,
-    parts: Vec<PartView<'a>>,
+    /// The names of its parts, and those that have functions.
+    parts: Vec<String>,
+    accessors: Vec<PartView>,
     /// Whether it consists of its members alone.
     plain: bool,
-    /// Whether a reader checks something.
-    checked: bool,
-    /// Whether a check needs a reader, which names the wrong member.
-    ranged: bool,
+    /// The statements that give it its default, that set it to `value`, that return its value, and
+    /// that check it.
+    reset: Vec<String>,
+    assign: Vec<String>,
+    read: Vec<String>,
+    check: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -36,11 +36,11 @@ struct Field {
     ty: String,
     /// The documentation, of a public member.
     doc: Vec<String>,
-    public: bool,
+    visibility: &'static str,
 }
 
 #[derive(Debug, Serialize)]
-struct PartView<'a> {
+struct PartView {
     /// `number`, `value`, `text` or `sequence`.
     kind: &'static str,
     /// The type and the member, as messages name them.
@@ -55,28 +55,30 @@ struct PartView<'a> {
     /// The type of an element.
     item: String,
     /// Whether there is a length, and functions that know it.
+    #[serde(skip)]
     counted: bool,
     #[serde(skip)]
     is_number: bool,
     #[serde(skip)]
     optional: bool,
     has_lengths: bool,
-    has_ranges: bool,
     #[serde(skip)]
     default: String,
     /// The statements that give it its default, and that set it to a member of `value`.
+    #[serde(skip)]
     reset: Vec<String>,
+    #[serde(skip)]
     assign: Vec<String>,
     /// The expression for its value.
+    #[serde(skip)]
     read: String,
     doc: Vec<String>,
-    checks: &'a [Check],
 }
 
 /// The traits and functions that structures use.
 const IN_PLACE_MODULE: &str = "rc_middleware::in_place";
 
-impl PartView<'_> {
+impl PartView {
     /// Writes the statements of a part whose functions have their names. `has_members` says whether
     /// it is a member of `value`, and not all of it.
     fn write_statements(&mut self, has_members: bool) {
@@ -138,7 +140,7 @@ pub(crate) fn path(ty: &str) -> String {
 }
 
 /// The structures of a type of the module `home`.
-pub(super) fn of<'a>(home: &str, structures: &'a [Structure]) -> Vec<InPlaceType<'a>> {
+pub(super) fn of(home: &str, structures: &[Structure]) -> Vec<InPlaceType> {
     structures.iter().map(|s| place(home, s)).collect()
 }
 
@@ -158,7 +160,7 @@ pub(super) fn structure_name(steps: &[String]) -> String {
     path(&own) + &nested
 }
 
-fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
+fn place(home: &str, of: &Structure) -> InPlaceType {
     let named = of.path.len() == 1;
     let owner = of
         .path
@@ -177,7 +179,7 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
                 fields.push(Field {
                     name,
                     ty: format!("[u8; {bytes}]"),
-                    public: false,
+                    visibility: "",
                     doc: Vec::new(),
                 });
             }
@@ -192,21 +194,21 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
             fields.push(Field {
                 name: length.clone(),
                 ty: "u32".to_owned(),
-                public: false,
+                visibility: "",
                 doc: Vec::new(),
             });
             gap(room.gap, &mut fields, &mut free);
             fields.push(Field {
                 name: name.clone(),
                 ty: format!("[{item}; {}]", room.bound),
-                public: false,
+                visibility: "",
                 doc: Vec::new(),
             });
         } else {
             fields.push(Field {
                 name: name.clone(),
                 ty: item.clone(),
-                public: true,
+                visibility: "pub ",
                 doc: part
                     .member
                     .as_ref()
@@ -226,35 +228,94 @@ fn place<'a>(home: &str, of: &'a Structure) -> InPlaceType<'a> {
     }
     gap(of.gap, &mut fields, &mut free);
     let value = types::owned(&of.value, &types::in_module(home));
-    let literal = if named { owner } else { String::new() };
     let is_zero = |part: &PartView| ["", "0", "0.0"].contains(&part.default.as_str());
-    let is_checked = |p: &Part| p.has_ranges || !p.checks.is_empty();
-    let checked = of.parts.iter().any(is_checked);
-    let read = match parts.first() {
-        _ if of.number => "self.get()".to_owned(),
-        Some(PartView { read, .. }) if !named => match read.strip_suffix('?') {
-            Some(result) => result.to_owned(),
-            None => format!("Ok({read})"),
-        },
-        _ => String::new(),
-    };
+    let check = check(of, &parts);
     let alone = |part: &PartView| !part.counted && !part.optional && is_zero(part);
+    let statements = |of_part: fn(&PartView) -> &Vec<String>| {
+        let statements = parts.iter().flat_map(of_part);
+        statements
+            .map(|statement| format!("{statement};"))
+            .collect()
+    };
     InPlaceType {
         name: structure_name(&of.path),
         plain: !of.number
-            && !checked
-            && value == literal
+            && check.is_empty()
+            && named
+            && value == owner
             && !parts.is_empty()
             && parts.iter().all(alone),
-        value,
         number: of.number,
-        literal,
-        checked,
-        read,
-        ranged: of.parts.iter().any(|p| !p.checks.is_empty()),
+        reset: if of.number {
+            vec![format!("self.put({value}::default());")]
+        } else {
+            statements(|part| &part.reset)
+        },
+        assign: match parts.as_slice() {
+            _ if of.number => vec!["self.put(*value);".to_owned()],
+            [] => vec!["let _ = value;".to_owned()],
+            _ => statements(|part| &part.assign),
+        },
+        read: match parts.as_slice() {
+            _ if of.number => vec!["self.get()".to_owned()],
+            [part, ..] if !named => vec![match part.read.strip_suffix('?') {
+                Some(result) => result.to_owned(),
+                None => format!("Ok({})", part.read),
+            }],
+            parts => {
+                let members = parts.iter().map(|p| format!("{}: {},", p.name, p.read));
+                let begin = std::iter::once(format!("Ok({owner} {{"));
+                let end = std::iter::once("})".to_owned());
+                begin.chain(members).chain(end).collect()
+            }
+        },
+        check,
         fields,
-        parts,
+        parts: parts.iter().map(|part| part.name.clone()).collect(),
+        accessors: parts.into_iter().filter(|part| part.counted).collect(),
+        value,
     }
+}
+
+/// The statements that check a structure with these parts.
+fn check(of: &Structure, parts: &[PartView]) -> Vec<String> {
+    let mut statements = Vec::new();
+    // The reader names the wrong member.
+    if of.parts.iter().any(|part| !part.checks.is_empty()) {
+        statements.push("let reader = rc_middleware::Reader::new(&[]);".to_owned());
+    }
+    for (
+        of,
+        PartView {
+            what,
+            name,
+            kind,
+            length,
+            ..
+        },
+    ) in of.parts.iter().zip(parts)
+    {
+        let place = format!("self.{name}");
+        if *kind != "number" && of.has_ranges {
+            statements.push(if length.is_empty() {
+                format!("{IN_PLACE_MODULE}::InPlace::check(&{place})?;")
+            } else {
+                format!("{place}().iter().try_for_each({IN_PLACE_MODULE}::InPlace::check)?;")
+            });
+        } else if *kind == "number" {
+            let place = Place {
+                what,
+                name: &place,
+                held: Held::Owned,
+            };
+            statements.push(checks::of(&of.checks, place, READS));
+        } else {
+            let first = format!("&{place}().first().copied()");
+            statements.push(checks::of_present(&of.checks, &first, what, READS));
+        }
+    }
+    statements.retain(|statement| !statement.is_empty());
+    statements
 }
 
 fn part_name(part: &Part) -> String {
@@ -264,15 +325,15 @@ fn part_name(part: &Part) -> String {
     }
 }
 
-fn part_view<'a>(
+fn part_view(
     home: &str,
     owner: &str,
     steps: &[String],
-    part: &'a Part,
+    part: &Part,
     name: String,
     length: String,
     item: String,
-) -> PartView<'a> {
+) -> PartView {
     let is_number = matches!(part.item, Item::Number { .. });
     let member = part.member.as_ref();
     // The member that contains an unnamed structure identifies it.
@@ -301,7 +362,6 @@ fn part_view<'a>(
         is_number,
         optional: member.is_some_and(|m| m.optional),
         has_lengths: part.has_lengths,
-        has_ranges: part.has_ranges,
         default: match (default, &part.item) {
             (Some(value), Item::Bytes) => format!("{:?}", value.text),
             (Some(value), _) => types::value(value, &types::in_module(home)),
@@ -314,7 +374,6 @@ fn part_view<'a>(
             || vec!["The elements.".to_owned()],
             documentation::of_member,
         ),
-        checks: &part.checks,
     }
 }
 

@@ -37,20 +37,24 @@ struct TypeDecl<'a> {
     name: String,
     doc: &'a [String],
     values: Vec<Enumerator<'a>>,
-    members: Vec<Member<'a>>,
+    members: Vec<Member>,
     /// The type that an alias stands for.
     target: String,
     /// Whether a default differs from the one that Rust derives.
     own_default: bool,
-    /// Whether a reader checks something.
-    checked: bool,
-    in_place: Vec<InPlaceType<'a>>,
+    /// The derived traits of a structure.
+    derives: &'static str,
+    /// Whether it is its members one after the other, which nobody checks.
+    plain: bool,
+    in_place: Vec<InPlaceType>,
 }
 
 #[derive(Debug, Serialize)]
 struct Enumerator<'a> {
     name: String,
     doc: &'a [String],
+    /// The attribute of the default.
+    attribute: &'static str,
     number: i32,
 }
 
@@ -104,18 +108,20 @@ fn type_decl<'a>(home: &str, decl: &'a view::TypeDecl) -> TypeDecl<'a> {
         members: Vec::new(),
         target: String::new(),
         own_default: false,
-        checked: false,
+        derives: "",
+        plain: false,
         in_place: in_place::of(home, &decl.in_place),
     };
     match &decl.kind {
         view::Kind::Enum { values } => {
             out.kind = "enum";
-            let one = |value: &'a view::Enumerator| Enumerator {
+            let one = |(at, value): (usize, &'a view::Enumerator)| Enumerator {
                 name: names::camel(&value.name),
                 doc: &value.doc,
+                attribute: if at == 0 { "#[default]" } else { "" },
                 number: value.number,
             };
-            out.values = values.iter().map(one).collect();
+            out.values = values.iter().enumerate().map(one).collect();
         }
         view::Kind::Alias { target } => {
             out.kind = "alias";
@@ -127,8 +133,13 @@ fn type_decl<'a>(home: &str, decl: &'a view::TypeDecl) -> TypeDecl<'a> {
             out.own_default = members
                 .iter()
                 .any(|m| m.default.is_some() || is_long_array(&m.ty));
-            out.checked = members.iter().any(|m| !m.checks.is_empty());
-            let one = |m: &'a members::Member| member(m, names::snake(&m.name), &path);
+            out.derives = if out.own_default {
+                "Clone, Debug, PartialEq"
+            } else {
+                "Clone, Debug, Default, PartialEq"
+            };
+            out.plain = !members.is_empty() && members.iter().all(|m| m.checks.is_empty());
+            let one = |m: &members::Member| member(m, &out.name, names::snake(&m.name), &path);
             out.members = members.iter().map(one).collect();
         }
     }

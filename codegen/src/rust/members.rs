@@ -1,55 +1,83 @@
 //! Names and types of Rust for members, and for parameters as variables.
 
+use super::checks::{self, Held, Place, READS, WRITES};
 use super::types;
-use crate::view::checks::Check;
 use crate::view::documentation;
 use crate::view::members;
 use crate::view::types::{Type, resolved};
 use serde::Serialize;
 
-/// A member, or a parameter as a variable.
+/// A member of a structure or an exception.
 #[derive(Debug, Serialize)]
-pub(super) struct Member<'a> {
-    /// The name in the IDSL, for messages.
-    pub(super) idsl: &'a str,
-    pub(super) name: String,
-    pub(super) doc: Vec<String>,
-    pub(super) ty: String,
-    pub(super) default: String,
-    pub(super) optional: bool,
-    pub(super) checks: &'a [Check],
-    /// How a client or a publisher takes it.
-    pub(super) borrowed: String,
-    /// `value`, `text`, `sequence` or `reference`: what is to be written then.
-    pub(super) write: &'static str,
+pub(super) struct Member {
+    name: String,
+    doc: Vec<String>,
+    ty: String,
+    default: String,
+    /// The statements that check it in `self`, which is written, and in `value`, which was read.
+    written: String,
+    read: String,
 }
 
-pub(super) fn member<'a>(of: &'a members::Member, name: String, path: types::Path) -> Member<'a> {
-    let default = match &of.default {
-        Some(value) if of.optional => format!("Some({})", types::value(value, path)),
-        Some(value) => types::value(value, path),
-        None if is_long_array(&of.ty) && !of.optional => {
-            "std::array::from_fn(|_| Default::default())".to_owned()
-        }
-        None => "Default::default()".to_owned(),
+/// A member of the structure `owner`.
+pub(super) fn member(of: &members::Member, owner: &str, name: String, path: types::Path) -> Member {
+    let what = format!("{owner}.{}", of.name);
+    let check = |value: &str, side| {
+        let place = Place {
+            what: &what,
+            name: &format!("{value}.{name}"),
+            held: Held::Owned,
+        };
+        checks::of_member(of, place, side)
     };
     Member {
-        idsl: &of.name,
         doc: documentation::of_member(of),
         ty: types::member(of, path),
-        default,
-        optional: of.optional,
-        checks: &of.checks,
-        borrowed: types::borrowed(of, path),
-        write: match resolved(&of.ty) {
-            _ if of.optional => "reference",
-            Type::Text { .. } => "text",
-            Type::Sequence { .. } => "sequence",
-            ty if types::is_small(ty) => "value",
-            Type::Primitive(_) | Type::Named(_) | Type::Array { .. } | Type::Dictionary { .. } => {
-                "reference"
+        default: match &of.default {
+            Some(value) if of.optional => format!("Some({})", types::value(value, path)),
+            Some(value) => types::value(value, path),
+            None if is_long_array(&of.ty) && !of.optional => {
+                "std::array::from_fn(|_| Default::default())".to_owned()
             }
+            None => "Default::default()".to_owned(),
         },
+        written: check("self", WRITES),
+        read: check("value", READS),
+        name,
+    }
+}
+
+/// A parameter, as an argument of a client or a publisher.
+pub(super) struct Input {
+    pub(super) name: String,
+    pub(super) ty: String,
+    /// Its type as an argument.
+    pub(super) borrowed: String,
+    /// The expression for its place in what is sent.
+    pub(super) sent: String,
+    /// The statements that check it as an argument, and as a variable that was read.
+    pub(super) written: String,
+    pub(super) read: String,
+}
+
+/// A parameter of an operation, which errors call `owner`.
+pub(super) fn input(of: &members::Member, owner: &str, name: String, path: types::Path) -> Input {
+    let what = format!("{owner}.{}", of.name);
+    let check = |held, side| {
+        let place = Place {
+            what: &what,
+            name: &name,
+            held,
+        };
+        checks::of_member(of, place, side)
+    };
+    let by_value = !of.optional && types::is_small(&of.ty);
+    Input {
+        ty: types::member(of, path),
+        borrowed: types::borrowed(of, path),
+        sent: format!("{}{name}", if by_value { "&" } else { "" }),
+        written: check(Held::Argument, WRITES),
+        read: check(Held::Owned, READS),
         name,
     }
 }
@@ -58,6 +86,10 @@ pub(super) fn member<'a>(of: &'a members::Member, name: String, path: types::Pat
 pub(super) fn is_long_array(ty: &Type) -> bool {
     match resolved(ty) {
         Type::Array { element, length } => *length > 32 || is_long_array(element),
-        _ => false,
+        Type::Primitive(_)
+        | Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_) => false,
     }
 }

@@ -53,9 +53,7 @@ impl Template {
 }
 
 static TEMPLATES: [Template; 21] = [
-    Template::code(
-        templates!["rust": "module.rs", "type", "in_place", "interface", "words", "members"],
-    ),
+    Template::code(templates!["rust": "module.rs", "type", "in_place", "interface", "words"]),
     Template::code(templates!["rust": "testing.rs"]),
     Template::code(templates!["rust": "adapter.rs"]),
     Template::code(templates!["rust": "context.rs"]),
@@ -68,11 +66,7 @@ static TEMPLATES: [Template; 21] = [
     Template::code(templates!["rust": "root.rs"]),
     Template::code(templates!["rust": "parameters.rs", "words"]),
     Template::new(templates!["rust": "machine.rs"], true, false),
-    Template::new(
-        templates!["rust": "asynchronous.rs", "members"],
-        true,
-        false,
-    ),
+    Template::new(templates!["rust": "asynchronous.rs"], true, false),
     Template::text(templates!["rust": "cargo.toml"]),
     Template::text(templates!["rust": "user_cargo.toml"]),
     Template::text(templates!["rust": "user_main.rs"]),

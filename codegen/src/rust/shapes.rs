@@ -2,9 +2,10 @@
 //! and those that serve them: one list for owned values, and one for values in place where the
 //! interface has some.
 
-use super::codecs::{Codecs, placed};
+use super::codecs::placed;
+use super::operation;
 use super::operation_names::{answer_name, error_name};
-use super::{names, types};
+use super::{names, those, types};
 use crate::view::library::{Interface, Operation};
 use rc_vocabulary::Role;
 use serde::Serialize;
@@ -29,14 +30,15 @@ const PRELUDE: [&str; 12] = [
 /// A list of operations.
 #[derive(Debug, Serialize)]
 pub(crate) struct Shape {
-    in_place: bool,
+    /// The macro with the list, and what its documentation says of its values.
+    list: &'static str,
+    values: &'static str,
     /// The traits of handlers, of those that answer requests, and of those that take samples.
     single: Traits,
     members: Traits,
-    /// Whether requests are answered, and whether samples are taken.
-    serves: bool,
-    receives: bool,
-    operations: Vec<Handler>,
+    /// The macros that get the list.
+    uses: Vec<&'static str>,
+    handlers: Vec<Handler>,
 }
 
 /// The traits for a slot, or for a slot array.
@@ -61,10 +63,14 @@ impl Traits {
 /// A handler.
 #[derive(Debug, Serialize)]
 struct Handler {
+    doc: Vec<String>,
+    constant: String,
     /// Its signature, as `rc_middleware::operations` documents it.
     head: String,
     /// The function that serves it, with its codecs.
     how: String,
+    /// What a fake knows of it; empty for values in place.
+    fake: String,
 }
 
 /// The values that the handlers of a slot get: whether some are in place.
@@ -117,19 +123,31 @@ pub(super) fn own_names(interface: &Interface) -> BTreeSet<String> {
     taken
 }
 
-/// The lists of an interface. `codecs` are those of its operations.
-pub(super) fn all(interface: &Interface, codecs: &[&Codecs]) -> Vec<Shape> {
+/// The lists of an interface with these operations.
+pub(super) fn all(interface: &Interface, operations: &[operation::Operation]) -> Vec<Shape> {
     let shape = |in_place: bool, serves: bool, receives: bool| {
-        let operations = interface.operations.iter().zip(codecs);
+        let of = interface.operations.iter().zip(operations);
+        let handlers = of.map(|(of, named)| handler(of, named, in_place, receives));
         Shape {
-            in_place,
+            list: if in_place {
+                "interface_in_place"
+            } else {
+                "interface"
+            },
+            values: if in_place {
+                ", with values in place"
+            } else {
+                ""
+            },
             single: Traits::of(interface, in_place, false),
             members: Traits::of(interface, in_place, true),
-            serves,
-            receives,
-            operations: operations
-                .map(|(of, codecs)| handler(of, codecs, in_place, receives))
-                .collect(),
+            uses: those(&[
+                ("rc_middleware::operations", !in_place),
+                ("rc_middleware::handlers", serves || receives),
+                ("rc_middleware::serve", serves),
+                ("rc_middleware::receive", receives),
+            ]),
+            handlers: handlers.collect(),
         }
     };
     let is_empty = interface.operations.is_empty();
@@ -143,7 +161,12 @@ pub(super) fn all(interface: &Interface, codecs: &[&Codecs]) -> Vec<Shape> {
     all
 }
 
-fn handler(of: &Operation, codecs: &Codecs, in_place: bool, receives: bool) -> Handler {
+fn handler(
+    of: &Operation,
+    named: &operation::Operation,
+    in_place: bool,
+    receives: bool,
+) -> Handler {
     let path = types::in_crate();
     // A command is a request: only samples of topics are read in place.
     let sample = of.sample_in_place.as_ref();
@@ -183,7 +206,7 @@ fn handler(of: &Operation, codecs: &Codecs, in_place: bool, receives: bool) -> H
         head += &format!(" -> {result}");
     }
     let try_ = if throws { "try_" } else { "" };
-    let (read, write) = (&codecs.read, &codecs.reply);
+    let (read, write) = (&named.codecs.read, &named.codecs.reply);
     let how = if !sample.is_empty() {
         format!("in_place(rc_middleware::Reader::in_place::<{sample}>)")
     } else if !reply.is_empty() {
@@ -193,7 +216,17 @@ fn handler(of: &Operation, codecs: &Codecs, in_place: bool, receives: bool) -> H
     } else {
         format!("command({read})")
     };
-    Handler { head, how }
+    Handler {
+        doc: named.doc.clone(),
+        constant: named.constant.clone(),
+        head,
+        how,
+        fake: if in_place {
+            String::new()
+        } else {
+            named.fake.clone()
+        },
+    }
 }
 
 /// The variable of a reply in place. A parameter may have this name, too.

@@ -29,11 +29,23 @@ pub enum Check {
     },
     /// Checks of every element.
     Each {
-        /// `items` of a sequence or an array, `keys` or `values` of a dictionary.
-        of: &'static str,
+        /// What is checked of them.
+        of: Elements,
         /// The checks of one element.
         checks: Vec<Check>,
     },
+}
+
+/// The elements of a value.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Elements {
+    /// Those of a sequence or an array.
+    Items,
+    /// The keys of a dictionary.
+    Keys,
+    /// The values of a dictionary.
+    Values,
 }
 
 /// The checks of a member or a parameter; of an optional one, those of its value.
@@ -63,7 +75,7 @@ pub(super) fn of_number(library: &Library, member: &Member) -> Vec<Check> {
 
 /// The check of a number with a range.
 fn range(primitive: Primitive, range: Option<&Range>) -> Vec<Check> {
-    let is_long = matches!(primitive, Primitive::I64 | Primitive::U64);
+    let is_long = is_long(primitive);
     let end = |literal: &Option<Literal>| match &literal.as_ref()?.kind {
         LiteralKind::Int(value) if is_long => Some(value.to_string()),
         LiteralKind::Int(value) => Some(format!("{value}.0")),
@@ -79,6 +91,11 @@ fn range(primitive: Primitive, range: Option<&Range>) -> Vec<Check> {
         }],
         _ => Vec::new(),
     }
+}
+
+/// Whether a type has integers that no `float64` holds.
+pub(crate) fn is_long(primitive: Primitive) -> bool {
+    primitive.size() == 8 && !primitive.is_float()
 }
 
 /// "0 to 100", "at least 0", for documentation and messages.
@@ -99,7 +116,7 @@ fn text_of(range: &Range) -> Option<String> {
 /// Bounds, however deep. Members of a structure are checked where the structure is written.
 pub(super) fn bounds(library: &Library, ty: &Type) -> Vec<Check> {
     let bound = |bound: &Option<u32>| bound.map(|bound| Check::Bound { bound });
-    let each = |of: &'static str, element: &Type| {
+    let each = |of: Elements, element: &Type| {
         let checks = bounds(library, library.resolved(element));
         (!checks.is_empty()).then_some(Check::Each { of, checks })
     };
@@ -110,12 +127,12 @@ pub(super) fn bounds(library: &Library, ty: &Type) -> Vec<Check> {
             bound: most,
         } => bound(most)
             .into_iter()
-            .chain(each("items", element))
+            .chain(each(Elements::Items, element))
             .collect(),
-        Type::Array { element, .. } => each("items", element).into_iter().collect(),
-        Type::Dictionary { key, value } => each("keys", key)
+        Type::Array { element, .. } => each(Elements::Items, element).into_iter().collect(),
+        Type::Dictionary { key, value } => each(Elements::Keys, key)
             .into_iter()
-            .chain(each("values", value))
+            .chain(each(Elements::Values, value))
             .collect(),
         Type::Primitive(_) | Type::Named(_) => Vec::new(),
     }
