@@ -2,10 +2,11 @@
 //! starts, and what tools read of a component that has no executable of its own. Functions have the
 //! names of Python, in messages of the runtime too.
 
+use crate::project::Project;
 use crate::python::names;
 use crate::view;
 use crate::view::component::{Slot, Time};
-use rc_vocabulary::Role;
+use rc_vocabulary::{Middlewares, Role};
 use serde_json::{Value, json};
 
 /// How deep a slot, a type or a state lies in a description.
@@ -22,6 +23,23 @@ pub(crate) struct Guest {
     pub(crate) in_place: bool,
     /// The name of a handler, of its slot and its operation.
     pub(crate) handler: fn(&str, &str) -> String,
+}
+
+/// The description of a component for these middlewares. A program that knows its types from there
+/// needs no code of it.
+///
+/// # Errors
+/// A type cannot be described.
+pub fn describe(
+    project: &Project,
+    middlewares: impl Into<Middlewares>,
+) -> Result<Value, serde_json::Error> {
+    let guest = Guest {
+        in_place: false,
+        handler: |_, operation| operation.to_owned(),
+    };
+    let (view, _) = view::component::of(project, middlewares);
+    serde_json::from_str(&of(&view, &guest)?)
 }
 
 /// The text of the description.
@@ -52,6 +70,9 @@ pub(crate) fn of(view: &view::Component, guest: &Guest) -> Result<String, serde_
     }
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;
+    }
+    if !view.ros_types.is_empty() {
+        all["ros_types"] = view.ros_types.clone().into();
     }
     Ok(rc_configuration::json_text(&all, ROW))
 }

@@ -13,7 +13,7 @@ pub mod configuration;
 pub mod copied;
 mod cpp;
 pub mod dependencies;
-mod description;
+pub mod description;
 pub mod export;
 pub mod files;
 pub mod generate;

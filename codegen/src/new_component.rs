@@ -57,7 +57,7 @@ pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
 }
 
 /// Programs that lie beside those of components in a shared target folder, and in the PATH.
-const TOOLS: [&str; 3] = ["rcgen", "rcview", "rcfoxglove"];
+const TOOLS: [&str; 4] = ["rcgen", "rcview", "rcfoxglove", "rcforward"];
 
 impl NewComponent {
     /// Folder, from the root of the workspace.

@@ -247,6 +247,8 @@ pub struct Bind {
     pub convert: Option<Span>,
     /// The slot that `convert { frames SLOT; }` names.
     pub frames: Option<Name>,
+    /// Where `via process` stands.
+    pub process: Option<Span>,
 }
 
 /// `external avoider.Laser, arm.Motor at "robot/Laser";`

@@ -354,7 +354,9 @@ impl<'a> Connector<'a> {
         let ends = self.ends();
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
         for end in ends.iter().copied() {
-            if let Some(slot) = self.slot(end).filter(|s| is_provider(s.role)) {
+            // An adaptor is there for its consumer only.
+            let is_seen = self.instance(end).adaptor.is_none();
+            if let Some(slot) = self.slot(end).filter(|s| is_seen && is_provider(s.role)) {
                 let seen_in = self.exports.reach(self.deployment, end, &slot.name);
                 let same = providers
                     .entry((slot.role, self.interface(end)))

@@ -48,7 +48,7 @@ impl<'a> Exports<'a> {
         let mut inside: Vec<GroupSlots<'_>> = Vec::new();
         inside.resize_with(deployment.groups.len(), GroupSlots::default);
         for (at, instance) in deployment.instances.iter().enumerate() {
-            let Some(group) = instance.group else {
+            let Some(group) = instance.group.filter(|_| instance.adaptor.is_none()) else {
                 continue;
             };
             let Some(component) = components.get(at).copied().flatten() else {

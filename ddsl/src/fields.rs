@@ -85,6 +85,7 @@ pub(crate) fn instance(
         parameters: Vec::new(),
         arrays: Vec::new(),
         all_members: None,
+        adaptor: None,
     };
     let mut references = References {
         process: context.process.clone(),

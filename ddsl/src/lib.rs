@@ -2,8 +2,9 @@
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads its imports and
 //! resolves all names into the [`model`]. [`expand`] gives an instance its members of slot arrays.
-//! [`connect`] checks the model against the components and computes the connections.
+//! [`add_adaptors`] adds the components that convert in a process of their own. [`connect`] checks the model against the components and computes the connections.
 
+mod adaptors;
 pub mod ast;
 mod check;
 mod compatibility;
@@ -27,6 +28,7 @@ mod resolve;
 mod settings;
 mod units;
 
+pub use adaptors::{Adaptor, add_adaptors};
 pub use connect::{Connection, ConnectionDiagnostic, Network, connect};
 pub use endpoint::Endpoint;
 pub use members::expand;

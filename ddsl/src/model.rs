@@ -125,6 +125,9 @@ pub struct Instance {
     pub arrays: Vec<Array>,
     /// Where `slots { all; }` stands: the members are those that its component opens.
     pub all_members: Option<Span>,
+    /// Of an adaptor, which [`crate::add_adaptors`] adds: where `via process` stands. `None` for a
+    /// component of the file.
+    pub adaptor: Option<Span>,
 }
 
 /// The members of a slot array.
@@ -290,6 +293,8 @@ pub struct Bind {
     pub convert: Option<Span>,
     /// The slot of the consumer that knows where frames are: `convert { frames SLOT; }`.
     pub frames: Option<Name>,
+    /// Where `via process` stands: a process of its own converts. [`crate::add_adaptors`] adds it.
+    pub process: Option<Span>,
 }
 
 /// A slot in `external avoider.Laser at "robot/Laser";`

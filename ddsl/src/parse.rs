@@ -10,7 +10,7 @@ use crate::ast::{
 use crate::settings;
 use chain::chain;
 use pest::iterators::Pair;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Name, ParseContext};
 use world::world;
 
@@ -73,6 +73,8 @@ const PROCESS: [(&str, Rule); 5] = [
     ("priority", Rule::priority),
 ];
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
+/// What stands after `via`.
+const PROCESS_WORD: &str = "process";
 const CONVERT: [(&str, Rule); 1] = [("frames", Rule::frames)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
@@ -158,7 +160,8 @@ fn decl(
 }
 
 fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
-    let (mut paths, mut convert, mut frames) = (Vec::new(), None, None);
+    let (mut paths, mut convert) = (Vec::new(), None);
+    let (mut frames, mut process) = (None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::slot_path => paths.extend(slot_path(r, part)),
@@ -168,6 +171,7 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
                     match part.as_rule() {
                         Rule::convert => {
                             convert = convert.or(Some(r.first_word(&part).span));
+                            process = process.or(via_process(r, &part));
                             frames = frames.or(frames_of(r, part));
                         }
                         Rule::skipped => report_skipped(r, &part, &BIND, "`convert`"),
@@ -184,7 +188,23 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
         provider,
         convert,
         frames,
+        process,
     })
+}
+
+/// Where `via process` stands in a `convert`.
+fn via_process(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Span> {
+    let mut parts = pair.clone().into_inner();
+    let via = parts.find(|part| part.as_rule() == Rule::via)?;
+    let span = r.span(&via);
+    let word = r.texts(via).pop()?;
+    if word.text.eq_ignore_ascii_case(PROCESS_WORD) {
+        return Some(span);
+    }
+    let message = format!("expected `{PROCESS_WORD}`, found `{}`", word.text);
+    let error = Diagnostic::error("unknown-field", word.span, message);
+    r.found.push(error.suggest(&word.text, [PROCESS_WORD]));
+    None
 }
 
 /// The slot that `convert { frames SLOT; }` names.

@@ -379,12 +379,13 @@ impl<'a> Resolver<'a> {
             let consumer = self.slot_path(&bind.consumer, group);
             let provider = self.slot_path(&bind.provider, group);
             if let Some(consumer) = consumer {
-                let (convert, frames) = (bind.convert, bind.frames.clone());
+                let (convert, process) = (bind.convert, bind.process);
                 self.deployment.binds.push(Bind {
                     consumer,
                     provider,
                     convert,
-                    frames,
+                    frames: bind.frames.clone(),
+                    process,
                 });
             }
         }

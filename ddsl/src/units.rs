@@ -38,6 +38,8 @@ pub(crate) struct Line<'a> {
     pub(crate) convert: Option<Span>,
     /// Where the slot stands that knows where frames are.
     pub(crate) frames: Option<Span>,
+    /// Whether an adaptor connects two middlewares, also if it has nothing to convert.
+    pub(crate) bridges: bool,
 }
 
 /// Reports members of equal types whose units differ. Returns what the connection converts, and
@@ -148,7 +150,7 @@ pub(crate) fn compare(
 
 /// Warns of a `convert;` that converts nothing.
 fn warn_without_effect(line: Line<'_>, found: &mut Diagnostics) {
-    if let Some(span) = line.convert {
+    if let Some(span) = line.convert.filter(|_| !line.bridges) {
         let message = "`convert` has no effect: both ends mean the same";
         found.push(Diagnostic::warning("nothing-to-convert", span, message).help("remove it"));
     }

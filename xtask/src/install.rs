@@ -15,7 +15,7 @@ use std::process::Command;
 const TOOLS: [&str; 2] = ["rcgen", "rcdeploy"];
 
 /// The programs that are installed on request: each has dependencies that nothing else needs.
-const EXTRAS: [&str; 2] = ["rcview", "rcfoxglove"];
+const EXTRAS: [&str; 3] = ["rcview", "rcfoxglove", "rcforward"];
 
 /// The list of what was installed, below the root: a path a line, relative to the root.
 const LIST: &str = "share/robocomp/installed.txt";
@@ -344,7 +344,7 @@ mod tests {
         let more: Vec<_> = with.difference(&written).collect();
         assert_eq!(more, [Path::new("bin/rcfoxglove")]);
         let extras = extras(&root, &["rcview"]).expect("the list");
-        assert_eq!(extras, EXTRAS);
+        assert_eq!(extras, ["rcview", "rcfoxglove"]);
         let written = with;
 
         let removed = remove(&root).expect("to uninstall");

@@ -33,7 +33,7 @@ fn main() -> ExitCode {
         ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }

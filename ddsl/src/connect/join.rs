@@ -39,6 +39,7 @@ impl Connector<'_> {
             text: &text,
             convert,
             frames: frames.map(|slot| slot.span),
+            bridges: self.bridges(consumer),
         };
         let agreed = self
             .compatibility
@@ -59,8 +60,18 @@ impl Connector<'_> {
         }
     }
 
+    /// Whether this is a slot of an adaptor between two middlewares.
+    fn bridges(&self, end: Endpoint) -> bool {
+        let component = self.components[end.instance];
+        let is_adaptor = self.instance(end).adaptor.is_some();
+        match component.map(|component| component.slots.as_slice()) {
+            Some([one, other, ..]) if is_adaptor => one.backend != other.backend,
+            _ => false,
+        }
+    }
+
     /// `bind a.Laser -> b.Laser`, as it stands beside the consumer.
-    fn bind_line(&self, consumer: Endpoint, provider: Endpoint) -> String {
+    pub(super) fn bind_line(&self, consumer: Endpoint, provider: Endpoint) -> String {
         format!(
             "bind {} -> {}",
             self.name_beside(consumer, consumer),

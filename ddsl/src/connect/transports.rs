@@ -102,7 +102,12 @@ impl Connector<'_> {
         found.push(match chosen {
             [None, None] => error.help("name the same middleware after `remote` for both"),
             [None, Some(_)] => error.help("a slot has one middleware for all its connections: give all its providers one, or `middleware auto`"),
-            _ => error,
+            [Some(_), _] => {
+                let bind = self.bind_line(consumer, provider);
+                error.help(format!(
+                    "a process can stand between them: `{bind} {{ convert via process; }};`"
+                ))
+            }
         });
         false
     }

@@ -1,5 +1,6 @@
 //! All integration tests of DDSL in one program.
 
+mod adaptors;
 mod chains;
 mod language;
 mod meanings;

@@ -99,7 +99,9 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
         Some(rc_ddsl::expand(&name, instance, plain, &mut all).unwrap_or_else(|| plain.clone()))
     });
     let owned: Vec<Option<Component>> = parts.collect();
-    let parts: Vec<Option<&Component>> = owned.iter().map(Option::as_ref).collect();
+    let mut parts: Vec<Option<&Component>> = owned.iter().map(Option::as_ref).collect();
+    let adaptors = rc_ddsl::add_adaptors(&mut deployment, &parts, &mut all);
+    parts.extend(adaptors.iter().map(|adaptor| Some(&adaptor.component)));
     let (network, found) = rc_ddsl::connect(&deployment, &parts);
     all.extend(found);
     let found = render(&sources, &all, Format::Short);
@@ -300,7 +302,7 @@ fn both_ends_must_agree_on_type_and_qos() {
         &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
         "bind a.Laser -> b.Laser;",
         &expect![[r#"
-            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2`
+            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2` (a process can stand between them: `bind a.Laser -> b.Laser { convert via process; };`)
         "#]],
     );
 }
@@ -475,7 +477,7 @@ fn ends_in_different_middleware_or_domains_are_reported() {
         &text,
         &components,
         &expect![[r#"
-            n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: `dds` and `ros2`
+            n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: `dds` and `ros2` (a process can stand between them: `bind user.Laser -> g.lidar.Laser { convert via process; };`)
         "#]],
     );
 }

@@ -22,6 +22,7 @@ pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<P
     if let Some(config) = &instance.config {
         return Some(normal(&instance.folder.join(&config.text)));
     }
+    let project = project.filter(|_| instance.adaptor.is_none());
     Some(project?.code().join("etc/config.toml")).filter(|path| path.exists())
 }
 

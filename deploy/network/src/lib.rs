@@ -15,6 +15,7 @@
 //!                        → services         the shared memory that guards hold open
 //! ```
 
+mod adaptors;
 mod addresses;
 pub mod bounds;
 pub mod chains;

@@ -7,7 +7,7 @@ use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{chains, network_time, ros_names, unsupported, world};
+use crate::{adaptors, chains, network_time, ros_names, unsupported, world};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -51,9 +51,11 @@ pub fn load(
     }
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
-    let declared = projects.clone();
     check_members(&mut deployment, &projects, overrides, &mut found);
+    let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
+    adaptors::add(&mut deployment, &mut projects, &mut found);
+    declared.resize(projects.len(), None);
     let configured = configurations(&deployment, &projects, sources, &mut found);
     let passed_settings = settings(&mut deployment, &configured);
     let given = given(&deployment, overrides.parameters, sources, &mut found);

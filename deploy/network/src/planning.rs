@@ -74,7 +74,7 @@ impl Network {
                 here if here.as_os_str().is_empty() => Path::new(".").canonicalize()?,
                 folder => folder.canonicalize()?,
             };
-            let mut args: Vec<String> = Vec::new();
+            let mut args: Vec<String> = self.description(at)?.into_iter().collect();
             let mut option = |name: &str, value: String| args.extend([name.to_owned(), value]);
             option("--network", self.name().to_owned());
             option("--name", process_name(&instance.path));

@@ -8,6 +8,7 @@ mod builds;
 
 pub use builds::Build;
 
+use crate::adaptors;
 use crate::launcher::{self, Places};
 use crate::model::Profile;
 use crate::plan::Environment;
@@ -312,6 +313,9 @@ impl Programs {
         if let Some(executable) = &instance.executable {
             return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
+        if instance.adaptor.is_some() {
+            return adaptors::program().map(Some);
+        }
         let Some(project) = self.project(at) else {
             return Ok(None);
         };
@@ -448,6 +452,7 @@ impl Programs {
 
     /// Checks that every executable exists and matches model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
+        adaptors::check_program(&self.deployment, found);
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Vec<Note>>> = HashMap::new();
         for (at, place, path) in self.located(profile, found) {

@@ -41,7 +41,7 @@ impl Description {
     /// A component with these routes.
     ///
     /// # Errors
-    /// A route names no slot, two slots that do not fit, or a slot that has a route; or a slot has none.
+    /// A route names no slot, two slots that do not fit, or a slot that has a route; or a slot has none that is not required.
     pub fn new(program: Program, routes: &[Route]) -> Result<Self, String> {
         let slots = program.description.slots;
         let find = |name: &str| {
@@ -72,9 +72,12 @@ impl Description {
                 return Err(format!("`{from}` or `{to}` has two routes"));
             }
         }
+        // A conversion may ask a required slot where frames are, so that one needs no route.
         let mut open = slots.iter().zip(&next).zip(&reached);
-        if let Some(((slot, _), _)) = open.find(|((_, next), reached)| next.is_none() && !**reached)
-        {
+        let is_left = |((slot, next), reached): &((&rc_runtime::Slot, &Option<usize>), &bool)| {
+            next.is_none() && !**reached && slot.role != Role::Requires
+        };
+        if let Some(((slot, _), _)) = open.find(is_left) {
             return Err(format!("`{}` has no route", slot.name));
         }
         Ok(Self {

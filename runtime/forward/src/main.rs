@@ -1,4 +1,5 @@
 //! `rcforward DESCRIPTION OPTIONS…`: a component that forwards, with the options of any component.
+//! The description is a file, or its JSON itself, which begins with `{`.
 
 use rc_diagnostics::print;
 use rc_forward::Description;
@@ -9,17 +10,19 @@ fn main() -> ExitCode {
     let mut args = std::env::args_os().skip(1);
     let Some(path) = args.next() else {
         return refuse(
-            "usage: rcforward DESCRIPTION OPTIONS…; rcdeploy starts it for a group with `proxy`",
+            "usage: rcforward DESCRIPTION OPTIONS…; rcdeploy starts it for a group with `proxy` and for `convert via process`",
         );
     };
-    let path = Path::new(&path);
-    let text = match rc_files::read(path) {
-        Ok(text) => text,
-        Err(error) => return refuse(&format!("{}: {error}", path.display())),
+    let (place, text) = match path.to_str().filter(|text| text.starts_with('{')) {
+        Some(text) => ("the description".to_owned(), Ok(text.to_owned())),
+        None => (path.display().to_string(), rc_files::read(Path::new(&path))),
     };
-    match Description::read(&text) {
+    let read = text
+        .map_err(|error| error.to_string())
+        .and_then(|text| Description::read(&text));
+    match read {
         Ok(description) => ExitCode::from(rc_forward::run(&description, args)),
-        Err(error) => refuse(&format!("{}: {error}", path.display())),
+        Err(error) => refuse(&format!("{place}: {error}")),
     }
 }
 

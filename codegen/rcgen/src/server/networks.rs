@@ -186,16 +186,19 @@ impl Wiring {
 
     /// The connections, and all that is wrong with them and the components.
     pub(super) fn connected(&self) -> (Wired, &SourceMap, Diagnostics) {
-        let components: Vec<Option<&Component>> =
+        let mut components: Vec<Option<&Component>> =
             self.components.iter().map(Option::as_deref).collect();
-        let (network, more) = rc_ddsl::connect(&self.deployment, &components);
         let mut found = Diagnostics::new();
         found.extend(self.found.iter().cloned());
+        let mut deployment = self.deployment.clone();
+        let adaptors = rc_ddsl::add_adaptors(&mut deployment, &components, &mut found);
+        components.extend(adaptors.iter().map(|adaptor| Some(&adaptor.component)));
+        let (network, more) = rc_ddsl::connect(&deployment, &components);
         found.extend(more);
         let mut ends: HashMap<Endpoint, End> = HashMap::new();
         let mut all = Vec::new();
         for (number, component) in components.iter().enumerate() {
-            let instance = &self.deployment.instances[number];
+            let instance = &deployment.instances[number];
             let Some(component) = component else { continue };
             let Some(file) = self.files.get(number).cloned().flatten() else {
                 continue;
@@ -220,7 +223,7 @@ impl Wiring {
         let leaders = network.leaders(&components);
         let address = |end: &Endpoint| {
             let leader = leaders.get(end).unwrap_or(end);
-            let instance = self.deployment.instances.get(leader.instance)?;
+            let instance = deployment.instances.get(leader.instance)?;
             let slot = components
                 .get(leader.instance)?
                 .as_ref()?
@@ -229,15 +232,22 @@ impl Wiring {
             let component = instance.path.replace('.', "/");
             Some(format!(
                 "{}/{component}/{}",
-                self.deployment.name.text,
+                deployment.name.text,
                 slot.path()
             ))
+        };
+        // The file has no adaptors: behind one is the provider that the file names.
+        let behind = |end: Endpoint| {
+            let mut all = network.connections.iter();
+            let is_adaptor = deployment.instances[end.instance].adaptor.is_some();
+            let own = |of: &&Connection| is_adaptor && of.consumer.instance == end.instance;
+            all.find(own).map_or(end, |of| of.provider)
         };
         let joined = |connection: &Connection| {
             let middleware = network.transports.get(connection);
             Some(Joined {
                 consumer: ends.get(&connection.consumer)?.clone(),
-                provider: ends.get(&connection.provider)?.clone(),
+                provider: ends.get(&behind(connection.provider))?.clone(),
                 middleware: middleware.map(|middleware| middleware.word()),
                 address: address(&connection.consumer)?,
             })

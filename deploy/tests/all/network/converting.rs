@@ -6,6 +6,7 @@ use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::SourceMap;
 use rc_test_site::site::Site;
 use rc_test_support::python;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -276,5 +277,126 @@ fn a_monitor_with_other_axes_follows_a_simulator() {
             (found - expected).abs() < 1e-2,
             "{found} and {expected}: {last}"
         );
+    }
+}
+
+/// A simulator in shared memory, and a listener in ROS 2 with other axes.
+fn bridged(site: &Site) -> String {
+    with_prototype(site, "simulator", "right, ahead, up");
+    with_prototype(site, "pose_listener", "ahead, left, up");
+    format!(
+        "Deployment {}\n{{\n\
+         Component simulator {{ cdsl \"simulator/simulator.cdsl\"; executable \"{}\"; parameters {{ map \"{}/maps/house.map\"; }}; }};\n\
+         Component listener {{ cdsl \"pose_listener/pose_listener.cdsl\"; executable \"{}\"; restart on_failure; }};\n\
+         bind listener.ros -> simulator.FullPoseEstimationPub {{ convert via process; }};\n}};\n",
+        site.network,
+        Site::executable("simulator").display(),
+        Site::components().display(),
+        Site::executable("pose_listener").display(),
+    )
+}
+
+#[test]
+fn an_adaptor_brings_converted_poses_to_ros() {
+    let site = Site::new("adapted");
+    Site::executable("rcforward");
+    let text = bridged(&site);
+    site.write("patrol.ddsl", &text.replace("via process", ""));
+    let refused = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_ne!(refused.code, 0, "{refused:?}");
+    let said = format!("{}{}", refused.stdout, refused.stderr);
+    let help = "a process can stand between them: `bind listener.ros -> simulator.FullPoseEstimationPub { convert via process; };`";
+    assert!(said.contains(help), "{said}");
+
+    site.write("patrol.ddsl", &text);
+    let plan = site.rcdeploy(&["plan", "--format", "json", "--profile", "dev"], true);
+    let plan: Value = serde_json::from_str(&plan.stdout).unwrap_or_else(|_| panic!("{plan:?}"));
+    let adaptor = &plan["components"][2];
+    assert_eq!(adaptor["name"], "listener_ros_adaptor");
+    let passed = "\"--convert\",\"provider=0i:{s3f!9fi|n@0;=@1&$0&@2}\"";
+    let arguments = adaptor["arguments"].to_string();
+    assert!(arguments.contains(passed), "{arguments}");
+    let graph = site.rcdeploy(&["graph", "--format", "dot", "--profile", "dev"], true);
+    assert!(graph.stdout.contains("listener_ros_adaptor"), "{graph:?}");
+
+    let up = |site: &Site| {
+        let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+        command.args(["up", "--detach", "--profile", "dev"]);
+        command.arg(site.ddsl());
+        command.envs([("ROS_DOMAIN_ID", "61"), ("ROS_LOCALHOST_ONLY", "1")]);
+        site.run(command)
+    };
+    let up = up(&site);
+    assert_eq!(up.code, 0, "{up:?}");
+    let slot = || site.ask("listener_ros_adaptor", "status")["slots"][0].clone();
+    Site::until("a converted pose", || {
+        slot()["converted"]["messages"].as_u64() > Some(0)
+    });
+    let counted = "provider converted ";
+    Site::until("the count of conversions", || {
+        let status = site.rcdeploy(&["status", &site.network], false);
+        status.stdout.contains(counted)
+    });
+    let echo = |topic: &str| {
+        let topic = format!("{topic}.newFullPose");
+        let asked = ["echo", &site.network, &topic, "--once", "--format", "json"];
+        let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+        command.args(asked);
+        command.envs([("ROS_DOMAIN_ID", "61"), ("ROS_LOCALHOST_ONLY", "1")]);
+        let sent = site.run(command);
+        let sent: Value = serde_json::from_str(&sent.stdout).unwrap_or_else(|_| panic!("{sent:?}"));
+        ["x", "y", "rz"].map(|name| {
+            let number = sent.pointer(&format!("/value/pose/{name}"));
+            let number = number.and_then(Value::as_f64);
+            number.unwrap_or_else(|| panic!("{name} in {sent}"))
+        })
+    };
+    // The robot stands: nobody drives it.
+    let [x, y, rz] = echo("simulator.FullPoseEstimationPub");
+    assert!(x.abs() > 1.0 && y.abs() > 1.0, "{x} {y}");
+    assert_eq!(echo("listener_ros_adaptor.consumer"), [y, -x, rz]);
+    site.await_in_log(
+        "listener",
+        &format!("heard in ROS 2: x={y:.0} y={:.0} ", -x),
+    );
+
+    // An adaptor that is killed starts again, as its consumer would.
+    let pid = site.ask("listener_ros_adaptor", "status")["pid"].as_i64();
+    let pid = pid.and_then(|pid| Pid::from_raw(i32::try_from(pid).ok()?));
+    kill_process(pid.expect("a process"), Signal::KILL).expect("to kill");
+    Site::until("the adaptor converts again", || {
+        let status = site.rcdeploy(&["status", &site.network, "--format", "json"], false);
+        let status: Value = serde_json::from_str(&status.stdout).expect("JSON");
+        let components = status["components"].as_array().expect("a list");
+        let mut components = components.iter();
+        components.any(|own| {
+            own["restarts"] == 1 && own["converted"]["provider"]["messages"].as_u64() > Some(0)
+        })
+    });
+    let down = site.rcdeploy(&["down", &site.network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+}
+
+#[test]
+fn a_missing_program_of_adaptors_is_reported() {
+    let site = Site::new("unadapted");
+    let text = bridged(&site);
+    site.write("patrol.ddsl", &text);
+    let own = site.path("rcdeploy");
+    fs::hard_link(env!("CARGO_BIN_EXE_rcdeploy"), &own)
+        .or_else(|_| fs::copy(env!("CARGO_BIN_EXE_rcdeploy"), &own).map(drop))
+        .expect("a copy of rcdeploy");
+    let mut command = site.command(&own);
+    command.args(["up", "--profile", "dev"]).arg(site.ddsl());
+    let refused = site.run(command);
+    assert_ne!(refused.code, 0, "{refused:?}");
+    let said = format!("{}{}", refused.stdout, refused.stderr);
+    for part in [
+        "error[missing-executable]: the program of adaptors, ",
+        "patrol.ddsl:5:64",
+        "`cargo xtask install --with rcforward`",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
     }
 }

@@ -283,7 +283,10 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 34] = [
     (
         "ddsl",
         "bind",
-        &[("convert", "The consumer converts units that differ.")],
+        &[(
+            "convert",
+            "The consumer, or a process of its own, converts what differs.",
+        )],
     ),
     (
         "ddsl",

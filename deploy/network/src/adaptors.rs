@@ -1,0 +1,96 @@
+//! Adaptors: components that `convert via process;` adds. One program is all of them, and gets their
+//! descriptions as an argument.
+
+use crate::model::Network;
+use rc_cdsl::Component;
+use rc_cdsl::model::Role;
+use rc_codegen::{Project, description};
+use rc_ddsl::model::Deployment;
+use rc_diagnostics::{Diagnostic, Diagnostics};
+use serde_json::json;
+use std::io;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// The program, which is installed beside `rcdeploy`.
+const PROGRAM: &str = "rcforward";
+/// The longest description, in bytes. Linux limits each argument of a program to 128 KiB.
+const LONGEST: usize = 120 * 1024;
+
+/// Adds the adaptors of a network, and their components.
+pub(crate) fn add(
+    deployment: &mut Deployment,
+    projects: &mut Vec<Option<Rc<Project>>>,
+    found: &mut Diagnostics,
+) {
+    let components: Vec<Option<&Component>> = projects
+        .iter()
+        .map(|project| project.as_ref().map(|project| &project.component))
+        .collect();
+    for adaptor in rc_ddsl::add_adaptors(deployment, &components, found) {
+        let own = projects[adaptor.of].as_deref().cloned();
+        projects.push(own.map(|mut own| {
+            own.component = adaptor.component;
+            own.parameters = None;
+            own.kinematics.clear();
+            own.state_machine = None;
+            Rc::new(own)
+        }));
+    }
+}
+
+/// Where the program is.
+pub(crate) fn program() -> io::Result<PathBuf> {
+    Ok(std::env::current_exe()?.with_file_name(PROGRAM))
+}
+
+/// Checks that the program exists, if an adaptor needs it.
+pub(crate) fn check_program(deployment: &Deployment, found: &mut Diagnostics) {
+    let mut instances = deployment.instances.iter();
+    let Some(span) = instances.find_map(|instance| instance.adaptor) else {
+        return;
+    };
+    let path = program().unwrap_or_else(|_| PROGRAM.into());
+    if !path.is_file() {
+        let message = format!(
+            "the program of adaptors, {}, does not exist",
+            path.display()
+        );
+        let error = Diagnostic::error("missing-executable", span, message);
+        found.push(
+            error.help("install it beside `rcdeploy`: `cargo xtask install --with rcforward`"),
+        );
+    }
+}
+
+impl Network {
+    /// The argument of an adaptor. `None` for a component of a file.
+    pub(crate) fn description(&self, at: usize) -> io::Result<Option<String>> {
+        let instance = &self.deployment.instances[at];
+        let Some(project) = self.projects[at]
+            .as_deref()
+            .filter(|_| instance.adaptor.is_some())
+        else {
+            return Ok(None);
+        };
+        let mut described = description::describe(project, self.programs.needed(at))?;
+        let mut slots = project.component.slots.iter();
+        // The slots towards provider and consumer.
+        let (Some(one), Some(other)) = (slots.next(), slots.next()) else {
+            return Ok(None);
+        };
+        let (from, to) = match one.role {
+            Role::SubscribesTo | Role::Implements => (one, other),
+            Role::Publishes | Role::Requires => (other, one),
+        };
+        described["routes"] = json!([{ "from": from.name, "to": to.name }]);
+        let text = described.to_string();
+        if text.len() > LONGEST {
+            let (name, length) = (&instance.path, text.len());
+            return Err(io::Error::other(format!(
+                "the types of `{name}` have a description of {length} bytes, but the maximum for `via process` is {LONGEST}; divide the interface"
+            )));
+        }
+        Ok(Some(text))
+    }
+}
