@@ -109,12 +109,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The only parameter, as a value or decoded.
+    /// The only parameter or the result, as a value or decoded.
     fn only<V: Cdr>(&mut self) -> Result<V, DecodeError> {
-        match self.value_itself() {
-            Some((value,)) => Ok(value),
-            None => self.get(),
+        if let Some((value,)) = self.value_itself() {
+            return Ok(value);
         }
+        crate::typed::result(self)
     }
 }
 

@@ -230,7 +230,9 @@ macro_rules! call_error {
                 reader: &mut $crate::Reader<'_>,
             ) -> ::std::result::Result<Self, $crate::DecodeError> {
                 match case {
-                    $(case if case == $case => reader.get().map(Self::$variant),)+
+                    $(case if case == $case => {
+                        $crate::typed::result(reader).map(Self::$variant)
+                    })+
                     _ => ::std::result::Result::Err($crate::DecodeError::Unknown(
                         "exception in the reply",
                     )),
@@ -242,9 +244,7 @@ macro_rules! call_error {
                 request: &mut $crate::typed::Request<'_>,
             ) -> ::std::result::Result<(), $crate::typed::HandlerError> {
                 match self {
-                    $(Self::$variant(error) => {
-                        request.reply_with($case, |writer| writer.put(&error))
-                    })+
+                    $(Self::$variant(error) => request.throw($case, error),)+
                     Self::Call(error) => request.fail(&error),
                 }
             }

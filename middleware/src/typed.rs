@@ -12,7 +12,7 @@ mod sample;
 
 pub use call::{Call, CallId};
 pub use client::{Done, Ended, TypedClient, expect_result, reply_values};
-pub use codec::{Arguments, MOST_PARTS, Put, Returned, Throws, read, reply, result};
+pub use codec::{Arguments, Checked, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;
 pub use request::Request;

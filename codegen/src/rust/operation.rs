@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// The most parts of a tuple that `rc_middleware::typed` reads and writes.
-const MOST_PARTS: usize = 8;
+const MOST_PARTS: usize = 12;
 
 /// An operation.
 #[derive(Debug, Serialize)]
@@ -33,13 +33,13 @@ pub(super) struct Operation<'a> {
     /// names, each before one.
     borrowed: String,
     named: String,
-    /// The inputs as a tuple of variables, of types, and as a client sends them.
+    /// The inputs as a tuple of variables, of types, and as a client sends them: those with bounds
+    /// are checked while they are written.
     pattern: String,
     arguments: String,
     sent: String,
-    /// The statements that read the inputs, and that write them.
+    /// The statements that read the inputs.
     gets: Vec<String>,
-    puts: Vec<String>,
     #[serde(flatten)]
     pub(super) codecs: Codecs,
     /// The function that writes a reply has its pattern and its statements; that which reads one
@@ -119,6 +119,23 @@ fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
         [one] => format!("({one},)"),
         all => format!("({})", all.join(", ")),
     }
+}
+
+/// A tuple of tuples if there are more parts than one may have: a value that a receiver in the same
+/// process takes.
+fn nested<'a>(parts: impl Iterator<Item = &'a str>) -> String {
+    let parts: Vec<&str> = parts.collect();
+    if parts.len() <= MOST_PARTS {
+        return tuple(parts.into_iter());
+    }
+    let inner = parts.chunks(MOST_PARTS);
+    let inner: Vec<String> = inner.map(|part| tuple(part.iter().copied())).collect();
+    nested(inner.iter().map(String::as_str))
+}
+
+/// The statement that returns the value itself, which a sender in the same process has sent.
+fn get_itself(value: &str, returned: &str) -> String {
+    format!("if let Some({value}) = reader.value_itself() {{\nreturn Ok({returned});\n}}")
 }
 
 /// A variable of a reply.
@@ -221,8 +238,8 @@ pub(super) fn of<'a>(
         constant: constant(interface, exception),
     });
     let throws: Vec<Exception> = throws.collect();
-    let own_write = inputs.iter().any(|i| !i.written.is_empty()) || inputs.len() > MOST_PARTS;
-    let own_read = own_write || !sample_in_place.is_empty();
+    let own_write = inputs.iter().any(|i| !i.written.is_empty());
+    let own_read = own_write || inputs.len() > MOST_PARTS || !sample_in_place.is_empty();
     let turned = has_result == 1 && !of.outputs.is_empty();
     let own_reply =
         turned || replies.iter().any(|r| !r.written.is_empty()) || replies.len() > MOST_PARTS;
@@ -235,7 +252,14 @@ pub(super) fn of<'a>(
             format!("typed::{name}")
         }
     };
-    let sent = tuple(inputs.iter().map(|i| i.sent.as_str()));
+    let mut sent = nested(inputs.iter().map(|i| i.sent.as_str()));
+    if own_write {
+        let puts = inputs
+            .iter()
+            .map(|i| format!("{}\ntyped::Put::put({}, writer);\n", i.written, i.sent));
+        let puts: String = puts.collect();
+        sent = format!("typed::Checked::new({sent}, |writer| {{\n{puts}}})");
+    }
     let (mut borrowed, mut named) = (String::new(), String::new());
     for Input {
         name, borrowed: ty, ..
@@ -246,12 +270,15 @@ pub(super) fn of<'a>(
     }
     let names: Vec<&str> = returned.iter().map(|r| r.name.as_str()).collect();
     let types: Vec<&str> = returned.iter().map(|r| r.ty.as_str()).collect();
+    let variables = || inputs.iter().map(|i| i.name.as_str());
+    let pattern = tuple(variables());
+    let itself = get_itself(&nested(variables()), &pattern);
     let gets = inputs
         .iter()
         .map(|i| get(&i.name, &i.ty, &i.read, &sample_in_place));
-    let puts = inputs
-        .iter()
-        .map(|i| format!("{}\ntyped::Put::put({}, writer);", i.written, i.sent));
+    let gets = std::iter::once(itself).chain(gets).collect();
+    // A longer tuple cannot be cloned.
+    let itself = (replies.len() <= MOST_PARTS).then(|| get_itself(RESULT, RESULT));
     Operation {
         name: &of.name,
         loan,
@@ -261,14 +288,9 @@ pub(super) fn of<'a>(
         two_way: of.two_way,
         borrowed,
         named,
-        pattern: tuple(inputs.iter().map(|i| i.name.as_str())),
+        pattern,
         arguments: tuple(inputs.iter().map(|i| i.ty.as_str())),
-        gets: gets.collect(),
-        puts: if own_write {
-            puts.collect()
-        } else {
-            vec![format!("typed::Put::put({sent}, writer);")]
-        },
+        gets,
         sent,
         codecs: Codecs {
             read: codec(own_read, "read"),
@@ -287,9 +309,13 @@ pub(super) fn of<'a>(
             .iter()
             .map(|r| format!("{}\nwriter.put({});", r.written, r.name))
             .collect(),
-        gets_reply: replies
-            .iter()
-            .map(|r| get(&r.name, &r.ty, &r.read, &result_in_place))
+        gets_reply: itself
+            .into_iter()
+            .chain(
+                replies
+                    .iter()
+                    .map(|r| get(&r.name, &r.ty, &r.read, &result_in_place)),
+            )
             .collect(),
         result,
         answer_types: if answer.is_empty() {

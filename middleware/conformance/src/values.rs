@@ -158,15 +158,15 @@ pub fn calls_carry_values(subject: &dyn Subject) {
         // In other types that have the same bytes, and as bytes.
         let first: f64 = ok(client.call(&ANY, (&"b".to_owned(), &2.5_f64)));
         assert_eq!(first, 2.5);
-        let written = client.query(
+        let written = client.call_with(
             &ANY,
             |writer| {
                 writer.put(&"c".to_owned());
                 writer.put(&3.5_f64);
             },
-            |reader| {
-                let number: f64 = reader.get()?;
-                Ok(number)
+            |case, reader| {
+                typed::expect_result(case)?;
+                Ok::<f64, CallError>(reader.get()?)
             },
         );
         assert_eq!(ok(written), 3.5);

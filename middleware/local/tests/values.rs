@@ -3,10 +3,10 @@
 use rc_conformance::network::{Network, endpoint};
 use rc_middleware::request_body::RequestBody;
 use rc_middleware::started::Awaiting;
-use rc_middleware::typed::{self, Operation, Request, TypedClient, TypedPublisher};
+use rc_middleware::typed::{self, Checked, Operation, Put, Request, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Backend, CallError, Client, Environment, Header, Message, OpenError, Subscriber, WakeEvent,
-    wait,
+    Backend, CallError, Client, EncodeError, Environment, Header, Message, OpenError, Subscriber,
+    WakeEvent, wait,
 };
 use std::os::fd::AsFd;
 use std::sync::mpsc;
@@ -67,6 +67,26 @@ fn a_value_is_copied_once_for_each_subscriber() {
 
 const LIMIT: Duration = Duration::from_secs(20);
 const ASK: Operation = Operation::query("ask", 1, 7, &[]);
+
+/// The exception of `ask`.
+#[derive(Clone, Debug, PartialEq)]
+struct Refusal {
+    text: String,
+}
+
+rc_middleware::cdr_struct!(Refusal: text);
+rc_middleware::exception!(Refusal);
+rc_middleware::call_error!(AskErrors: Refusal(Refusal) = 9; AskError "ask",);
+
+type Swapped = Result<(f64, String), AskError>;
+
+/// Swaps its parameters, unless the text is `no`.
+fn swap((text, number): (String, f64)) -> Swapped {
+    match text.as_str() {
+        "no" => Err(Refusal { text }.into()),
+        _ => Ok((number, text)),
+    }
+}
 
 /// A client that gets values only.
 struct OfValues(Box<dyn Client>);
@@ -166,8 +186,7 @@ fn requests_and_replies_are_values() {
                         assert!(matches!(message, Message::Value(_)), "it is encoded");
                         let request = Request::open_message(header, &message, reply);
                         let mut request = request.expect("an envelope");
-                        let swap = |(text, number): (String, f64)| (number, text);
-                        let answered = request.answer(&ASK, typed::read, typed::reply, swap);
+                        let answered = request.try_answer(&ASK, typed::read, typed::reply, swap);
                         answered.expect("its parameters");
                         request.close();
                     })
@@ -182,19 +201,41 @@ fn requests_and_replies_are_values() {
         let port = backend.client(address).expect("a client");
         let mut client = TypedClient::new(Box::new(OfValues(port)), LIMIT);
         let swapped = (1.5_f64, "a".to_owned());
-        let result = client.call::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
+        let result: Swapped = client.call(&ASK, ("a", &1.5_f64));
         assert_eq!(result, Ok(swapped.clone()));
-        let started = client.start::<(f64, String), CallError>(&ASK, ("a", &1.5_f64));
+        let text = "no".to_owned();
+        let result: Swapped = client.call(&ASK, ("no", &1.5_f64));
+        assert_eq!(result, Err(Refusal { text }.into()));
+        // Bounds are checked, and the parameters are a value nevertheless.
+        let mut limited = |text: &str| -> Swapped {
+            let parts = Checked::new((text, &1.5_f64), |writer| {
+                writer.bound("ask.text", text.len(), 1);
+                (text, &1.5_f64).put(writer);
+            });
+            client.call(&ASK, parts)
+        };
+        assert_eq!(limited("a"), Ok(swapped.clone()));
+        let long = limited("aa");
+        assert!(
+            matches!(
+                long,
+                Err(AskError::Call(CallError::Invalid(EncodeError::TooLong {
+                    length: 2,
+                    ..
+                })))
+            ),
+            "{long:?}"
+        );
+        let started = client.start::<(f64, String), AskError>(&ASK, ("a", &1.5_f64));
         let call = started.expect("to be started");
         let ended = loop {
-            let ended = client.poll_with(|ended| (ended.id, ended.result()));
+            let ended = client.poll_with(|ended| (ended.id, ended.result::<_, AskError>()));
             if let Some(ended) = ended {
                 break ended;
             }
             let awaiting = client.awaiting().expect("a call");
             wait(&[awaiting.descriptor], LIMIT);
         };
-        let result: Result<(f64, String), CallError> = Ok(swapped);
-        assert_eq!(ended, (call.id(), result));
+        assert_eq!(ended, (call.id(), Ok(swapped)));
     });
 }

@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The value that follows, if a sender in this process has sent a `T`.
-    pub(crate) fn value_itself<T: Clone + Send + Sync + 'static>(&mut self) -> Option<T> {
+    pub fn value_itself<T: Clone + Send + Sync + 'static>(&mut self) -> Option<T> {
         let begins = self.at == self.bytes.len();
         let value = self.value.filter(|_| begins)?.take()?;
         self.value = None;

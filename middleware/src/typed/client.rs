@@ -166,22 +166,19 @@ impl TypedClient {
         operation: &Operation,
         arguments: impl Put,
     ) -> Result<R, E> {
-        let read = |case, reader: &mut Reader<'_>| read_reply(case, reader, result);
-        self.call_through(operation, read, |client, send| {
-            client.submit_parts(operation, arguments, send)
-        })
+        self.query(operation, arguments, result)
     }
 
-    /// [`TypedClient::call_with`] for an operation whose exceptions are those of `E`: `read` gets a
-    /// result only.
+    /// [`TypedClient::call`] for a result that `read` reads.
     pub fn query<R, E: Throws>(
         &mut self,
         operation: &Operation,
-        write: impl Fn(&mut Writer<'_>),
+        arguments: impl Put,
         read: impl FnOnce(&mut Reader<'_>) -> Result<R, DecodeError>,
     ) -> Result<R, E> {
-        self.call_with(operation, write, |case, reader| {
-            read_reply(case, reader, read)
+        let read = |case, reader: &mut Reader<'_>| read_reply(case, reader, read);
+        self.call_through(operation, read, |client, send| {
+            client.submit_parts(operation, arguments, send)
         })
     }
 

@@ -72,6 +72,47 @@ impl Put for () {
     fn own(self) {}
 }
 
+/// Parameters that `write` writes, which also checks their bounds and ranges. A receiver in this
+/// process takes the parts, which were checked when they were sent.
+///
+/// ```
+/// use rc_middleware::Writer;
+/// use rc_middleware::typed::{Checked, Put};
+///
+/// let gains = [1_u8, 2, 3];
+/// let checked = Checked::new((&gains[..],), |writer| {
+///     writer.bound("Arm.set.gains", gains.len(), 2);
+///     gains[..].put(writer);
+/// });
+/// let mut writer = Writer::default();
+/// checked.put(&mut writer);
+/// assert!(writer.finish().is_err());
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Checked<P, W> {
+    parts: P,
+    write: W,
+}
+
+impl<P: Put, W: Fn(&mut Writer<'_>) + Copy> Checked<P, W> {
+    /// `write` writes `parts`.
+    pub fn new(parts: P, write: W) -> Self {
+        Self { parts, write }
+    }
+}
+
+impl<P: Put, W: Fn(&mut Writer<'_>) + Copy> Put for Checked<P, W> {
+    type Owned = P::Owned;
+
+    fn put(self, writer: &mut Writer<'_>) {
+        (self.write)(writer);
+    }
+
+    fn own(self) -> P::Owned {
+        self.parts.own()
+    }
+}
+
 /// The parameters of an operation as its handler gets them: a tuple.
 pub trait Arguments: Sized {
     /// Reads the parts in their order.
@@ -123,7 +164,7 @@ impl<T: Cdr> Returned for T {
 
 macro_rules! tuples {
     ($(($($part:ident $at:tt),+))*) => {$(
-        impl<$($part: Put<Owned: Cdr>),+> Put for ($($part,)+) {
+        impl<$($part: Put),+> Put for ($($part,)+) {
             type Owned = ($($part::Owned,)+);
 
             fn put(self, writer: &mut Writer<'_>) {
@@ -144,24 +185,24 @@ macro_rules! tuples {
             }
         }
 
-        impl<$($part: Cdr),+> Returned for ($($part,)+) {
+        impl<$($part: Returned),+> Returned for ($($part,)+) {
             fn write(&self, writer: &mut Writer<'_>) {
-                $(writer.put(&self.$at);)+
+                $(self.$at.write(writer);)+
             }
 
             fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
                 if let Some(value) = reader.value_itself() {
                     return Ok(value);
                 }
-                Ok(($(reader.get::<$part>()?,)+))
+                Ok(($($part::read(reader)?,)+))
             }
         }
     )*};
 }
 
-/// The most parts of a tuple that has these traits. Generated code writes functions for longer
-/// ones.
-pub const MOST_PARTS: usize = 8;
+/// The most parts of a tuple that has these traits, as of those of the standard library. A part may
+/// be a tuple.
+pub const MOST_PARTS: usize = 12;
 
 tuples! {
     (A 0)
@@ -172,6 +213,10 @@ tuples! {
     (A 0, B 1, C 2, D 3, E 4, F 5)
     (A 0, B 1, C 2, D 3, E 4, F 5, G 6)
     (A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7)
+    (A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8)
+    (A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9)
+    (A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9, K 10)
+    (A 0, B 1, C 2, D 3, E 4, F 5, G 6, H 7, I 8, J 9, K 10, L 11)
 }
 
 /// Reads parameters: the usual function for [`Request::answer`].

@@ -1,6 +1,6 @@
 //! A request on the side of its server: reads the parameters, writes the reply.
 
-use super::{HandlerError, Operation, ReplyVariant, Throws, code, fill, unsendable};
+use super::{HandlerError, Operation, ReplyVariant, Returned, Throws, code, fill, unsendable};
 use crate::backend::{Profile, Reply};
 use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
 use crate::header::{Encoding, Header};
@@ -154,7 +154,7 @@ impl<'a> Request<'a> {
         handle: impl FnOnce(A) -> R,
     ) -> Result<(), HandlerError> {
         let result = handle(self.arguments(operation, read)?);
-        self.reply_value(result, write)
+        self.reply_value(0, result, write)
     }
 
     /// [`Request::answer`] for a query that throws.
@@ -166,7 +166,7 @@ impl<'a> Request<'a> {
         handle: impl FnOnce(A) -> Result<R, E>,
     ) -> Result<(), HandlerError> {
         match handle(self.arguments(operation, read)?) {
-            Ok(result) => self.reply_value(result, write),
+            Ok(result) => self.reply_value(0, result, write),
             Err(error) => error.refuse(self),
         }
     }
@@ -197,15 +197,21 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Replies with a result, which a client in this process gets as it is.
+    /// Replies with the exception whose hash is `case`.
+    pub fn throw<E: Returned>(&mut self, case: i32, exception: E) -> Result<(), HandlerError> {
+        self.reply_value(case, exception, E::write)
+    }
+
+    /// Replies with a result, or with an exception, which a client in this process gets as it is.
     fn reply_value<R: Send + Sync + 'static>(
         &mut self,
+        case: i32,
         result: R,
         write: fn(&R, &mut Writer<'_>),
     ) -> Result<(), HandlerError> {
         if self.two_way && self.reply.takes_values() {
             // Only an envelope in another profile has another length.
-            let envelope = self.begin(0).finish().ok();
+            let envelope = self.begin(case).finish().ok();
             if let Some(Ok(envelope)) = envelope.map(Envelope::try_from) {
                 let value = SharedValue::of_result(envelope, result, write);
                 self.writer.clear();
@@ -213,7 +219,7 @@ impl<'a> Request<'a> {
                 return self.finished(sent);
             }
         }
-        self.reply_with(0, |writer| write(&result, writer))
+        self.reply_with(case, |writer| write(&result, writer))
     }
 
     /// Begins the reply; `case` is 0 for a result, else the hash of an exception.

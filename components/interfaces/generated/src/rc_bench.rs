@@ -195,6 +195,9 @@ pub mod pictures {
     pub fn read_picture(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+        if let Some((picture,)) = reader.value_itself() {
+            return Ok((picture,));
+        }
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }

@@ -438,6 +438,9 @@ pub mod inner_model {
     pub fn result_cast_ray(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<Vec<super::Hit>, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let result: Vec<super::Hit> = reader.get()?;
         reader.bound("InnerModel.castRay.result", result.len(), 1)?;
         Ok(result)
@@ -852,10 +855,7 @@ pub mod inner_model {
         pub fn cast_ray(
             &mut self, source: &str, start: &super::Point, direction: &super::Direction, range: f64, ignored: &str,
         ) -> Result<Vec<super::Hit>, CastRayError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((source, start, direction, &range, ignored), writer);
-            };
-            self.client.query(&CAST_RAY, write, result_cast_ray)
+            self.client.query(&CAST_RAY, (source, start, direction, &range, ignored), result_cast_ray)
         }
     }
 

@@ -711,6 +711,9 @@ pub mod interop {
     }
 
     pub fn result_shift(reader: &mut rc_middleware::Reader<'_>) -> Result<ShiftAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let count: i32 = reader.get()?;
         let result: super::Report = reader.get()?;
         Ok((result, count))
@@ -769,10 +772,7 @@ pub mod interop {
     impl InteropClient {
         /// Moves every mark of a report; a report without marks is nonsense.
         pub fn shift(&mut self, report: &super::Report, by: f64) -> Result<ShiftAnswer, ShiftError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((report, &by), writer);
-            };
-            self.client.query(&SHIFT, write, result_shift)
+            self.client.query(&SHIFT, (report, &by), result_shift)
         }
 
         pub fn note(&mut self, text: &str) -> Result<(), rc_middleware::CallError> {
@@ -822,6 +822,9 @@ pub mod oracle {
     }
 
     pub fn result_ask(reader: &mut rc_middleware::Reader<'_>) -> Result<AskAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let place: super::Point = reader.get()?;
         let result: i64 = reader.get()?;
         Ok((result, place))
@@ -861,10 +864,7 @@ pub mod oracle {
 
     impl OracleClient {
         pub fn ask(&mut self, question: &str) -> Result<AskAnswer, AskError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((question,), writer);
-            };
-            self.client.query(&ASK, write, result_ask)
+            self.client.query(&ASK, (question,), result_ask)
         }
 
         pub fn tell(&mut self, text: &str) -> Result<(), rc_middleware::CallError> {

@@ -109,6 +109,9 @@ pub mod ticks {
     use rc_middleware::typed;
 
     pub fn read_tick(reader: &mut rc_middleware::Reader<'_>) -> Result<(i64, Vec<u8>), rc_middleware::DecodeError> {
+        if let Some((number, data)) = reader.value_itself() {
+            return Ok((number, data));
+        }
         let number: i64 = reader.get()?;
         let data: Vec<u8> = reader.get()?;
         reader.bound("Ticks.tick.data", data.len(), 48)?;
@@ -141,11 +144,11 @@ pub mod ticks {
     impl TicksClient {
         /// `number` counts from 0; a sample has 64 bytes.
         pub fn tick(&mut self, number: i64, data: &[u8]) -> Result<(), rc_middleware::CallError> {
-            self.client.send_with(&TICK, |writer| {
+            self.client.send(&TICK, typed::Checked::new((&number, data), |writer| {
                 typed::Put::put(&number, writer);
                 writer.bound("Ticks.tick.data", data.len(), 48);
                 typed::Put::put(data, writer);
-            })
+            }))
         }
     }
 
@@ -154,11 +157,11 @@ pub mod ticks {
     impl TicksPublisher {
         /// `number` counts from 0; a sample has 64 bytes.
         pub fn tick(&mut self, number: i64, data: &[u8]) -> Result<(), rc_middleware::SendError> {
-            self.tick.publish_with(|writer| {
+            self.tick.publish_parts(typed::Checked::new((&number, data), |writer| {
                 typed::Put::put(&number, writer);
                 writer.bound("Ticks.tick.data", data.len(), 48);
                 typed::Put::put(data, writer);
-            })
+            }))
         }
     }
 
@@ -176,6 +179,9 @@ pub mod ticks {
 /// Pictures, as a camera sends them.
 pub mod images {
     pub fn read_image(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Image,), rc_middleware::DecodeError> {
+        if let Some((image,)) = reader.value_itself() {
+            return Ok((image,));
+        }
         let image = reader.value::<super::ImageInPlace>()?;
         Ok((image,))
     }

@@ -1294,6 +1294,9 @@ pub mod types {
     );
 
     pub fn result_turned(reader: &mut rc_middleware::Reader<'_>) -> Result<super::Picture, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let result = reader.value::<super::PictureInPlace>()?;
         Ok(result)
     }
@@ -1304,6 +1307,9 @@ pub mod types {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
+        if let Some((number, text, outline, kind, point)) = reader.value_itself() {
+            return Ok((number, text, outline, kind, point));
+        }
         let number: i32 = reader.get()?;
         let text: String = reader.get()?;
         reader.bound("Types.several.text", text.len(), 8)?;
@@ -1325,6 +1331,9 @@ pub mod types {
     }
 
     pub fn result_several(reader: &mut rc_middleware::Reader<'_>) -> Result<SeveralAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let again: String = reader.get()?;
         reader.bound("Types.several.again", again.len(), 8)?;
         let same: super::Outline = reader.get()?;
@@ -1339,6 +1348,9 @@ pub mod types {
     pub type OutputsAnswer = (i64, Vec<String>);
 
     pub fn read_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<(i32,), rc_middleware::DecodeError> {
+        if let Some((number,)) = reader.value_itself() {
+            return Ok((number,));
+        }
         let number: i32 = reader.get()?;
         reader.range("Types.ranged.number", f64::from(number), (0.0, 9.0), "0 to 9")?;
         Ok((number,))
@@ -1350,6 +1362,9 @@ pub mod types {
     }
 
     pub fn result_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<i32, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let more: i32 = reader.get()?;
         reader.range("Types.ranged.more", f64::from(more), (0.0, 9.0), "0 to 9")?;
         Ok(more)
@@ -1535,10 +1550,7 @@ pub mod types {
         }
 
         pub fn turned(&mut self, picture: &super::Picture) -> Result<super::Picture, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((picture,), writer);
-            };
-            self.client.query(&TURNED, write, result_turned)
+            self.client.query(&TURNED, (picture,), result_turned)
         }
 
         /// Calls `turned` and reads the reply where the server wrote it, without a copy if that is
@@ -1550,10 +1562,7 @@ pub mod types {
         pub fn turned_in_place<T>(
             &mut self, picture: &super::Picture, answer: impl FnOnce(&super::PictureInPlace) -> T,
         ) -> Result<T, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((picture,), writer);
-            };
-            self.client.query(&TURNED, write, |reader| {
+            self.client.query(&TURNED, (picture,), |reader| {
                 let result = reader.in_place::<super::PictureInPlace>()?;
                 Ok(answer(&result))
             })
@@ -1563,7 +1572,7 @@ pub mod types {
             &mut self, number: i32, text: &str, outline: &[super::Point], kind: super::Kind,
             point: &Option<super::Point>,
         ) -> Result<SeveralAnswer, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
+            self.client.query(&SEVERAL, typed::Checked::new((&number, text, outline, &kind, point), |writer| {
                 typed::Put::put(&number, writer);
                 writer.bound("Types.several.text", text.len(), 8);
                 typed::Put::put(text, writer);
@@ -1571,8 +1580,7 @@ pub mod types {
                 typed::Put::put(outline, writer);
                 typed::Put::put(&kind, writer);
                 typed::Put::put(point, writer);
-            };
-            self.client.query(&SEVERAL, write, result_several)
+            }), result_several)
         }
 
         pub fn outputs(&mut self) -> Result<OutputsAnswer, rc_middleware::CallError> {
@@ -1582,11 +1590,10 @@ pub mod types {
         /// - `number`: 0 to 9
         /// - `more`: 0 to 9
         pub fn ranged(&mut self, number: i32) -> Result<i32, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
+            self.client.query(&RANGED, typed::Checked::new((&number,), |writer| {
                 writer.range("Types.ranged.number", f64::from(number), (0.0, 9.0), "0 to 9");
                 typed::Put::put(&number, writer);
-            };
-            self.client.query(&RANGED, write, result_ranged)
+            }), result_ranged)
         }
 
         pub fn fail(&mut self, which: i32) -> Result<(), FailError> {
@@ -1693,6 +1700,9 @@ pub mod samples {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
+        if let Some((number, level, text, outline, kind, point)) = reader.value_itself() {
+            return Ok((number, level, text, outline, kind, point));
+        }
         let number: i32 = reader.get()?;
         let level: f64 = reader.get()?;
         reader.range("Samples.several.level", level, (0.0, 9.0), "0 to 9")?;
@@ -1748,7 +1758,7 @@ pub mod samples {
             &mut self, number: i32, level: f64, text: &str, outline: &[super::Point], kind: super::Kind,
             point: &Option<super::Point>,
         ) -> Result<(), rc_middleware::SendError> {
-            self.several.publish_with(|writer| {
+            self.several.publish_parts(typed::Checked::new((&number, &level, text, outline, &kind, point), |writer| {
                 typed::Put::put(&number, writer);
                 writer.range("Samples.several.level", level, (0.0, 9.0), "0 to 9");
                 typed::Put::put(&level, writer);
@@ -1758,7 +1768,7 @@ pub mod samples {
                 typed::Put::put(outline, writer);
                 typed::Put::put(&kind, writer);
                 typed::Put::put(point, writer);
-            })
+            }))
         }
 
         pub fn nothing(&mut self) -> Result<(), rc_middleware::SendError> {
@@ -1783,6 +1793,9 @@ pub mod repeats {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
+        if let Some((number, level, text, outline, kind, point)) = reader.value_itself() {
+            return Ok((number, level, text, outline, kind, point));
+        }
         let number: i32 = reader.get()?;
         let level: f64 = reader.get()?;
         reader.range("Repeats.several.level", level, (0.0, 9.0), "0 to 9")?;
@@ -1840,7 +1853,7 @@ pub mod repeats {
             &mut self, number: i32, level: f64, text: &str, outline: &[super::Point], kind: super::Kind,
             point: &Option<super::Point>,
         ) -> Result<(), rc_middleware::SendError> {
-            self.several.publish_with(|writer| {
+            self.several.publish_parts(typed::Checked::new((&number, &level, text, outline, &kind, point), |writer| {
                 typed::Put::put(&number, writer);
                 writer.range("Repeats.several.level", level, (0.0, 9.0), "0 to 9");
                 typed::Put::put(&level, writer);
@@ -1850,7 +1863,7 @@ pub mod repeats {
                 typed::Put::put(outline, writer);
                 typed::Put::put(&kind, writer);
                 typed::Put::put(point, writer);
-            })
+            }))
         }
 
         pub fn nothing(&mut self) -> Result<(), rc_middleware::SendError> {
@@ -1871,6 +1884,9 @@ pub mod pictures {
     pub fn read_picture(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+        if let Some((picture,)) = reader.value_itself() {
+            return Ok((picture,));
+        }
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }
@@ -1940,6 +1956,9 @@ pub mod pictures {
 /// Each picture again.
 pub mod copies {
     pub fn read_copy(reader: &mut rc_middleware::Reader<'_>) -> Result<(super::Picture,), rc_middleware::DecodeError> {
+        if let Some((picture,)) = reader.value_itself() {
+            return Ok((picture,));
+        }
         let picture = reader.value::<super::PictureInPlace>()?;
         Ok((picture,))
     }

@@ -335,6 +335,9 @@ pub mod camera {
     pub fn result_get_image(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<super::Image, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let result = reader.value::<super::ImageInPlace>()?;
         Ok(result)
     }
@@ -379,10 +382,7 @@ pub mod camera {
 
     impl CameraClient {
         pub fn get_image(&mut self) -> Result<super::Image, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((), writer);
-            };
-            self.client.query(&GET_IMAGE, write, result_get_image)
+            self.client.query(&GET_IMAGE, (), result_get_image)
         }
 
         /// Calls `get_image` and reads the reply where the server wrote it, without a copy if that is
@@ -394,10 +394,7 @@ pub mod camera {
         pub fn get_image_in_place<T>(
             &mut self, answer: impl FnOnce(&super::ImageInPlace) -> T,
         ) -> Result<T, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((), writer);
-            };
-            self.client.query(&GET_IMAGE, write, |reader| {
+            self.client.query(&GET_IMAGE, (), |reader| {
                 let result = reader.in_place::<super::ImageInPlace>()?;
                 Ok(answer(&result))
             })
@@ -419,6 +416,9 @@ pub mod camera_pub {
     pub fn read_new_image(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Image,), rc_middleware::DecodeError> {
+        if let Some((image,)) = reader.value_itself() {
+            return Ok((image,));
+        }
         let image = reader.value::<super::ImageInPlace>()?;
         Ok((image,))
     }
@@ -426,6 +426,9 @@ pub mod camera_pub {
     pub fn read_new_cloud(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<(super::Cloud,), rc_middleware::DecodeError> {
+        if let Some((cloud,)) = reader.value_itself() {
+            return Ok((cloud,));
+        }
         let cloud = reader.value::<super::CloudInPlace>()?;
         Ok((cloud,))
     }

@@ -427,6 +427,9 @@ pub mod inner_model_manager {
     pub fn result_get_pose(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetPoseAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let pose: super::Pose3D = reader.get()?;
         let result: bool = reader.get()?;
         Ok((result, pose))
@@ -443,6 +446,9 @@ pub mod inner_model_manager {
     pub fn result_get_pose_from_parent(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetPoseFromParentAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let pose: super::Pose3D = reader.get()?;
         let result: bool = reader.get()?;
         Ok((result, pose))
@@ -459,6 +465,9 @@ pub mod inner_model_manager {
     pub fn result_transform(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<TransformAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let coord_in_base: super::Coord3D = reader.get()?;
         let result: bool = reader.get()?;
         Ok((result, coord_in_base))
@@ -476,6 +485,9 @@ pub mod inner_model_manager {
     pub fn result_get_attribute(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetAttributeAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let type_: String = reader.get()?;
         let value: String = reader.get()?;
         let result: bool = reader.get()?;
@@ -790,17 +802,11 @@ pub mod inner_model_manager {
 
         /// The pose of item in base.
         pub fn get_pose(&mut self, base: &str, item: &str) -> Result<GetPoseAnswer, GetPoseError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((base, item), writer);
-            };
-            self.client.query(&GET_POSE, write, result_get_pose)
+            self.client.query(&GET_POSE, (base, item), result_get_pose)
         }
 
         pub fn get_pose_from_parent(&mut self, item: &str) -> Result<GetPoseFromParentAnswer, GetPoseFromParentError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((item,), writer);
-            };
-            self.client.query(&GET_POSE_FROM_PARENT, write, result_get_pose_from_parent)
+            self.client.query(&GET_POSE_FROM_PARENT, (item,), result_get_pose_from_parent)
         }
 
         /// Sets centre and normal of a plane; size and texture stay.
@@ -812,10 +818,7 @@ pub mod inner_model_manager {
         pub fn transform(
             &mut self, base: &str, item: &str, coord_in_item: &super::Coord3D,
         ) -> Result<TransformAnswer, TransformError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((base, item, coord_in_item), writer);
-            };
-            self.client.query(&TRANSFORM, write, result_transform)
+            self.client.query(&TRANSFORM, (base, item, coord_in_item), result_transform)
         }
 
         /// The homogeneous matrix that takes coordinates in item to those in base.
@@ -849,10 +852,7 @@ pub mod inner_model_manager {
         }
 
         pub fn get_attribute(&mut self, id_node: &str, name: &str) -> Result<GetAttributeAnswer, GetAttributeError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((id_node, name), writer);
-            };
-            self.client.query(&GET_ATTRIBUTE, write, result_get_attribute)
+            self.client.query(&GET_ATTRIBUTE, (id_node, name), result_get_attribute)
         }
 
         /// Removes a node with all below it.

@@ -111,6 +111,9 @@ pub mod laser {
     pub fn result_get_laser_and_b_state_data(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<GetLaserAndBStateDataAnswer, rc_middleware::DecodeError> {
+        if let Some(result) = reader.value_itself() {
+            return Ok(result);
+        }
         let b_state: crate::robo_comp_generic_base::TBaseState = reader.get()?;
         let result: super::TLaserData = reader.get()?;
         Ok((result, b_state))
@@ -159,10 +162,7 @@ pub mod laser {
 
         /// A scan, and where the base stood when it was taken.
         pub fn get_laser_and_b_state_data(&mut self) -> Result<GetLaserAndBStateDataAnswer, rc_middleware::CallError> {
-            let write = |writer: &mut rc_middleware::Writer<'_>| {
-                typed::Put::put((), writer);
-            };
-            self.client.query(&GET_LASER_AND_B_STATE_DATA, write, result_get_laser_and_b_state_data)
+            self.client.query(&GET_LASER_AND_B_STATE_DATA, (), result_get_laser_and_b_state_data)
         }
 
         pub fn get_laser_conf_data(&mut self) -> Result<super::LaserConfData, rc_middleware::CallError> {
