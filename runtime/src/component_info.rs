@@ -199,6 +199,7 @@ impl ComponentInfo {
             last_error: status.last_error.clone(),
             clock: clock(shared, &status),
             slots: slots.collect(),
+            done_beside: shared.beside.list(),
         }
     }
 }

@@ -6,7 +6,7 @@ use rc_management::component::{Request, State, Status};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The limit for an answer, connecting included.
@@ -19,7 +19,7 @@ const RETRY_PAUSE: Duration = Duration::from_millis(50);
 /// The result of a probe.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ProbeResult {
-    /// The component is ready.
+    /// The component is ready, or has ended in order beside others of its process.
     Ready(String),
     /// The component is there and not ready.
     NotReady(String),
@@ -46,41 +46,57 @@ impl ProbeResult {
     }
 }
 
-/// Asks the component `name` of `network` until it is ready, for at most `wait` and one answer.
-pub(crate) fn probe(network: &str, name: &str, wait: Duration) -> ProbeResult {
-    let socket = RunDirectory::of(network).socket(name);
+/// Asks components of one process, each with its network and its name, until all are ready, for at
+/// most `wait` and one answer of each. One that is not there is ready if another one says that it
+/// has ended in order.
+pub(crate) fn probe(asked: &[(&str, &str)], wait: Duration) -> Vec<ProbeResult> {
+    let sockets = asked.iter();
+    let sockets = sockets.map(|(network, name)| RunDirectory::of(network).socket(name));
+    let sockets: Vec<PathBuf> = sockets.collect();
     let end = Instant::now() + wait;
     loop {
-        let result = probe_once(&socket);
-        if matches!(result, ProbeResult::Ready(_)) || Instant::now() >= end {
-            return result;
+        let mut done = Vec::new();
+        let results = sockets.iter().map(|socket| match ask(socket) {
+            Ok(status) => {
+                let result = judge(status.state, status.lifecycle, status.age_ms);
+                done.extend(status.done_beside);
+                result
+            }
+            Err(result) => result,
+        });
+        let mut results: Vec<ProbeResult> = results.collect();
+        for (result, (_, name)) in results.iter_mut().zip(asked) {
+            if *result == ProbeResult::NotFound && done.iter().any(|one| one == name) {
+                *result = ProbeResult::Ready("has ended in order".to_owned());
+            }
+        }
+        let all_ready = results.iter().all(|result| result.code() == 0);
+        if all_ready || Instant::now() >= end {
+            return results;
         }
         std::thread::sleep(RETRY_PAUSE);
     }
 }
 
-fn probe_once(socket: &Path) -> ProbeResult {
+/// The status of a component, or what there is in its place.
+fn ask(socket: &Path) -> Result<Status, ProbeResult> {
     let end = Instant::now() + LIMIT;
     let late = || ProbeResult::NotReady(format!("has not answered within {LIMIT:?}"));
-    let mut client = match Client::connect(socket, LIMIT) {
-        Ok(client) => client,
-        Err(error) => {
-            return match error.kind() {
-                ErrorKind::NotFound | ErrorKind::ConnectionRefused => ProbeResult::NotFound,
-                ErrorKind::WouldBlock => late(),
-                _ => ProbeResult::NotReady(format!("does not answer: {error}")),
-            };
-        }
-    };
+    let client = Client::connect(socket, LIMIT);
+    let mut client = client.map_err(|error| match error.kind() {
+        ErrorKind::NotFound | ErrorKind::ConnectionRefused => ProbeResult::NotFound,
+        ErrorKind::WouldBlock => late(),
+        _ => ProbeResult::NotReady(format!("does not answer: {error}")),
+    })?;
     let left = end.saturating_duration_since(Instant::now());
-    match client.call::<Status>(&Request::Status, left) {
-        Ok(status) => judge(status.state, status.lifecycle, status.age_ms),
-        Err(CallError::TimedOut(_)) => late(),
-        Err(CallError::Refused(_) | CallError::Unexpected(_)) => {
+    let status = client.call(&Request::Status, left);
+    status.map_err(|error| match error {
+        CallError::TimedOut(_) => late(),
+        CallError::Refused(_) | CallError::Unexpected(_) => {
             ProbeResult::NotReady("answers, but not as a component".to_owned())
         }
-        Err(error) => ProbeResult::NotReady(format!("does not answer: {error}")),
-    }
+        error => ProbeResult::NotReady(format!("does not answer: {error}")),
+    })
 }
 
 /// A component in an emergency has been ready, and reports the emergency itself: it is there for
@@ -127,13 +143,14 @@ mod tests {
     fn an_absent_component_differs_from_an_unresponsive_one() {
         let folder = tempfile::tempdir().expect("a folder");
         let socket = folder.path().join("a.sock");
-        assert_eq!(probe_once(&socket), ProbeResult::NotFound);
+        let code = |socket: &Path| ask(socket).expect_err("no status").code();
+        assert_eq!(code(&socket), 3);
         let listener = UnixListener::bind(&socket).expect("a socket");
         let start = Instant::now();
-        assert_eq!(probe_once(&socket).code(), 1);
+        assert_eq!(code(&socket), 1);
         assert!(start.elapsed() >= LIMIT);
         drop(listener);
-        assert_eq!(probe_once(&socket), ProbeResult::NotFound);
+        assert_eq!(code(&socket), 3);
     }
 
     #[test]
@@ -147,7 +164,7 @@ mod tests {
                 .write_all(b"{\"id\":1,\"result\":null}\n")
                 .expect("answered");
         });
-        assert_eq!(probe_once(&socket).code(), 1);
+        assert_eq!(ask(&socket).expect_err("no status").code(), 1);
         server.join().expect("the server");
     }
 }

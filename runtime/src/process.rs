@@ -57,9 +57,13 @@ pub fn run_with<C: Component>(
             .and_then(|read| configuration::bindings(description, &arguments, &read.configuration))
             .map(|_| print::line(format_args!("{}: ok", description.name))),
         Task::Probe(arguments, wait) => {
-            let result = probe::probe(&arguments.network, &arguments.name, wait);
-            print::line(format_args!("{}: {}", arguments.name, result.text()));
-            return printed(description.name, result.code());
+            let asked = (&*arguments.network, &*arguments.name);
+            let mut code = 0;
+            for result in probe::probe(&[asked], wait) {
+                print::line(format_args!("{}: {}", arguments.name, result.text()));
+                code = result.code();
+            }
+            return printed(description.name, code);
         }
         Task::Replay(arguments) => exact::run::replay(description, start, &arguments),
         Task::Run(arguments) => WakeEvent::new()

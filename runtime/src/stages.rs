@@ -156,13 +156,17 @@ impl<'a> Prepared<'a> {
             ClockKind::System => Arc::new(SystemClock),
             _ => simulated.clone(),
         };
-        let shared = Arc::new(Shared::new(
+        let shared = Shared::new(
             wake_event.clone(),
             period,
             description.slots.len(),
             NetworkTime::new(kind, clock),
             description.managed,
-        ));
+        );
+        let shared = Arc::new(match hosting {
+            Hosting::Shared(place) => shared.beside(place.done.clone()),
+            Hosting::Process(_) | Hosting::Thread(_) => shared,
+        });
         let commands = Arc::new(CommandQueue::new(wake_event.clone()));
         let environment = Environment {
             network: network.clone(),

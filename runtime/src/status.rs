@@ -25,6 +25,8 @@ pub(crate) struct Shared {
     pub(crate) time: NetworkTime,
     /// Of a managed component.
     pub(crate) lifecycle: Option<Arc<Lifecycle>>,
+    /// The other components of its process.
+    pub(crate) beside: DoneBeside,
     born: Instant,
     last_turn: AtomicU64,
 }
@@ -41,10 +43,16 @@ impl Shared {
             time,
             lifecycle: is_managed.then(|| Arc::new(Lifecycle::new(wake_event.clone()))),
             wake_event,
+            beside: DoneBeside::default(),
             status: Mutex::new(Status::new(period, slots)),
             born: Instant::now(),
             last_turn: AtomicU64::new(0),
         }
+    }
+
+    /// In a process with other components.
+    pub(crate) fn beside(self, beside: DoneBeside) -> Self {
+        Self { beside, ..self }
     }
 
     pub(crate) fn status(&self) -> MutexGuard<'_, Status> {
@@ -66,6 +74,25 @@ impl Shared {
 
     pub(crate) fn uptime(&self) -> Duration {
         self.born.elapsed()
+    }
+}
+
+/// The components of a process that have ended in order, by their names. All of them share it: one
+/// that is asked answers for those that no longer do.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DoneBeside(Arc<Mutex<Vec<String>>>);
+
+impl DoneBeside {
+    fn names(&self) -> MutexGuard<'_, Vec<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn add(&self, name: &str) {
+        self.names().push(name.to_owned());
+    }
+
+    pub(crate) fn list(&self) -> Vec<String> {
+        self.names().clone()
     }
 }
 

@@ -53,7 +53,6 @@ pub(super) fn files(source: &Source<'_>) -> Export {
     {
         notes.push("a component that hangs runs on: `hung` is a limit of rcdeploy".to_owned());
     }
-    notes.extend(source.parts().filter_map(Part::readiness));
     notes.extend(source.notes());
     let mut files = Files::default();
     for machine in &source.machines {

@@ -80,7 +80,6 @@ pub(super) fn manifests(source: &Source<'_>) -> Export {
             host.name.text
         ));
     }
-    notes.extend(source.parts().filter_map(Part::readiness));
     notes.extend(source.notes());
     let names = names(source);
     let list: String = notes.iter().map(|note| format!("- {note}\n")).collect();
@@ -368,8 +367,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
     out = out
         .with("startupProbe", probe(1, seconds(component.ready)))
         .with("readinessProbe", probe(2, 1));
-    // One of several components that ends in order answers no more: the others are healthy.
-    if component.restart.policy != Policy::Never && part.probed.len() == 1 {
+    if component.restart.policy != Policy::Never {
         out = out.with("livenessProbe", probe(10, 3));
     }
     out

@@ -286,17 +286,6 @@ impl Part<'_> {
         2 * u64::try_from(self.probed.len()).unwrap_or(1) + 1
     }
 
-    /// A note on what that command means for a process of several components in a container.
-    fn readiness(&self) -> Option<String> {
-        let is_shared = self.probed.len() > 1;
-        is_shared.then(|| {
-            format!(
-                "{} is ready only while all its components run; whether one of them hangs is not asked",
-                self.component.name
-            )
-        })
-    }
-
     /// The command that probes one component of another process.
     fn probe_other(&self, network: &str, name: &str) -> Vec<String> {
         let word = self.probed.first().and_then(|own| own.word.as_deref());

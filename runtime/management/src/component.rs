@@ -253,6 +253,10 @@ pub struct Status {
     pub machine: Option<MachineStatus>,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
+    /// The components of the same process that have ended in order, by their names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub done_beside: Vec<String>,
 }
 
 /// The state machine of a component.

@@ -21,9 +21,11 @@ use crate::error::StartError;
 use crate::link::Link;
 use crate::log::{self, ComponentOutput, print_error};
 use crate::notify::{self, ServiceState};
+use crate::probe::{self, ProbeResult};
 use crate::process::{own_program, printed, run_with};
 use crate::signals::Signals;
 use crate::stages::{Hosting, Prepared};
+use crate::status::DoneBeside;
 use crate::waker::{Waker, Wakeups, waker};
 use command_line::{Member, Wanted};
 use handover::{Handed, ProcessLink};
@@ -128,7 +130,7 @@ fn run(
         tasks.push(parsed.map_err(named)?);
     }
     if tasks.len() > 1 && tasks.iter().all(|task| matches!(task, Task::Probe(..))) {
-        return Ok(probe(members, program));
+        return Ok(probe(&tasks, program));
     }
     let all = tasks.len();
     let arguments: Vec<Arguments> = tasks
@@ -151,12 +153,22 @@ fn run(
     Process::new(members.into_iter().zip(arguments).collect(), program)?.run()
 }
 
-/// Asks the running components one after another, until one is not ready. Returns the exit code.
-fn probe(members: Vec<Member>, program: &Path) -> u8 {
-    let mut codes = members
-        .into_iter()
-        .map(|member| (member.of.alone)(member.args, program.to_owned()));
-    codes.find(|code| *code != 0).unwrap_or(0)
+/// Asks the running components. Returns the exit code.
+fn probe(tasks: &[Task], program: &Path) -> u8 {
+    let asked = tasks.iter().filter_map(|task| match task {
+        Task::Probe(arguments, wait) => Some((arguments, *wait)),
+        _ => None,
+    });
+    let (asked, waits): (Vec<&Arguments>, Vec<Duration>) = asked.unzip();
+    let names = asked.iter().map(|one| (&*one.network, &*one.name));
+    let wait = waits.into_iter().max().unwrap_or_default();
+    let results = probe::probe(&names.collect::<Vec<_>>(), wait);
+    for (one, result) in asked.iter().zip(&results) {
+        rc_diagnostics::print::line(format_args!("{}: {}", one.name, result.text()));
+    }
+    let mut codes = results.iter().map(ProbeResult::code);
+    let code = codes.find(|code| *code != 0).unwrap_or(0);
+    printed(&name_of(program), code)
 }
 
 /// What a component has of its process.
@@ -165,6 +177,7 @@ pub(crate) struct Place {
     pub(crate) link: Option<UnixStream>,
     pub(crate) output: ComponentOutput,
     pub(crate) reports: Reports,
+    pub(crate) done: DoneBeside,
 }
 
 /// Tells the first thread of the process about one component.
@@ -229,6 +242,8 @@ struct Process<'p> {
     waker: Waker,
     wakeups: Wakeups,
     is_stopping: bool,
+    /// The components that have ended in order while the others run.
+    done: DoneBeside,
     /// The code of the first component that failed, and when.
     failed: Option<(u8, Instant)>,
 }
@@ -297,6 +312,7 @@ impl<'p> Process<'p> {
             waker,
             wakeups,
             is_stopping: false,
+            done: DoneBeside::default(),
             failed: None,
         })
     }
@@ -348,6 +364,7 @@ impl<'p> Process<'p> {
             link: hosted.link.take(),
             output: hosted.output.clone(),
             reports: reports.clone(),
+            done: self.done.clone(),
         };
         let (of, arguments) = (hosted.member.of, hosted.arguments.clone());
         let (cpu, priority) = (hosted.member.cpu.clone(), hosted.member.priority);
@@ -380,9 +397,12 @@ impl<'p> Process<'p> {
     fn ended(&mut self, at: usize, result: Result<(), StartError>) {
         let hosted = &mut self.members[at];
         let before = std::mem::replace(&mut hosted.phase, Phase::Ended);
-        if result.is_ok() && before == Phase::Started && !self.is_stopping {
+        if result.is_ok() && !self.is_stopping {
+            self.done.add(&hosted.arguments.name);
             // It has done its work before it was ready: the others are not to wait for it.
-            notify::notify(ServiceState::Ready);
+            if before == Phase::Started {
+                notify::notify(ServiceState::Ready);
+            }
         }
         if let Err(error) = result {
             let name = &hosted.arguments.name;

@@ -209,6 +209,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
             slot(Role::Publishes, None),
             slot(Role::SubscribesTo, None),
         ],
+        done_beside: vec![text("brief")],
     });
     let parameter = |path: &str| component::ParameterStatus {
         path: text(path),
