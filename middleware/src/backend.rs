@@ -163,6 +163,17 @@ pub trait Publisher {
         Ok(None)
     }
 
+    /// Sends an image that [`Publisher::loan_image`] of this publisher has lent, see
+    /// [`LoanedSample::send_image`].
+    fn send_lent(
+        &mut self,
+        loan: Box<dyn LoanedSample>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
+        loan.send_image(header, encode)
+    }
+
     /// What subscribers see as [`Header::sender`] of its samples: one for each middleware, empty
     /// where a backend cannot tell.
     fn senders(&self) -> Vec<u128> {
@@ -185,14 +196,18 @@ pub trait LoanedSample {
     fn send(self: Box<Self>, header: Header) -> Result<(), SendError>;
 
     /// Sends an image. Receivers over a middleware that carries none get what `encode` makes of it.
-    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+    fn send_image(
+        self: Box<Self>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
         let _ = encode;
         self.send(header)
     }
 }
 
 /// Makes CDR of an image.
-pub type ImageEncoder = fn(&[u8]) -> Result<Vec<u8>, EncodeError>;
+pub type ImageEncoder<'e> = &'e dyn Fn(&[u8]) -> Result<Vec<u8>, EncodeError>;
 
 /// How many received samples a subscriber may keep besides the one that is handled.
 pub const KEPT_SAMPLES: usize = 4;

@@ -43,6 +43,26 @@ fn send<'p>(
     sent.fold(Ok(()), Result::and)
 }
 
+/// Sends an image to publishers. A middleware that lends no memory for images carries none.
+fn send_image<'p>(
+    ports: impl Iterator<Item = &'p mut Port>,
+    header: Header,
+    image: &[u8],
+    encode: ImageEncoder<'_>,
+) -> Result<(), SendError> {
+    let (like, unlike): (Vec<_>, Vec<_>) = ports.partition(|of| of.port.can_loan(Encoding::Image));
+    let sent = send(like.into_iter(), header, image);
+    if unlike.is_empty() {
+        return sent;
+    }
+    let header = Header {
+        encoding: Encoding::Cdr,
+        ..header
+    };
+    let encoded = encode(image).map_err(SendError::from);
+    sent.and(encoded.and_then(|body| send(unlike.into_iter(), header, &body)))
+}
+
 impl FanOut {
     /// The number of the publisher whose memory a sample is written into. The last one: that of the
     /// own process, where readers find the sample in place.
@@ -97,6 +117,30 @@ impl Publisher for FanOut {
         }))
     }
 
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        match self.lender() {
+            Some(at) => self.0[at].port.loan_image(length),
+            None => Ok(None),
+        }
+    }
+
+    fn send_lent(
+        &mut self,
+        loan: Box<dyn LoanedSample>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
+        let lender = self.lender();
+        let others = self.0.iter_mut().enumerate();
+        let others = others.filter(|(at, _)| Some(*at) != lender);
+        let others = others.map(|(_, of)| of);
+        let copied = send_image(others, header, loan.memory(), encode);
+        let Some(Port { port, sent }) = lender.map(|at| &mut self.0[at]) else {
+            return loan.send_image(header, encode).and(copied);
+        };
+        counted(port.send_lent(loan, header, encode), sent).and(copied)
+    }
+
     fn senders(&self) -> Vec<u128> {
         self.0.iter().flat_map(|of| of.port.senders()).collect()
     }
@@ -129,22 +173,14 @@ impl LoanedSample for Lent<'_> {
         counted(own.send(header), sent).and(copied)
     }
 
-    /// A middleware that lends no memory for images carries none.
-    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+    fn send_image(
+        self: Box<Self>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
         let Self { own, sent, others } = *self;
         let others = others.into_iter().flatten();
-        let (like, unlike): (Vec<_>, Vec<_>) =
-            others.partition(|of| of.port.can_loan(Encoding::Image));
-        let mut copied = send(like.into_iter(), header, own.memory());
-        if !unlike.is_empty() {
-            let header = Header {
-                encoding: Encoding::Cdr,
-                ..header
-            };
-            let encoded = encode(own.memory()).map_err(SendError::from);
-            let others = encoded.and_then(|body| send(unlike.into_iter(), header, &body));
-            copied = copied.and(others);
-        }
+        let copied = send_image(others, header, own.memory(), encode);
         counted(own.send_image(header, encode), sent).and(copied)
     }
 }

@@ -10,9 +10,10 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
+use rc_middleware::EncodeError;
 use rc_values::{
-    Layout, Member, Named, Struct, Type, Value, decode_image, default, image_members, layout,
-    read_member_image, write_member_image,
+    Layout, Member, Named, Struct, Type, Value, decode_image, default, encode_body, image_members,
+    layout, read_member_image, write_member_image,
 };
 use std::sync::Arc;
 
@@ -362,7 +363,12 @@ impl Loan {
         if let Some(sample) = taken {
             let sent = with(|session| {
                 let publisher = session.publisher(slot, operation)?;
-                Ok(publisher.send_image(sample))
+                let encode = |image: &[u8]| {
+                    let value = decode_image(&loan.request, image);
+                    let body = value.and_then(|value| encode_body(&value));
+                    body.map_err(|error| EncodeError::NoValue(error.to_string()))
+                };
+                Ok(publisher.send_image(sample, &encode))
             })?;
             return sent.map_err(|error| errors::of_sending(py, &error));
         }

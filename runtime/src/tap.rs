@@ -248,17 +248,20 @@ impl Publisher for TappedPublisher {
     }
 
     fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
-        let Some(loan) = self.port.loan_image(length)? else {
-            return Ok(None);
-        };
         // It may be kept for long: whether somebody taps it is asked when it is sent.
-        Ok(Some(Box::new(TappedLoan {
-            loan,
-            taps: Arc::clone(&self.taps),
-            hops: Rc::clone(&self.hops),
-            slot: self.slot,
-            operation: self.operation,
-        })))
+        self.port.loan_image(length)
+    }
+
+    fn send_lent(
+        &mut self,
+        loan: Box<dyn LoanedSample>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
+        let (kind, body) = (Self::kind(self.operation), loan.memory());
+        self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
+        self.hops.published(self.slot, self.operation, &header);
+        self.port.send_lent(loan, header, encode)
     }
 
     fn peers(&self) -> usize {
@@ -288,7 +291,11 @@ impl LoanedSample for TappedLoan<'_> {
         self.loan.send(header)
     }
 
-    fn send_image(self: Box<Self>, header: Header, encode: ImageEncoder) -> Result<(), SendError> {
+    fn send_image(
+        self: Box<Self>,
+        header: Header,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
         self.note(header);
         self.loan.send_image(header, encode)
     }

@@ -1,6 +1,6 @@
 //! The conformance suite for components with peers in their process and in others: each sample goes
 //! over two backends, a server has a port of each, and every second subscriber and client is at the
-//! other one.
+//! other one. Once the first of them is at the one, once at the other.
 
 use rc_middleware::{
     Backend, Client, Counter, Endpoint, Environment, Header, Message, OpenError, Publisher,
@@ -14,12 +14,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// The receiving ends of one test, which has a value of its own.
-#[derive(Default)]
 struct Places {
     /// The subscribers that there were.
     subscribers: Arc<AtomicUsize>,
     /// The clients that there were.
     clients: Arc<AtomicUsize>,
+}
+
+impl Places {
+    /// The first of each is at this backend.
+    fn beginning_with(backend: usize) -> Self {
+        Self {
+            subscribers: Arc::new(AtomicUsize::new(backend)),
+            clients: Arc::new(AtomicUsize::new(backend)),
+        }
+    }
 }
 
 /// A component with peers in its process and in others.
@@ -152,4 +161,12 @@ impl Server for Both {
     }
 }
 
-rc_conformance::suite!(Places::default());
+/// The first subscriber and the first client are in other processes.
+mod outside_first {
+    rc_conformance::suite!(super::Places::beginning_with(0));
+}
+
+/// They are in the process of the publisher and the server.
+mod inside_first {
+    rc_conformance::suite!(super::Places::beginning_with(1));
+}

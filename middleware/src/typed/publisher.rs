@@ -1,7 +1,7 @@
 //! Publishes the samples of one operation, as CDR or in place.
 
 use super::{Gate, Operation, Put, fill, unsendable};
-use crate::backend::{LoanedSample, Publisher};
+use crate::backend::{ImageEncoder, LoanedSample, Publisher};
 use crate::cdr::{EncodeError, Reader, Writer};
 use crate::counter::Counter;
 use crate::error::SendError;
@@ -162,18 +162,24 @@ impl TypedPublisher {
     }
 
     /// Sends an image that [`TypedPublisher::loan_image`] lent and that is a value of its type.
-    pub fn send_image(&mut self, loan: Box<dyn LoanedSample>) -> Result<(), SendError> {
+    /// Subscribers over a middleware that carries no images get what `encode` makes of it.
+    pub fn send_image(
+        &mut self,
+        loan: Box<dyn LoanedSample>,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
         if !self.gate.is_open() {
             self.withheld.next();
             return Ok(());
         }
-        loan.send(Header {
+        let header = Header {
             type_hash: self.operation.type_hash,
             sequence: self.sent.next(),
             sent: now(),
             encoding: Encoding::Image,
             ..Header::default()
-        })
+        };
+        self.port.send_lent(loan, header, encode)
     }
 
     /// The number of subscribers.
@@ -206,7 +212,7 @@ impl<T: InPlace> Loan<'_, T> {
             ..Header::default()
         };
         match self.memory {
-            Memory::Shared(loan) => loan.send_image(header(Encoding::Image), encoded::<T>),
+            Memory::Shared(loan) => loan.send_image(header(Encoding::Image), &encoded::<T>),
             Memory::Copied(value, port) => {
                 writer.clear();
                 writer.put(&value.value().map_err(unsendable)?);

@@ -46,6 +46,17 @@ impl Publisher for Port {
         }))
     }
 
+    fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
+        if !self.can_loan(Encoding::Image) {
+            return Ok(None);
+        }
+        Ok(Some(Box::new(Kept {
+            bytes: vec![0; length],
+            name: self.name,
+            sent: self.sent.clone(),
+        })))
+    }
+
     fn senders(&self) -> Vec<u128> {
         vec![self.peers as u128]
     }
@@ -73,6 +84,29 @@ impl LoanedSample for Memory<'_> {
         let Self { words, port } = *self;
         let body = rc_middleware::in_place::IntoBytes::as_bytes(words.as_slice()).to_vec();
         port.publish(header, &body)
+    }
+}
+
+/// An image that does not borrow its publisher.
+struct Kept {
+    bytes: Vec<u8>,
+    name: &'static str,
+    sent: Sent,
+}
+
+impl LoanedSample for Kept {
+    fn memory(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    fn memory_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
+
+    fn send(self: Box<Self>, header: Header) -> Result<(), SendError> {
+        let sample = (self.name, header, self.bytes);
+        self.sent.borrow_mut().push(sample);
+        Ok(())
     }
 }
 
@@ -168,6 +202,35 @@ fn memory_is_lent_by_the_last_one_that_lends_and_copied_by_the_others() {
     let (one, sent) = over(&[("a", BOTH, false)]);
     assert!(one.can_loan(Image));
     assert_eq!((one.peers(), carried(&sent)), (1, vec![]));
+}
+
+#[test]
+fn an_image_that_is_kept_goes_over_all_middlewares() {
+    let ports = [("dds", &[][..], false), ("shared", BOTH, false)];
+    let (port, sent) = over(&[ports[0], ports[1], ("own", BOTH, false)]);
+    let mut topic = TypedPublisher::new(port, OPERATION);
+    let loan = topic.loan_image(4).expect("memory");
+    let mut loan = loan.expect("a middleware that lends images");
+    // Others may be sent meanwhile.
+    topic.publish_parts((&7_i32,)).expect("to be sent");
+    assert_eq!(carried(&sent), ["dds", "shared", "own"]);
+    loan.memory_mut().copy_from_slice(b"1234");
+    let backwards = |image: &[u8]| Ok(image.iter().rev().copied().collect());
+    topic.send_image(loan, &backwards).expect("to be sent");
+    let sent = sent.take().into_iter();
+    let sent: Vec<_> = sent
+        .map(|(name, header, body)| (name, header.encoding, body, header.sequence))
+        .collect();
+    let expected = [
+        ("shared", Encoding::Image, b"1234".to_vec(), 2),
+        ("dds", Encoding::Cdr, b"4321".to_vec(), 2),
+        ("own", Encoding::Image, b"1234".to_vec(), 2),
+    ];
+    assert_eq!(sent, expected);
+    // None of these lends memory for images.
+    let (port, _) = over(&[("dds", &[], false), ("ros2", &[], false)]);
+    let none = TypedPublisher::new(port, OPERATION).loan_image(4);
+    assert!(none.is_ok_and(|loan| loan.is_none()));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use rc_host::{Operation, Program, read, write};
 use rc_middleware::cdr::Cdr;
 use rc_middleware::rpc::ENVELOPE_OF_VALUES;
 use rc_middleware::typed::{HandlerError, Request, TypedClient, TypedPublisher};
-use rc_middleware::{CallError, EncodeError, Reader, SendError, Writer};
+use rc_middleware::{CallError, EncodeError, Encoding, Reader, SendError, Writer};
 use rc_runtime::{Component, Core, Member, Ports, Role, Sample, StartError, WorkerError};
 use rc_values::Struct;
 use std::collections::BTreeMap;
@@ -136,7 +136,16 @@ fn publish(
         && let Some(mut loan) = topic.loan_image(image.len())?
     {
         loan.memory_mut().copy_from_slice(image);
-        return topic.send_image(loan);
+        // For subscribers over a middleware that carries no images.
+        let encode = |image: &[u8]| {
+            let value = read(&operation.request, &mut Reader::of(image, Encoding::Image));
+            let value = value.map_err(|error| EncodeError::NoValue(error.to_string()))?;
+            let mut writer = Writer::default();
+            write(&value, &mut writer);
+            writer.finish()?;
+            Ok(writer.into_bytes())
+        };
+        return topic.send_image(loan, &encode);
     }
     let reader = sample.reader();
     topic.publish_with(|writer| {
