@@ -172,6 +172,13 @@ impl KnownFiles {
                 }
                 continue;
             }
+            if symbol.kind == Kind::BesideExport {
+                let slot = self.beside_export(symbol);
+                if slot.is_some() {
+                    return slot;
+                }
+                continue;
+            }
             if symbol.kind == Kind::OfSlot {
                 let operation = self.operation_of(symbol);
                 if operation.is_some() {
@@ -227,6 +234,20 @@ impl KnownFiles {
             ([(one, _)], _) | ([], [(one, _)]) => Some(one.clone()),
             _ => None,
         }
+    }
+
+    /// The slot of the component whose slot a group exports.
+    fn beside_export(&mut self, symbol: &Symbol) -> Option<Symbol> {
+        let (exported, name) = symbol.name.split_once('/')?;
+        let exported = self.exported(&Symbol {
+            kind: Kind::OfGroup,
+            name: exported.to_owned(),
+            ..symbol.clone()
+        })?;
+        let names = self.known(&exported.file)?;
+        names.declaration(Kind::Slot, name)?;
+        let name = name.to_owned();
+        Some(Symbol { name, ..exported })
     }
 
     /// Adds the slots directly in a group with a name, and whether they provide their interface.
@@ -294,8 +315,8 @@ impl KnownFiles {
                     one.kind == Kind::Operation && one.name.rsplit('.').next() == operation
                 })
             }
-            Kind::OfGroup => {
-                let slot = symbol.name.rsplit('.').next().unwrap_or_default();
+            Kind::OfGroup | Kind::BesideExport => {
+                let slot = symbol.name.rsplit(['.', '/']).next().unwrap_or_default();
                 symbols
                     .iter()
                     .any(|one| one.kind == Kind::Slot && one.name == slot)

@@ -47,6 +47,8 @@ pub(super) enum Kind {
     Instance,
     /// A slot that a group exports, `GROUP.SLOT`, in the network of the file.
     OfGroup,
+    /// A slot of the component whose slot a group exports: `GROUP.EXPORTED/SLOT`.
+    BesideExport,
     /// An operation of a slot, `SLOT.OPERATION`, in the component of the file.
     OfSlot,
     /// A member of a slot array of an instance.

@@ -270,7 +270,7 @@ fn number(kind: Kind) -> u8 {
         Kind::Network => 3,
         Kind::Component | Kind::Machine | Kind::File => 5,
         Kind::Operation | Kind::OfSlot => 6,
-        Kind::Slot | Kind::OfGroup => 7,
+        Kind::Slot | Kind::OfGroup | Kind::BesideExport => 7,
         Kind::Member => 8,
         Kind::Interface => 11,
         Kind::Parameter | Kind::OfComponent | Kind::Host | Kind::Process => 13,

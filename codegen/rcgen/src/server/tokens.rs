@@ -103,7 +103,9 @@ fn named(names: &Names) -> Vec<Word> {
         let kind = match kinds.find(|kind| *kind != Kind::File)? {
             Kind::File => return None,
             Kind::Module | Kind::Network | Kind::Group => "namespace",
-            Kind::Constant | Kind::Member | Kind::Slot | Kind::OfGroup => "property",
+            Kind::Constant | Kind::Member | Kind::Slot | Kind::OfGroup | Kind::BesideExport => {
+                "property"
+            }
             Kind::Type => "type",
             Kind::Interface => "interface",
             Kind::Operation | Kind::OfSlot => "method",

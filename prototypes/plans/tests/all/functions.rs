@@ -116,7 +116,7 @@ fn run(command: &mut Command, inputs: &Path) -> String {
 }
 
 /// Compiles one file.
-fn compile(command: &mut Command, folder: &Path) -> PathBuf {
+pub(crate) fn compile(command: &mut Command, folder: &Path) -> PathBuf {
     let program = folder.join("program");
     let output = command
         .arg("-o")
@@ -147,7 +147,7 @@ fn name(case: &Case) -> String {
     format!("{}_to_{}", case.plan.from, case.plan.to())
 }
 
-fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
+pub(crate) fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("a file");
     path

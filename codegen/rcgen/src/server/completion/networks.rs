@@ -89,6 +89,9 @@ impl Completion<'_> {
                     .collect()
             }
             (_, "bind" | "external") => bound(self, target, context, &prefix),
+            ("convert", "frames") if context.statement.len() == 1 => {
+                frames(self, target, context, &prefix)
+            }
             _ => Vec::new(),
         }
     }
@@ -176,14 +179,7 @@ fn bound(
         let words = keywords::of(&INSIDE, "ddsl", &context.word());
         return of(words);
     }
-    // The names of the innermost block first, as the resolver looks for them.
-    let ends = prefix.match_indices('.').map(|(at, _)| at + 1);
-    let mut scopes: Vec<&str> = std::iter::once(0)
-        .chain(ends)
-        .map(|end| &prefix[..end])
-        .collect();
-    scopes.reverse();
-    for scope in scopes {
+    for scope in scopes(prefix) {
         let place = format!("{scope}{path}");
         let place = place.trim_end_matches('.');
         if let Some((_, cdsl)) = target
@@ -236,6 +232,63 @@ fn bound(
     }
     Vec::new()
 }
+
+/// The slots of the consumer of the connection around the cursor that take something.
+fn frames(
+    completion: &Completion<'_>,
+    target: &Target<'_>,
+    context: &Context<'_>,
+    prefix: &str,
+) -> Vec<Item> {
+    let mut blocks = context.blocks.iter().rev();
+    let head = blocks.find(|block| block.word() == "bind");
+    let head = head.map_or(&[][..], |block| &block.head);
+    let consumer = head.iter().skip(1).take_while(|token| **token != "->");
+    let consumer: String = consumer.copied().collect();
+    let Some((place, slot)) = consumer.rsplit_once('.') else {
+        return Vec::new();
+    };
+    let places = scopes(prefix)
+        .into_iter()
+        .map(|scope| format!("{scope}{place}"));
+    for place in places {
+        let inside = format!("{place}.");
+        let instances = target.names.instances.iter();
+        let instances: Vec<_> = instances
+            .filter(|(known, _)| *known == place || known.starts_with(&inside))
+            .collect();
+        let slots = instances
+            .iter()
+            .map(|(_, cdsl)| completion.slots_of(cdsl, false));
+        let is_single = instances.len() == 1;
+        let mut items: Vec<Item> = slots
+            .filter(|items| is_single || items.iter().any(|item| item.label == slot))
+            .flatten()
+            .filter(|item| {
+                let role = item.detail.split(' ').next().and_then(Role::from_file);
+                role.is_some_and(|role| !role.is_provided())
+            })
+            .collect();
+        if !instances.is_empty() {
+            items.dedup_by(|one, other| one.label == other.label);
+            return items;
+        }
+    }
+    Vec::new()
+}
+
+/// The blocks whose names a block sees, as prefixes of paths: the innermost first, as the resolver
+/// looks for them.
+fn scopes(prefix: &str) -> Vec<&str> {
+    let ends = prefix.match_indices('.').map(|(at, _)| at + 1);
+    let mut scopes: Vec<&str> = std::iter::once(0)
+        .chain(ends)
+        .map(|end| &prefix[..end])
+        .collect();
+    scopes.reverse();
+    scopes
+}
+
 /// The component of the block around the cursor: by its place in the network, or by the `cdsl`
 /// before it in a block that could not be read.
 fn component_at(target: &Target<'_>, context: &Context<'_>, prefix: &str) -> PathBuf {

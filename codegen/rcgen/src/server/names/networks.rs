@@ -60,6 +60,9 @@ impl Collector<'_> {
         }
         for bind in &network.binds {
             self.slot_path(network, &bind.consumer);
+            if let Some(frames) = &bind.frames {
+                self.frames(network, &bind.consumer, frames);
+            }
             if let Some(provider) = &bind.provider {
                 self.slot_path(network, provider);
                 self.bind(network, &bind.consumer, provider);
@@ -119,6 +122,36 @@ impl Collector<'_> {
             for member in &array.members {
                 let path = format!("{}.{}.{}", instance.path, array.name.text, member.text);
                 self.declares(Kind::ArrayMember, member, path);
+            }
+        }
+    }
+
+    /// The slot of the consumer's component that knows where frames are.
+    fn frames(&mut self, network: &Deployment, consumer: &SlotPath, frames: &Name) {
+        let array = |text: &str| {
+            let array = member::split(text).map_or(text, |(array, _)| array);
+            array.to_owned()
+        };
+        let own = array(&frames.text);
+        let span = Span::new(
+            frames.span.source,
+            frames.span.start,
+            frames.span.start + own.len(),
+        );
+        match consumer.place {
+            InstanceOrGroup::Instance(at) => {
+                if let Some(cdsl) = self.cdsl(&network.instances[at]) {
+                    self.of_component(span, &cdsl, &own);
+                }
+            }
+            InstanceOrGroup::Group(at) => {
+                let (group, exported) = (&network.groups[at].path, array(&consumer.slot.text));
+                let symbol = Symbol {
+                    file: self.path.to_path_buf(),
+                    kind: Kind::BesideExport,
+                    name: format!("{group}.{exported}/{own}"),
+                };
+                self.refers(span, symbol);
             }
         }
     }

@@ -157,6 +157,11 @@ fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
             "bind brain.hands.▮",
         ),
         ("net.ddsl", "-> arm.Grip;", "-> arm.▮"),
+        (
+            "net.ddsl",
+            "bind brain.spare -> third.Grip;",
+            "bind brain.spare -> third.Grip { convert { frames ▮; }; };",
+        ),
         ("inner.ddsl", "export Grip;", "export ▮"),
         // Not in a comment, and not in a string that means nothing.
         ("net.ddsl", "    Host", "    // bind ▮\n    Host"),

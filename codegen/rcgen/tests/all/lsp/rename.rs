@@ -104,6 +104,42 @@ fn a_new_name_is_written_into_all_files() {
     expect_file!["rename/names.txt"].assert_eq(&session.log);
 }
 
+/// `convert { frames SLOT; }` names a slot of the consumer, also of one in a group.
+#[test]
+fn the_slot_that_knows_frames_is_renamed_where_a_connection_names_it() {
+    let mut session = Session::new();
+    let cloud = "module Cloud\n{\n    interface Cloud { void push(float x); };\n};\n";
+    let component = |name: &str, slots: &str| {
+        let imports = "import \"Cloud.idsl\";\nimport \"InnerModel.idsl\";\n";
+        format!(
+            "{imports}Component {name}\n{{\n    Communications\n    {{\n{slots}    }};\n    language rust;\n}};\n"
+        )
+    };
+    let mapper = "        requires InnerModel as world;\n        subscribesTo Cloud;\n";
+    let network = "Deployment moving\n{\n    Component tree { cdsl \"tree.cdsl\"; };\n    Component lidar { cdsl \"lidar.cdsl\"; };\n    Component mapper { cdsl \"mapper.cdsl\"; };\n    Group maps\n    {\n        Component inner { cdsl \"mapper.cdsl\"; };\n        export Cloud;\n    };\n    bind mapper.Cloud -> lidar.Cloud { convert { frames world; }; };\n    bind maps.Cloud -> lidar.Cloud { convert { frames world; }; };\n};\n";
+    let files = [
+        ("interfaces/Cloud.idsl", cloud.to_owned()),
+        (
+            "tree.cdsl",
+            component("tree", "        implements InnerModel;\n"),
+        ),
+        (
+            "lidar.cdsl",
+            component("lidar", "        publishes Cloud;\n"),
+        ),
+        ("mapper.cdsl", component("mapper", mapper)),
+        ("moving.ddsl", network.to_owned()),
+    ];
+    for (file, text) in &files {
+        std::fs::write(session.editor.folder.join(file), text).expect("a file");
+        session.editor.open(file, text);
+    }
+    session.renames("mapper.cdsl", "as wor", "map");
+    session.renames("moving.ddsl", "{ frames wor", "place");
+    session.editor.end();
+    expect_file!["rename/frames.txt"].assert_eq(&session.log);
+}
+
 #[test]
 fn a_part_of_a_text_is_laid_out() {
     let mut session = Session::new();
