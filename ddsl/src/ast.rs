@@ -51,6 +51,8 @@ pub enum Decl {
     Chain(Chain),
     /// `World NAME { … };`
     World(World),
+    /// `require filter.gain < base.gain "unstable";`
+    Require(Box<rc_pdsl::ast::Rule>),
 }
 
 /// `World NAME { schema "kitchen.gdsl"; start "home.graph"; keep "home.graph" 30s; };`

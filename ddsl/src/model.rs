@@ -45,6 +45,17 @@ pub struct Deployment {
     pub chains: Vec<Chain>,
     /// The graph that its components share.
     pub world: Option<World>,
+    /// The rules between parameters of components.
+    pub rules: Vec<Require>,
+}
+
+/// `require filter.gain < base.gain "unstable";`
+#[derive(Clone, Debug)]
+pub struct Require {
+    /// The groups around it, the outermost first.
+    pub scope: Vec<String>,
+    /// The condition, whose paths begin with a group or a component in one of them, and the message.
+    pub rule: rc_pdsl::ast::Rule,
 }
 
 /// A machine.

@@ -20,13 +20,14 @@ use world::world;
 )]
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
+#[grammar = "../../pdsl/src/condition.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 13] = [
+const GROUP: [(&str, Rule); 14] = [
     ("Component", Rule::component),
     ("Process", Rule::process),
     ("Host", Rule::host),
@@ -39,10 +40,11 @@ const GROUP: [(&str, Rule); 13] = [
     ("record", Rule::network_record),
     ("Chain", Rule::chain),
     ("World", Rule::world),
+    ("require", Rule::require),
     ("export", Rule::export),
 ];
 /// A deployment has all declarations of a group but `export`.
-const DEPLOYMENT: &Keywords = GROUP.split_at(12).0;
+const DEPLOYMENT: &Keywords = GROUP.split_at(13).0;
 const COMPONENT: [(&str, Rule); 20] = [
     ("cdsl", Rule::text_field),
     ("executable", Rule::text_field),
@@ -139,6 +141,7 @@ fn decl(
         Rule::external => Decl::External(external(r, pair)),
         Rule::chain => Decl::Chain(chain(r, pair)),
         Rule::world => Decl::World(world(r, pair)),
+        Rule::require => Decl::Require(Box::new(require(r, pair)?)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
             let word = r.first_word(&pair);
@@ -157,6 +160,19 @@ fn decl(
             return None;
         }
     })
+}
+
+fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<rc_pdsl::ast::Rule> {
+    let (mut condition, mut message) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::condition => condition = Some(part),
+            Rule::string => message = Some(part),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    rc_pdsl::condition::rule(r, condition?, &message?)
 }
 
 fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
@@ -566,6 +582,8 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
     });
 }
 
+rc_pdsl::condition_rules!();
+
 rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     file | kw_deployment => "`Deployment`",
     chain_point => "a component, or an operation such as `lidar.LaserPub.scan`",
@@ -583,6 +601,11 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     list | open_square => "`[`",
     close_square => "`]`",
     kw_at => "`at`",
+    condition => "a condition",
+    operand => "a value",
+    operator => "an operator",
+    close_bracket => "`)`",
+    path => "a parameter such as `filter.gain`",
     literal => "a value",
     decl => "a declaration",
     arrow => "`->`",

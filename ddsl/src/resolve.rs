@@ -3,6 +3,7 @@
 mod chains;
 mod processes;
 mod references;
+mod rules;
 mod world;
 
 use crate::ast::{self, Decl};
@@ -47,6 +48,7 @@ pub fn load(
             imports,
             chains: Vec::new(),
             world: None,
+            rules: Vec::new(),
         },
         scopes: vec![Scope::default()],
         references: Vec::new(),
@@ -56,6 +58,7 @@ pub fn load(
         record: None,
         externals: Vec::new(),
         chains: Vec::new(),
+        rules: Vec::new(),
         comparisons: 0,
         found,
     };
@@ -134,6 +137,8 @@ struct Resolver<'a> {
     externals: Vec<(Option<usize>, &'a ast::External)>,
     /// The chains, each with the enclosing group.
     chains: Vec<(Option<usize>, &'a ast::Chain)>,
+    /// The rules, each with the enclosing group.
+    rules: Vec<(Option<usize>, &'a rc_pdsl::ast::Rule)>,
     comparisons: usize,
     found: Diagnostics,
 }
@@ -194,6 +199,7 @@ impl<'a> Resolver<'a> {
                 Decl::External(tree) => self.externals.push((context.group, tree)),
                 Decl::World(tree) => self.world(tree, context),
                 Decl::Chain(tree) => self.chains.push((context.group, tree)),
+                Decl::Require(tree) => self.rules.push((context.group, tree)),
                 Decl::Middleware(_) | Decl::Domain(..) => {}
             }
         }
@@ -390,6 +396,7 @@ impl<'a> Resolver<'a> {
             }
         }
         self.resolve_chains();
+        self.resolve_rules();
         for (group, tree) in std::mem::take(&mut self.externals) {
             if let Some(address) = &tree.address
                 && let Err(reason) = rc_vocabulary::address::check(&address.text)

@@ -192,6 +192,32 @@ pub struct Expression {
     pub span: Span,
 }
 
+impl Expression {
+    /// Adds all paths in it, in the order of the text.
+    pub fn paths<'e>(&'e self, out: &mut Vec<&'e Path>) {
+        match &self.kind {
+            ExpressionKind::Literal(_) => {}
+            ExpressionKind::Path(path) | ExpressionKind::Call(_, path) => out.push(path),
+            ExpressionKind::Negative(inner) | ExpressionKind::Not(inner) => inner.paths(out),
+            ExpressionKind::Sum(first, rest) => {
+                first.paths(out);
+                rest.iter().for_each(|(_, part)| part.paths(out));
+            }
+            ExpressionKind::Product(first, rest) => {
+                first.paths(out);
+                rest.iter().for_each(|(_, part)| part.paths(out));
+            }
+            ExpressionKind::Comparison(left, _, right) => {
+                left.paths(out);
+                right.paths(out);
+            }
+            ExpressionKind::All(parts) | ExpressionKind::Any(parts) => {
+                parts.iter().for_each(|part| part.paths(out));
+            }
+        }
+    }
+}
+
 /// The kinds of expressions. Chains such as `a + b + c` are flat, so that only brackets nest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {

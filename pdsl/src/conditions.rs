@@ -40,6 +40,21 @@ pub(crate) fn resolve(
     })
 }
 
+/// Resolves rules over `parameters`, each in the groups `scope`. Where a group is in `unknown`, no
+/// one knows what is in it, and rules about it are left out.
+pub fn resolve_rules<'r>(
+    parameters: &[Parameter],
+    unknown: &HashSet<Vec<String>>,
+    rules: impl IntoIterator<Item = (&'r [String], &'r ast::Rule)>,
+    found: &mut Diagnostics,
+) -> Vec<Option<Rule>> {
+    let declared = Block::new(parameters);
+    let rules = rules.into_iter();
+    rules
+        .map(|(scope, rule)| resolve(&declared, unknown, scope, rule, found))
+        .collect()
+}
+
 /// The type of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OperandType {

@@ -6,12 +6,14 @@
 
 pub mod ast;
 mod block;
+pub mod condition;
 mod conditions;
 mod imports;
 mod limits;
 mod parse;
 mod resolve;
 
+pub use conditions::resolve_rules;
 pub use parse::parse;
 pub use resolve::load;
 

@@ -1,14 +1,13 @@
 //! Parses text into a syntax tree. Parsing never fails: unreadable parts become diagnostics.
 
-mod condition;
-
 use crate::ast::{
     Array, DefaultValue, File, Flag, FlagKind, Group, Item, Length, List, Param, Params, Range,
     Rule as RequireRule,
 };
+use crate::condition;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_syntax::{Literal, Name, ParseContext, Trivia};
+use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
     unreachable_pub,
@@ -16,6 +15,7 @@ use rc_syntax::{Literal, Name, ParseContext, Trivia};
 )]
 #[derive(pest_derive::Parser)]
 #[grammar = "../../syntax/src/common.pest"]
+#[grammar = "condition.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
@@ -142,23 +142,16 @@ fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
 }
 
 fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
-    let (mut condition, mut message) = (None, String::new());
+    let (mut condition, mut message) = (None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::condition => condition = condition::read(r, part),
-            Rule::string => message = r.string(&part).text,
+            Rule::condition => condition = Some(part),
+            Rule::string => message = Some(part),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    let condition = condition?;
-    let text = &r.text[condition.span.start..condition.span.end];
-    let text = Trivia::new(text).significant().trim_end().to_owned();
-    Some(RequireRule {
-        condition,
-        text,
-        message,
-    })
+    condition::rule(r, condition?, &message?)
 }
 
 fn param(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
@@ -282,3 +275,4 @@ rc_syntax::language!("`ComponentParams NAME { … };`", words: [], {
     close_bracket => "`)`",
     path | param => "a parameter",
 });
+crate::condition_rules!();

@@ -38,6 +38,7 @@ mod process_name;
 mod programs;
 mod python_copies;
 mod ros_names;
+mod rules;
 mod scenes;
 pub mod services;
 mod shared_process;

@@ -7,7 +7,7 @@ use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{adaptors, chains, network_time, ros_names, unsupported, world};
+use crate::{adaptors, chains, network_time, ros_names, rules, unsupported, world};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -92,6 +92,7 @@ pub fn load(
     let needed = network.needed();
     network.programs.choose(needed);
     network.chains = chains::check(&network, &mut found);
+    rules::check(&network, &mut found);
     ros_names::check(&network, &mut found);
     unsupported::check(&network, &mut found);
     world::check(

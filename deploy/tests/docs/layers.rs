@@ -320,7 +320,10 @@ const LANGUAGES: [(&str, &[&str]); 8] = [
     ("rc-smdsl", &[]),
     ("rc-prototypes", &["rc-idsl"]),
     ("rc-cdsl", &["rc-idsl", "rc-prototypes"]),
-    ("rc-ddsl", &["rc-cdsl", "rc-idsl", "rc-prototypes"]),
+    (
+        "rc-ddsl",
+        &["rc-cdsl", "rc-idsl", "rc-pdsl", "rc-prototypes"],
+    ),
     ("graph-language", &["rc-prototypes"]),
     ("rc-kinematics", &[]),
 ];

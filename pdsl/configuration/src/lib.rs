@@ -43,6 +43,7 @@ pub use document::parse_argument;
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;
+pub use rules::violations_by;
 pub use save::SaveError;
 #[cfg(feature = "tools")]
 pub use schema::{Slot, json_text, schema};

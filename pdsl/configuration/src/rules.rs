@@ -4,8 +4,20 @@ use crate::block::{Block, Content, Field, Origin};
 use crate::condition::{
     EvaluationError, Function, Reference, ReferenceValues, first_duplicate, position_of_extreme,
 };
-use crate::model::{Rule, Value};
+use crate::model::{Parameters, Rule, Value};
+use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Span};
+
+/// The rules of `parameters` that `values` violate, each by its index and with an explanation. The
+/// values have been checked otherwise, as those of running components.
+pub fn violations_by(parameters: &Parameters, values: &Values) -> Vec<(usize, String)> {
+    let at = crate::live::no_location().start();
+    let root = Block::of(&parameters.parameters, values, "", at);
+    let broken = violations(&parameters.rules, &root).into_iter();
+    broken
+        .map(|(at, violation)| (at, violation.explanation))
+        .collect()
+}
 
 /// A violated rule.
 pub(crate) struct Violation<'a> {

@@ -94,6 +94,18 @@ static EMPTY: Values = Values {
 };
 
 impl Values {
+    /// Adds a group. Of two entries with one name, the first one counts.
+    pub fn with_group(mut self, name: &str, values: Self) -> Self {
+        self.push(name.to_owned(), Entry::Group(values));
+        self
+    }
+
+    /// Adds a value that is no secret. Of two entries with one name, the first one counts.
+    pub fn with_value(mut self, name: &str, value: Value) -> Self {
+        self.push(name.to_owned(), Entry::Value(value, false));
+        self
+    }
+
     pub(crate) fn push(&mut self, name: String, entry: Entry) {
         self.entries.push((name, entry));
     }

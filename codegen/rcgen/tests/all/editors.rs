@@ -26,8 +26,11 @@ fn root() -> PathBuf {
 
 /// The keywords of a grammar, as patterns: those that a file may write in either case with both letters.
 fn keywords(folder: &str) -> BTreeSet<String> {
-    let path = root().join(folder).join("src/grammar.pest");
-    let grammar = std::fs::read_to_string(path).expect("a grammar");
+    let read = |file: &str| std::fs::read_to_string(root().join(file)).expect("a grammar");
+    let mut grammar = read(&format!("{folder}/src/grammar.pest"));
+    if grammar.contains("condition.pest") {
+        grammar += &read("pdsl/src/condition.pest");
+    }
     let mut words = BTreeSet::new();
     for line in grammar.lines().filter(|line| line.starts_with("kw_")) {
         let mut parts = line.split('"');

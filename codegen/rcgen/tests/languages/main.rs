@@ -63,9 +63,15 @@ fn grammar_of(language: Language) -> Grammar {
     Grammar::new(match language.extension {
         "idsl" => include_str!("../../../../idsl/src/grammar.pest"),
         "cdsl" => include_str!("../../../../cdsl/src/grammar.pest"),
-        "pdsl" => include_str!("../../../../pdsl/src/grammar.pest"),
+        "pdsl" => concat!(
+            include_str!("../../../../pdsl/src/condition.pest"),
+            include_str!("../../../../pdsl/src/grammar.pest")
+        ),
         "smdsl" => include_str!("../../../../smdsl/src/grammar.pest"),
-        "ddsl" => include_str!("../../../../ddsl/src/grammar.pest"),
+        "ddsl" => concat!(
+            include_str!("../../../../pdsl/src/condition.pest"),
+            include_str!("../../../../ddsl/src/grammar.pest")
+        ),
         "gdsl" => include_str!("../../../../graph/language/src/grammar.pest"),
         "dproto" => include_str!("../../../../prototypes/src/grammar.pest"),
         "kdsl" => include_str!("../../../../kinematics/src/grammar.pest"),

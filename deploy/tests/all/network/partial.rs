@@ -382,3 +382,70 @@ fn components_over_dds_that_were_started_by_hand_leave_nothing() {
     assert_eq!(failed.code, 3, "{failed:?}");
     assert!(!site.directory().path().exists(), "{failed:?}");
 }
+
+/// What `rcdeploy check` says of two components in a group, with these rules in it and outside.
+fn rules(inside: &str, outside: &str, set: &[&str]) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let body = format!(
+        "}};\nexternal user.Laser;\nGroup arm\n{{\n\
+         Component left {{ cdsl \"user.cdsl\"; executable \"x\"; parameters {{ low 2; }}; }};\n\
+         Component bare {{ cdsl \"bare.cdsl\"; executable \"x\"; }};\n\
+         external left.Laser;\n{inside}\n}};\n{outside}"
+    );
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("to write");
+    };
+    write(
+        "bare.cdsl",
+        "Component bare { Communications { }; language rust; period 50ms; };\n",
+    );
+    load(folder.path(), &body, set).3
+}
+
+#[test]
+fn rules_between_components_hold_before_the_start() {
+    // `user` has high = 3 by its configuration, `arm.left` low = 2 by the network.
+    let held = [
+        "require arm.left.low < user.high \"a\";",
+        "require user.period == 100ms and arm.bare.period * 2 == user.period \"b\";",
+        "require max(user.gains) <= arm.left.low and user.name == \"\" \"c\";",
+    ];
+    assert_eq!(rules("", &held.join("\n"), &[]), "");
+    let inside = "require left.low < user.high or not bare.period < 1s \"d\";";
+    assert_eq!(rules(inside, "", &[]), "");
+    expect_test::expect![[r#"
+        n.ddsl:10:9: error[rule-broken]: too low (`left.low > user.high` does not hold: `arm.left.low` is 2, `user.high` is 9)
+        n.ddsl:12:9: error[rule-broken]: unstable (`arm.bare.period * arm.left.low < 40ms` does not hold: `arm.bare.period` is "50ms", `arm.left.low` is 2)
+    "#]].assert_eq(&rules(
+        "require left.low > user.high \"too low\";",
+        "require arm.bare.period * arm.left.low < 40ms \"unstable\";",
+        &["user.high=9"],
+    ));
+}
+
+#[test]
+fn mistakes_in_rules_between_components_have_their_places() {
+    let wrong = [
+        "require arm.lef.low < user.high \"a\";",
+        "require arm.left.lo < user.high \"a\";",
+        "require usr.low < 3 \"a\";",
+        "require user.low < 3ms \"a\";",
+        "require arm.left \"a\";",
+        "require arm.bare.low < 3 \"a\";",
+        "require user.token == \"x\" \"a\";",
+        "require 1 < 2 \"a\";",
+        "require user.low && user.high < 3 \"a\";",
+    ];
+    expect_test::expect![[r#"
+        n.ddsl:12:13: error[unknown-instance]: group `arm` has no component or group `lef` (did you mean `left`?)
+        n.ddsl:13:18: error[unknown-parameter]: unknown parameter `arm.left.lo` (did you mean `low`?)
+        n.ddsl:14:9: error[unknown-instance]: unknown component or group `usr` (did you mean `user`?)
+        n.ddsl:15:9: error[condition-type]: a number cannot be compared with a duration (a duration needs a unit here: `100ms`)
+        n.ddsl:16:9: error[condition-type]: `arm.left` is a group and has no value (name one of the parameters in it)
+        n.ddsl:17:18: error[unknown-parameter]: unknown parameter `arm.bare.low` (expected `period`)
+        n.ddsl:18:9: error[rule-broken]: a (`user.token == "x"` does not hold: `user.token` is secret)
+        n.ddsl:19:9: error[constant-condition]: no parameter is named here: it always holds
+        n.ddsl:20:9: error[condition-type]: this is a number, not a condition (compare it with something: `a < b`)
+        n.ddsl:20:18: error[foreign-operator]: `&&` is written `and` here
+    "#]].assert_eq(&rules("", &wrong.join("\n"), &[]));
+}

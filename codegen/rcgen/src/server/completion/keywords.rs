@@ -414,6 +414,16 @@ const NETWORK: &[Keyword] = &[
         "World",
         "The graph that the components share: its schema and its files.",
     ),
+    (
+        "require",
+        "A rule between parameters: `require filter.delay < base.period \"message\";`",
+    ),
+];
+
+const CONDITION: &[Keyword] = &[
+    ("and", "Both conditions hold."),
+    ("or", "One of the conditions holds."),
+    ("not", "The condition does not hold."),
 ];
 
 const PARAMETERS: &[Keyword] = &[
@@ -437,7 +447,7 @@ const STATES: &[Keyword] = &[
 
 /// The keywords that may stand inside a statement, by language and by the first word of the statement;
 /// `*` for any.
-pub(super) const INSIDE: [(&str, &str, &[Keyword]); 13] = [
+pub(super) const INSIDE: [(&str, &str, &[Keyword]); 14] = [
     (
         "idsl",
         "exception",
@@ -522,15 +532,8 @@ pub(super) const INSIDE: [(&str, &str, &[Keyword]); 13] = [
             ("of", "The parameter that names the file."),
         ],
     ),
-    (
-        "pdsl",
-        "require",
-        &[
-            ("and", "Both conditions hold."),
-            ("or", "One of the conditions holds."),
-            ("not", "The condition does not hold."),
-        ],
-    ),
+    ("pdsl", "require", CONDITION),
+    ("ddsl", "require", CONDITION),
     (
         "smdsl",
         ":",
@@ -573,8 +576,11 @@ mod tests {
     fn the_keywords_of_the_grammars_are_known() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         for language in ["idsl", "cdsl", "ddsl", "pdsl", "smdsl"] {
-            let path = folder.join(language).join("src/grammar.pest");
-            let grammar = std::fs::read_to_string(path).expect("a grammar");
+            let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("a grammar");
+            let mut grammar = read(&format!("{language}/src/grammar.pest"));
+            if grammar.contains("condition.pest") {
+                grammar += &read("pdsl/src/condition.pest");
+            }
             let lines = grammar.lines().filter(|line| line.starts_with("kw_"));
             let words = lines.flat_map(|line| {
                 let words = line.split('"').skip(1).step_by(2);

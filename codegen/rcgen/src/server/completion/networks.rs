@@ -78,6 +78,11 @@ impl Completion<'_> {
             ),
             (_, "restart" | "time") if last != "by" => of(keywords::of(&INSIDE, "ddsl", &word)),
             (_, "after" | "time") => members(target, &prefix),
+            (_, "require") => {
+                let mut items = members(target, &prefix);
+                items.extend(of(keywords::of(&INSIDE, "ddsl", &word)));
+                items
+            }
             (_, "export") => {
                 let inside = target
                     .names

@@ -1,25 +1,109 @@
-//! Parses the condition of a rule.
+//! Parses the condition of a rule, for each language whose grammar has `condition.pest`.
 //!
 //! Between two brackets, pest gives a flat list of operands and operators. This module splits it
 //! at the operators in the order of their precedence: `or`, `and`, `not`, comparisons, `+` and
 //! `-`, `*` and `/`, sign.
 
-use super::Rule;
-use crate::ast::{Expression, ExpressionKind, Path, ProductOperator, SumOperator};
+use crate::ast::{self, Expression, ExpressionKind, Path, ProductOperator, SumOperator};
+use pest::RuleType;
 use pest::iterators::Pair;
 use rc_configuration::condition::Comparator;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_syntax::{Name, ParseContext};
+use rc_syntax::{Name, ParseContext, Trivia};
+
+/// What a rule of `condition.pest` stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A condition in brackets.
+    Condition,
+    /// An operator between two operands.
+    Operator,
+    /// `or`
+    Or,
+    /// `and`
+    And,
+    /// `not`
+    Not,
+    /// `==`, `<` and others.
+    Comparator,
+    /// `+` or `-`
+    Add,
+    /// `*` or `/`
+    Multiply,
+    /// The sign of an operand.
+    Minus,
+    /// `(`
+    Open,
+    /// `)`
+    Close,
+    /// `max(motors.max)`
+    Call,
+    /// `motors.max`
+    Path,
+    /// A literal.
+    Literal,
+}
+
+/// The `Rule` enumeration of a grammar with `condition.pest`; `condition_rules!` implements it.
+pub trait ConditionRule: RuleType {
+    /// What the rule stands for.
+    fn part(self) -> Part;
+}
+
+/// Implements [`ConditionRule`] for the `Rule` that pest generates.
+#[macro_export]
+macro_rules! condition_rules {
+    () => {
+        impl $crate::condition::ConditionRule for Rule {
+            fn part(self) -> $crate::condition::Part {
+                use $crate::condition::Part;
+                match self {
+                    Self::condition => Part::Condition,
+                    Self::operator => Part::Operator,
+                    Self::kw_or => Part::Or,
+                    Self::kw_and => Part::And,
+                    Self::kw_not => Part::Not,
+                    Self::comparator => Part::Comparator,
+                    Self::add_operator => Part::Add,
+                    Self::mul_operator => Part::Multiply,
+                    Self::minus => Part::Minus,
+                    Self::open_bracket => Part::Open,
+                    Self::close_bracket => Part::Close,
+                    Self::call => Part::Call,
+                    Self::path => Part::Path,
+                    _ => Part::Literal,
+                }
+            }
+        }
+    };
+}
+
+/// Parses the condition and the message of `require CONDITION "MESSAGE";`. Reports an error and
+/// returns `None` if the operators of the condition are misplaced.
+pub fn rule<R: ConditionRule>(
+    r: &mut ParseContext<'_>,
+    condition: Pair<'_, R>,
+    message: &Pair<'_, R>,
+) -> Option<ast::Rule> {
+    let condition = read(r, condition)?;
+    let text = &r.text[condition.span.start..condition.span.end];
+    let text = Trivia::new(text).significant().trim_end().to_owned();
+    Some(ast::Rule {
+        condition,
+        text,
+        message: r.string(message).text,
+    })
+}
 
 /// Parses one condition. Reports an error and returns `None` if its operators are misplaced.
-pub(super) fn read(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+fn read<R: ConditionRule>(r: &mut ParseContext<'_>, pair: Pair<'_, R>) -> Option<Expression> {
     let mut operands = Vec::new();
     let mut before = None;
     for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::operator => {
+        match part.as_rule().part() {
+            Part::Operator => {
                 let sign = part.into_inner().next()?;
-                before = Some((sign.as_rule(), r.name(&sign)));
+                before = Some((sign.as_rule().part(), r.name(&sign)));
             }
             _ => operands.push(operand(r, part, before.take())?),
         }
@@ -30,23 +114,23 @@ pub(super) fn read(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Exp
 /// An operand with the operators around it.
 struct Operand {
     /// The operator before it; `None` for the first operand.
-    before: Option<(Rule, Name)>,
+    before: Option<(Part, Name)>,
     nots: Vec<Name>,
     minuses: usize,
     value: Expression,
 }
 
-fn operand(
+fn operand<R: ConditionRule>(
     r: &mut ParseContext<'_>,
-    pair: Pair<'_, Rule>,
-    before: Option<(Rule, Name)>,
+    pair: Pair<'_, R>,
+    before: Option<(Part, Name)>,
 ) -> Option<Operand> {
     let (mut nots, mut minuses) = (Vec::new(), 0);
     let end = r.span(&pair).end;
     let mut open = None;
     for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::kw_not => {
+        match part.as_rule().part() {
+            Part::Not => {
                 let not = r.name(&part);
                 report_foreign_operator(r, &not, "not");
                 if minuses > 0 {
@@ -55,8 +139,8 @@ fn operand(
                 }
                 nots.push(not);
             }
-            Rule::minus => minuses += 1,
-            Rule::open_bracket => {
+            Part::Minus => minuses += 1,
+            Part::Open => {
                 open = Some(Span {
                     end,
                     ..r.span(&part)
@@ -77,34 +161,34 @@ fn operand(
     None
 }
 
-fn value(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Expression> {
+fn value<R: ConditionRule>(r: &mut ParseContext<'_>, pair: Pair<'_, R>) -> Option<Expression> {
     let span = r.span(&pair);
-    let kind = match pair.as_rule() {
-        Rule::condition => return read(r, pair),
-        Rule::call => {
+    let kind = match pair.as_rule().part() {
+        Part::Condition => return read(r, pair),
+        Part::Call => {
             let mut parts = pair.into_inner();
             let function = r.name(&parts.next()?);
             ExpressionKind::Call(function, path(r, parts.next()?))
         }
-        Rule::path => ExpressionKind::Path(path(r, pair)),
+        Part::Path => ExpressionKind::Path(path(r, pair)),
         _ => ExpressionKind::Literal(r.literal(&pair)),
     };
     Some(Expression { kind, span })
 }
 
-fn path(r: &ParseContext<'_>, pair: Pair<'_, Rule>) -> Path {
+fn path<R: RuleType>(r: &ParseContext<'_>, pair: Pair<'_, R>) -> Path {
     Path {
         span: r.span(&pair),
         names: pair.into_inner().map(|part| r.name(&part)).collect(),
     }
 }
 
-/// Splits `operands` at each operator `rule`. The operator is removed from the first operand of
+/// Splits `operands` at each operator `at`. The operator is removed from the first operand of
 /// each part.
-fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)> {
+fn split(operands: Vec<Operand>, at: Part) -> Vec<(Option<Name>, Vec<Operand>)> {
     let mut parts: Vec<(Option<Name>, Vec<Operand>)> = Vec::new();
     for mut operand in operands {
-        let sign = operand.before.take_if(|(before, _)| *before == rule);
+        let sign = operand.before.take_if(|(before, _)| *before == at);
         match parts.last_mut() {
             Some((_, part)) if sign.is_none() => part.push(operand),
             _ => parts.push((sign.map(|(_, sign)| sign), vec![operand])),
@@ -115,7 +199,7 @@ fn split(operands: Vec<Operand>, rule: Rule) -> Vec<(Option<Name>, Vec<Operand>)
 
 fn any(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
-    for (sign, part) in split(operands, Rule::kw_or) {
+    for (sign, part) in split(operands, Part::Or) {
         sign.iter()
             .for_each(|sign| report_foreign_operator(r, sign, "or"));
         parts.push(all(r, part)?);
@@ -125,7 +209,7 @@ fn any(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
 
 fn all(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
     let mut parts = Vec::new();
-    for (sign, part) in split(operands, Rule::kw_and) {
+    for (sign, part) in split(operands, Part::And) {
         sign.iter()
             .for_each(|sign| report_foreign_operator(r, sign, "and"));
         parts.push(truth(r, part)?);
@@ -164,7 +248,7 @@ fn truth(r: &mut ParseContext<'_>, mut operands: Vec<Operand>) -> Option<Express
 }
 
 fn comparison(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expression> {
-    let mut parts = split(operands, Rule::comparator).into_iter();
+    let mut parts = split(operands, Part::Comparator).into_iter();
     let left = sum(parts.next()?.1)?;
     let Some((Some(sign), right)) = parts.next() else {
         return Some(left);
@@ -190,7 +274,7 @@ fn comparison(r: &mut ParseContext<'_>, operands: Vec<Operand>) -> Option<Expres
 }
 
 fn sum(operands: Vec<Operand>) -> Option<Expression> {
-    let parts = split(operands, Rule::add_operator).into_iter();
+    let parts = split(operands, Part::Add).into_iter();
     let operator = |sign: Name| match sign.text.as_str() {
         "+" => SumOperator::Add,
         _ => SumOperator::Subtract,
@@ -200,7 +284,7 @@ fn sum(operands: Vec<Operand>) -> Option<Expression> {
 }
 
 fn product(operands: Vec<Operand>) -> Option<Expression> {
-    let parts = split(operands, Rule::mul_operator).into_iter();
+    let parts = split(operands, Part::Multiply).into_iter();
     let operator = |sign: Name| match sign.text.as_str() {
         "*" => ProductOperator::Multiply,
         _ => ProductOperator::Divide,
