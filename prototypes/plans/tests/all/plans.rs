@@ -395,6 +395,75 @@ fn bad_values_are_refused() {
     assert_eq!(plan.program.run(&[0.0]), Err(Rejected::Count));
 }
 
+/// `tolerance` is how far a length may be from 1; without one, 0.001.
+#[test]
+fn a_length_may_differ_by_the_tolerance() {
+    let turn = |name: &str, coordinate: &str, more: &str| {
+        format!(
+            "dproto {name} :: geometry {{ semantic = Orientation coord = {coordinate} algebraic = v4 \
+             ddr = :: c99{{double[4]}} dr = {{ 0 = 0, 1 = 1, 2 = 2, 3 = 3 }} {more} }}\n"
+        )
+    };
+    let text = [
+        "algebraic v4 :: Vector{4}\n".to_owned(),
+        turn("strict", "quaternion", ""),
+        turn("lenient", "quaternion", "tolerance = 0.25"),
+        turn("to", "axis_angle", ""),
+    ];
+    let library = library(&text.concat());
+    let network = Network::new(&library);
+    for (name, length, is_allowed) in [
+        ("strict", 1.0005, true),
+        ("strict", 1.0015, false),
+        ("strict", 0.9985, false),
+        ("lenient", 1.2, true),
+        ("lenient", 0.8, true),
+        ("lenient", 1.3, false),
+        ("lenient", 0.0, false),
+    ] {
+        let plan = network.plan(name, "to").expect("a plan");
+        let outcome = plan.program.run(&[0.0, 0.6 * length, 0.0, 0.8 * length]);
+        assert_eq!(outcome.is_ok(), is_allowed, "{name} {length}: {outcome:?}");
+        if let Ok(found) = outcome {
+            // The length means nothing.
+            let angle = 2.0 * 0.6_f64.asin();
+            assert!((found[3] - angle).abs() < 1e-12, "{found:?}");
+        }
+    }
+}
+
+/// Prototypes with the same numbers, and functions between them in circles: each step costs something, so
+/// no circle is a way.
+#[test]
+fn circles_of_conversions_end() {
+    let mut text = String::from(
+        "algebraic v1 :: Vector{1}\ndomain own :: { semantic = { S } coord = { c, d } }\n",
+    );
+    for at in 0..30 {
+        let coordinate = if at < 15 { "c" } else { "d" };
+        text += &format!(
+            "dproto p{at} :: own {{ semantic = S coord = {coordinate} algebraic = v1 ddr = :: c99{{double[1]}} dr = {{ 0 = 0 }} }}\n"
+        );
+        text += &format!("conversion p{at} -> p{} = around\n", (at + 1) % 30);
+    }
+    let library = library(&text);
+    let network = Network::new(&library);
+    let (mut plain, mut called) = (0, 0);
+    for (from, to, cost) in network.edges() {
+        assert!(cost > 0, "{from} {to}");
+    }
+    for one in &library.prototypes {
+        for other in &library.prototypes {
+            let plan = network.plan(&one.name, &other.name).expect("a plan");
+            let steps = plan.distance();
+            assert!(steps <= 3, "{plan}");
+            plain += usize::from(steps == 1);
+            called += usize::from(plan.cost.total() >= 100);
+        }
+    }
+    assert!(plain > 400 && called == 450, "{plain} {called}");
+}
+
 #[track_caller]
 fn converts(network: &Network<'_>, from: &str, to: &str, input: &[f64], expected: &[f64]) {
     let plan = network.plan(from, to).expect("a plan");
