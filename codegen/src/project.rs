@@ -67,12 +67,21 @@ impl Project {
         sources: &mut SourceMap,
         loader: &dyn Loader,
     ) -> Result<(Option<Self>, Diagnostics), std::io::Error> {
-        let text = rc_files::read(path)?;
+        Ok(Self::of_text(path, rc_files::read(path)?, sources, loader))
+    }
+
+    /// [`Project::load`] for a text that need not be in a file. `path` is the base of its imports.
+    pub fn of_text(
+        path: &Path,
+        text: String,
+        sources: &mut SourceMap,
+        loader: &dyn Loader,
+    ) -> (Option<Self>, Diagnostics) {
         let first = sources.ids().count();
         let source = sources.add(path, text);
         let (component, mut found) = rc_cdsl::load(sources, loader, source);
         let Some(mut component) = component else {
-            return Ok((None, found));
+            return (None, found);
         };
         if let Some(language) = Language::from_file(&component.language.text) {
             packages::check(language, &component, &mut found);
@@ -137,7 +146,7 @@ impl Project {
         let origins = Origin::all(&component.library, sources);
         // What values mean is no part of the code, so these files do not count.
         found.extend(rc_cdsl::meanings(&mut component, sources, loader, source));
-        Ok((
+        (
             Some(Self {
                 says_cpp: Language::from_file(&component.language.text) == Some(Language::Cpp),
                 path: path.to_path_buf(),
@@ -151,7 +160,7 @@ impl Project {
                 code: OnceLock::new(),
             }),
             found,
-        ))
+        )
     }
 
     /// The language of its worker. A description of RoboComp for C++ whose worker was generated in

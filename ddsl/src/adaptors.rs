@@ -219,6 +219,7 @@ fn instance(deployment: &Deployment, found: &Found<'_>) -> Instance {
             own.name.text, slot.name
         )],
         group: own.group,
+        proxy: None,
         process: None,
         folder: own.folder.clone(),
         cdsl: None,

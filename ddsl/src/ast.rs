@@ -234,6 +234,8 @@ pub struct Group {
     pub decls: Vec<Decl>,
     /// Its `export` clauses: keyword and slots.
     pub exports: Vec<(Name, Vec<Name>)>,
+    /// Its `proxy` clauses: the keyword, and the middleware outside.
+    pub proxies: Vec<(Name, Option<Middleware>)>,
     /// Whether input was skipped, with an error.
     pub incomplete: bool,
 }

@@ -91,7 +91,8 @@ pub fn connect(
         diagnostics: Vec::new(),
         found,
     };
-    let mut bound = connector.connect_binds();
+    let mut bound = connector.connect_proxies();
+    connector.connect_binds(&mut bound);
     connector.take_externals(&mut bound);
     connector.connect_implicitly(&bound);
     connector.choose_transports();
@@ -109,10 +110,10 @@ pub fn connect(
 /// The maximum number of names that a message lists.
 const MAX_LISTED: usize = 8;
 
-struct Connector<'a> {
-    deployment: &'a Deployment,
-    components: &'a [Option<&'a Component>],
-    exports: Exports<'a>,
+pub(crate) struct Connector<'a> {
+    pub(crate) deployment: &'a Deployment,
+    pub(crate) components: &'a [Option<&'a Component>],
+    pub(crate) exports: Exports<'a>,
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
     conversions: BTreeMap<Connection, Conversion>,
@@ -120,7 +121,7 @@ struct Connector<'a> {
     trees: Vec<(Connection, Name)>,
     transports: BTreeMap<Connection, Middleware>,
     /// The explicit connections, each with the location of its consumer.
-    bound_by: Vec<(Connection, Span)>,
+    pub(crate) bound_by: Vec<(Connection, Span)>,
     externals: BTreeMap<Endpoint, Option<Name>>,
     diagnostics: Vec<ConnectionDiagnostic>,
     found: Diagnostics,
@@ -136,11 +137,11 @@ struct Providers {
 }
 
 impl<'a> Connector<'a> {
-    fn slot(&self, end: Endpoint) -> Option<&'a Slot> {
+    pub(crate) fn slot(&self, end: Endpoint) -> Option<&'a Slot> {
         slot(self.components, end)
     }
 
-    fn instance(&self, end: Endpoint) -> &'a Instance {
+    pub(crate) fn instance(&self, end: Endpoint) -> &'a Instance {
         &self.deployment.instances[end.instance]
     }
 
@@ -215,9 +216,9 @@ impl<'a> Connector<'a> {
         None
     }
 
-    /// Makes the explicit connections. Returns their consumers, including those with errors.
-    fn connect_binds(&mut self) -> HashMap<Endpoint, Span> {
-        let mut bound: HashMap<Endpoint, Span> = HashMap::new();
+    /// Makes the explicit connections. Adds their consumers to `bound`, including those with
+    /// errors.
+    fn connect_binds(&mut self, bound: &mut HashMap<Endpoint, Span>) {
         let mut pairs: HashSet<(Endpoint, Endpoint)> = HashSet::new();
         for bind in &self.deployment.binds {
             let consumer = self.find(&bind.consumer);
@@ -249,7 +250,6 @@ impl<'a> Connector<'a> {
             self.bound_by.push((connection, bind.consumer.span));
             self.connect_bind((bind, named), consumer, provider);
         }
-        bound
     }
 
     /// Takes the slots whose peers are not part of the network, and adds them to `bound`.
@@ -351,7 +351,8 @@ impl<'a> Connector<'a> {
     /// Connects slots without a bind: clients to the only visible provider, subscribers to every
     /// visible publisher.
     fn connect_implicitly(&mut self, bound: &HashMap<Endpoint, Span>) {
-        let ends = self.ends();
+        let mut ends = self.ends();
+        ends.retain(|end| !self.is_inside_of_proxy(*end));
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
         for end in ends.iter().copied() {
             // An adaptor is there for its consumer only.
@@ -379,7 +380,8 @@ impl<'a> Connector<'a> {
             if let Some(all) = all {
                 let own = self.deployment.enclosing(self.instance(consumer).group);
                 let groups = own.map(Some).chain([None]);
-                seen.extend(groups.filter_map(|g| all.seen_in.get(&g)).flatten());
+                let visible = groups.filter_map(|g| all.seen_in.get(&g)).flatten();
+                seen.extend(visible.filter(|end| !self.is_own_proxy(**end, consumer)));
                 seen.sort_unstable();
             }
             match (slot.role, seen.as_slice()) {
@@ -538,8 +540,14 @@ impl<'a> Connector<'a> {
                 names.collect::<Vec<_>>().join(" → ")
             );
             let span = self.deployment.instances[cycle[0]].name.span;
-            let warning = Diagnostic::warning("requires-cycle", span, message);
-            self.found.push(warning);
+            let proxies = cycle.iter();
+            let proxies = proxies.filter(|at| self.deployment.instances[**at].proxy.is_some());
+            self.found.push(if proxies.count() < 2 {
+                Diagnostic::warning("requires-cycle", span, message)
+            } else {
+                let help = "a proxy waits for each call that it forwards: remove one of the proxies, or export only one direction";
+                Diagnostic::error("proxy-cycle", span, message).help(help)
+            });
         }
     }
 }

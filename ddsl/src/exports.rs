@@ -11,7 +11,12 @@ use std::collections::{BTreeMap, HashMap};
 
 /// The slot of each exported name of each group. `None` after an error.
 #[derive(Debug, Default)]
-pub(crate) struct Exports<'a>(HashMap<(usize, &'a str), Option<Endpoint>>);
+pub(crate) struct Exports<'a> {
+    /// For everybody outside: of a group with a proxy, a slot of the proxy.
+    seen: HashMap<(usize, &'a str), Option<Endpoint>>,
+    /// Of groups with a proxy, the slots behind it, in the order of the exports.
+    behind: Vec<(usize, &'a str, Endpoint)>,
+}
 
 /// A slot inside a group that matches an exported name.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +53,9 @@ impl<'a> Exports<'a> {
         let mut inside: Vec<GroupSlots<'_>> = Vec::new();
         inside.resize_with(deployment.groups.len(), GroupSlots::default);
         for (at, instance) in deployment.instances.iter().enumerate() {
-            let Some(group) = instance.group.filter(|_| instance.adaptor.is_none()) else {
+            // A proxy stands for its group, whose exports follow.
+            let is_made = instance.proxy.is_some() || instance.adaptor.is_some();
+            let Some(group) = instance.group.filter(|_| !is_made) else {
                 continue;
             };
             let Some(component) = components.get(at).copied().flatten() else {
@@ -70,7 +77,14 @@ impl<'a> Exports<'a> {
             let slots = group.exports.iter();
             for (slot, name) in slots.flat_map(|name| own.exported(name)) {
                 let end = own.find(group, slot, name, found);
-                exports.0.insert((number, slot), end);
+                let end = match (&group.proxy, end) {
+                    (Some(proxy), Some(end)) => {
+                        exports.behind.push((number, slot, end));
+                        outer_slot(components, proxy.instance, slot)
+                    }
+                    (_, end) => end,
+                };
+                exports.seen.insert((number, slot), end);
                 let Some(parent) = group.parent else { continue };
                 match end {
                     Some(end) => {
@@ -92,14 +106,20 @@ impl<'a> Exports<'a> {
 
     /// The slot that `group` exports as `name`.
     pub(crate) fn get(&self, group: usize, name: &str) -> Option<Endpoint> {
-        self.0.get(&(group, name)).copied().flatten()
+        self.seen.get(&(group, name)).copied().flatten()
+    }
+
+    /// The slots behind the proxy of a group, each with the name outside.
+    pub(crate) fn behind(&self, group: usize) -> impl Iterator<Item = (&'a str, Endpoint)> {
+        let own = self.behind.iter().filter(move |(of, ..)| *of == group);
+        own.map(|(_, name, end)| (*name, *end))
     }
 
     /// Whether the exports of `group` are without errors, so that a member which none of them means
     /// does not exist.
     pub(crate) fn knows(&self, group: usize, slot: &str) -> bool {
         let array = member::split(slot).map_or(slot, |(array, _)| array);
-        !self.0.contains_key(&(group, slot)) && !self.0.contains_key(&(group, array))
+        !self.seen.contains_key(&(group, slot)) && !self.seen.contains_key(&(group, array))
     }
 
     /// The outermost group in which a slot is visible. `None` is the whole deployment.
@@ -113,6 +133,14 @@ impl<'a> Exports<'a> {
         let mut groups = deployment.enclosing(own);
         groups.find(|group| self.get(*group, name) != Some(end))
     }
+}
+
+/// The slot of a proxy that outsiders see under this name.
+fn outer_slot(components: &[Option<&Component>], instance: usize, name: &str) -> Option<Endpoint> {
+    let slots = &components.get(instance).copied().flatten()?.slots;
+    let mut outer = slots[..slots.len() / 2].iter();
+    let slot = outer.position(|slot| slot.name == name)?;
+    Some(Endpoint { instance, slot })
 }
 
 impl<'a> GroupSlots<'a> {

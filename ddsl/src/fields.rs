@@ -50,17 +50,14 @@ pub(crate) struct References {
     pub(crate) after: Vec<Name>,
 }
 
-/// Builds an instance from its syntax tree. The caller resolves the references.
-pub(crate) fn instance(
-    tree: &ast::Component,
-    context: &BlockContext<'_>,
-    found: &mut Diagnostics,
-) -> (Instance, References) {
-    let mut instance = Instance {
-        name: tree.name.clone(),
-        path: format!("{}{}", context.prefix, tree.name.text),
-        doc: tree.doc.clone(),
+/// An instance without fields.
+fn blank(name: &Name, doc: &[String], context: &BlockContext<'_>) -> Instance {
+    Instance {
+        name: name.clone(),
+        path: format!("{}{}", context.prefix, name.text),
+        doc: doc.to_vec(),
         group: context.group,
+        proxy: None,
         process: None,
         folder: context.folder.to_path_buf(),
         cdsl: None,
@@ -86,7 +83,40 @@ pub(crate) fn instance(
         arrays: Vec::new(),
         all_members: None,
         adaptor: None,
-    };
+    }
+}
+
+/// The proxy of a group: it has the name of the group, and runs in the block around it.
+pub(crate) fn proxy(
+    tree: &ast::Group,
+    clause: Option<&ast::Middleware>,
+    context: &BlockContext<'_>,
+    found: &mut Diagnostics,
+) -> Instance {
+    let mut block = Block::new(&context.choice, found);
+    if let Some(clause) = clause {
+        block.middleware(clause);
+    }
+    let choice = block.end();
+    Instance {
+        middleware: choice.middleware,
+        auto: choice.auto,
+        settings: choice.settings,
+        restart: Restart {
+            policy: RestartPolicy::OnFailure,
+            ..Restart::default()
+        },
+        ..blank(&tree.name, &tree.doc, context)
+    }
+}
+
+/// Builds an instance from its syntax tree. The caller resolves the references.
+pub(crate) fn instance(
+    tree: &ast::Component,
+    context: &BlockContext<'_>,
+    found: &mut Diagnostics,
+) -> (Instance, References) {
+    let mut instance = blank(&tree.name, &tree.doc, context);
     let mut references = References {
         process: context.process.clone(),
         ..References::default()

@@ -2,7 +2,9 @@
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads its imports and
 //! resolves all names into the [`model`]. [`expand`] gives an instance its members of slot arrays.
-//! [`add_adaptors`] adds the components that convert in a process of their own. [`connect`] checks the model against the components and computes the connections.
+//! [`proxied`] says what the proxy of a group forwards, and [`add_adaptors`] adds the components
+//! that convert in a process of their own. [`connect`] checks the model against the components and
+//! computes the connections.
 
 mod adaptors;
 pub mod ast;
@@ -24,6 +26,7 @@ mod members;
 pub mod model;
 mod moves;
 mod parse;
+mod proxies;
 mod resolve;
 mod settings;
 mod units;
@@ -34,6 +37,7 @@ pub use endpoint::Endpoint;
 pub use members::expand;
 pub use model::Deployment;
 pub use parse::parse;
+pub use proxies::proxied;
 pub use resolve::load;
 
 /// The formatting options of `.ddsl` files.

@@ -84,6 +84,9 @@ pub struct Instance {
     pub doc: Vec<String>,
     /// The innermost group around it: an index into [`Deployment::groups`].
     pub group: Option<usize>,
+    /// Of the proxy of a group, this group: an index into [`Deployment::groups`]. It has no `.cdsl`;
+    /// [`crate::proxied`] says what it forwards.
+    pub proxy: Option<usize>,
     /// The process whose thread it is: the full name of one of [`Deployment::processes`], where
     /// this component names it. `None` for one of its own.
     pub process: Option<Name>,
@@ -197,6 +200,17 @@ pub struct Group {
     pub instances: Range<usize>,
     /// The exported slots. Each name matches one slot inside.
     pub exports: Vec<Name>,
+    /// What stands for the group outside of it.
+    pub proxy: Option<Proxy>,
+}
+
+/// The component that is a group for everybody outside: `proxy;` or `proxy ros2;`
+#[derive(Clone, Debug)]
+pub struct Proxy {
+    /// An index into [`Deployment::instances`]. It comes before the components of the group.
+    pub instance: usize,
+    /// The location of the clause.
+    pub span: Span,
 }
 
 /// A process that runs components as its threads.
@@ -357,11 +371,16 @@ impl Deployment {
         }
     }
 
-    /// The indices into [`Deployment::instances`] of an instance, or of all instances of a group.
+    /// The indices into [`Deployment::instances`] of an instance, or of all instances of a group
+    /// with its proxy.
     pub fn instances_of(&self, place: InstanceOrGroup) -> Range<usize> {
         match place {
             InstanceOrGroup::Instance(at) => at..at + 1,
-            InstanceOrGroup::Group(group) => self.groups[group].instances.clone(),
+            InstanceOrGroup::Group(group) => {
+                let group = &self.groups[group];
+                let proxy = group.proxy.as_ref().map(|proxy| proxy.instance);
+                proxy.unwrap_or(group.instances.start)..group.instances.end
+            }
         }
     }
 

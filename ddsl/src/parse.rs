@@ -27,7 +27,7 @@ pub struct Grammar;
 /// Keywords, each with the rule of its declaration.
 type Keywords = [(&'static str, Rule)];
 
-const GROUP: [(&str, Rule); 14] = [
+const GROUP: [(&str, Rule); 15] = [
     ("Component", Rule::component),
     ("Process", Rule::process),
     ("Host", Rule::host),
@@ -42,8 +42,9 @@ const GROUP: [(&str, Rule); 14] = [
     ("World", Rule::world),
     ("require", Rule::require),
     ("export", Rule::export),
+    ("proxy", Rule::proxy),
 ];
-/// A deployment has all declarations of a group but `export`.
+/// A deployment has all declarations of a group but `export` and `proxy`.
 const DEPLOYMENT: &Keywords = GROUP.split_at(13).0;
 const COMPONENT: [(&str, Rule); 20] = [
     ("cdsl", Rule::text_field),
@@ -297,6 +298,7 @@ fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
         doc: r.doc(&pair),
         decls: Vec::new(),
         exports: Vec::new(),
+        proxies: Vec::new(),
         incomplete: false,
     };
     for part in pair.into_inner() {
@@ -305,6 +307,10 @@ fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
             Rule::export => {
                 let word = r.first_word(&part);
                 group.exports.push((word, r.texts(part)));
+            }
+            Rule::proxy => {
+                let word = r.first_word(&part);
+                group.proxies.push((word, middleware(r, part)));
             }
             Rule::decl => match decl(r, part, &GROUP, "a declaration of a group") {
                 Some(decl) => group.decls.push(decl),

@@ -9,10 +9,13 @@ mod world;
 use crate::ast::{self, Decl};
 use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
-use crate::fields::{BlockContext, References, duration, instance};
+use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
-use crate::model::{Bind, Deployment, External, Group, Host, InstanceOrGroup, LONGEST_NAME};
+use crate::model::{
+    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, Proxy,
+    Setting,
+};
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Loader, Name};
@@ -238,6 +241,7 @@ impl<'a> Resolver<'a> {
                     .push(diagnostic.label(first, "first exported here"));
             }
         }
+        let proxy = self.proxy(tree, number, context);
         let first = self.deployment.instances.len();
         let path = format!("{}{}", context.prefix, tree.name.text);
         let mut inside = self.settings(&tree.decls, context);
@@ -250,7 +254,17 @@ impl<'a> Resolver<'a> {
             parent: context.group,
             instances: first..first,
             exports,
+            proxy,
         });
+        if let Some(proxy) = self.deployment.groups[number].proxy.as_ref() {
+            let settings = &mut self.deployment.instances[proxy.instance].settings;
+            for set in &inside.choice.settings {
+                let known = |own: &Setting| (own.middleware, own.key) == (set.middleware, set.key);
+                if !settings.iter().any(known) {
+                    settings.push(set.clone());
+                }
+            }
+        }
         self.block(&tree.decls, &inside);
         let end = self.deployment.instances.len();
         self.deployment.groups[number].instances.end = end;
@@ -259,6 +273,40 @@ impl<'a> Resolver<'a> {
             let warning = Diagnostic::warning("empty-group", tree.name.span, message);
             self.found.push(warning);
         }
+    }
+
+    /// Declares the proxy of a group, which is before its components.
+    fn proxy(
+        &mut self,
+        tree: &ast::Group,
+        group: usize,
+        context: &BlockContext<'_>,
+    ) -> Option<Proxy> {
+        check_unique(
+            tree.proxies.iter().map(|(word, _)| word),
+            "clause",
+            &mut self.found,
+        );
+        let (word, clause) = tree.proxies.first()?;
+        if tree.exports.is_empty() && !tree.incomplete {
+            let message = format!("group `{}` has a proxy and exports nothing", tree.name.text);
+            let error = Diagnostic::error("proxy-without-exports", word.span, message);
+            self.found.push(error.help(
+                "name the slots that are visible outside: `export NAME, NAME;`, or remove `proxy`",
+            ));
+        }
+        let instance = self.deployment.instances.len();
+        let made = proxy(tree, clause.as_ref(), context, &mut self.found);
+        self.length("component", &made.path, made.name.span);
+        self.deployment.instances.push(Instance {
+            proxy: Some(group),
+            ..made
+        });
+        self.references.push(References::default());
+        Some(Proxy {
+            instance,
+            span: word.span,
+        })
     }
 
     fn time(&mut self, word: &'a Name, path: &'a [Name], context: &BlockContext<'_>) {
@@ -376,6 +424,14 @@ impl<'a> Resolver<'a> {
                 .iter()
                 .filter_map(|name| Some((self.first(name, group)?, name.span)));
             self.deployment.instances[at].after = after.collect();
+        }
+        for group in &self.deployment.groups {
+            if let Some(proxy) = &group.proxy
+                && let Some(first) = self.deployment.instances.get(group.instances.start)
+            {
+                let host = first.host.filter(|_| !group.instances.is_empty());
+                self.deployment.instances[proxy.instance].host = host;
+            }
         }
         self.resolve_processes(&references);
         if let Some((_, path)) = self.time.take() {

@@ -135,6 +135,9 @@ impl ComponentInfo {
         let converted = self
             .slots()
             .filter_map(|(at, slot)| Some((slot.name.to_string(), status.converted(at)?)));
+        let forwarded = self
+            .slots()
+            .filter_map(|(at, slot)| Some((slot.name.to_string(), status.forwarded(at)?)));
         let needing =
             slots.filter(|(slot, _)| matches!(slot.role, Role::Requires | Role::SubscribesTo));
         Heartbeat {
@@ -142,6 +145,7 @@ impl ComponentInfo {
             lost: lost
                 .map(|(slot, counters)| (slot.name.to_string(), counters.lost))
                 .collect(),
+            forwarded: forwarded.collect(),
             converted: converted.collect(),
             peers: needing
                 .map(|(slot, counters)| (slot.name.to_string(), counters.peers))
@@ -178,6 +182,7 @@ impl ComponentInfo {
             sent: status.sent(at),
             withheld: status.withheld(at),
             converted: status.converted(at),
+            forwarded: status.forwarded(at),
             lost: counters.lost,
             queue: status.queue(at),
         });

@@ -24,6 +24,7 @@ mod event_loop;
 mod exact;
 mod fired_event;
 mod firing;
+mod forwarded;
 mod hops;
 pub mod lifecycle;
 mod lifecycle_server;
@@ -69,6 +70,7 @@ pub use dispatch::{
 };
 pub use error::StartError;
 pub use fastrand;
+pub use forwarded::ForwardCounts;
 pub use member::MemberError;
 pub use ports::{Connections, Ports};
 pub use process::{Embedded, embed, run, run_with};

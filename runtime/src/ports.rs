@@ -13,6 +13,7 @@ use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
+use crate::forwarded::ForwardCounts;
 use crate::hops::{ALL_OPERATIONS, HopNotes, SharedHops};
 use crate::member::MemberError;
 use crate::settings::topic_qos;
@@ -72,6 +73,8 @@ pub struct Connections {
     idle: IdleFlag,
     /// The counts of slots that convert, each with the index of its slot.
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
+    /// What slots have forwarded, each with the index of its slot.
+    forwarded: RefCell<Vec<(usize, ForwardCounts)>>,
     /// Gate of all publishers.
     gate: Gate,
     /// What goes over each middleware of providers, each with the index of its slot.
@@ -167,6 +170,7 @@ impl Connections {
             conversions: Conversions::default(),
             idle: IdleFlag::default(),
             converted: RefCell::default(),
+            forwarded: RefCell::default(),
             gate: Gate::default(),
             transports: RefCell::default(),
             queues: RefCell::default(),

@@ -357,6 +357,7 @@ impl<'a> Connected<'a> {
             status.sent = self.ports.sent();
             status.withheld = self.ports.withheld();
             status.converted = self.ports.converted();
+            status.forwarded = self.ports.forwarded();
             status.transports = self.ports.transports();
             status.queues = self.ports.queues();
             status.extend_slots(prepared.slots.len());

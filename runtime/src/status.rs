@@ -2,13 +2,14 @@
 
 use crate::clock::{Clock, Time};
 use crate::converting::ConversionCounts;
+use crate::forwarded::ForwardCounts;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
 use rc_management::component::{
-    ClockKind, ConvertedStatus, QueueStatus, State, Timing, TransportStatus,
+    ClockKind, ConvertedStatus, ForwardedStatus, QueueStatus, State, Timing, TransportStatus,
 };
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
@@ -139,6 +140,8 @@ pub(crate) struct Status {
     pub(crate) withheld: Vec<(usize, Counter)>,
     /// What slots have converted, each with the index of its slot.
     pub(crate) converted: Vec<(usize, ConversionCounts)>,
+    /// What slots have forwarded, each with the index of its slot.
+    pub(crate) forwarded: Vec<(usize, ForwardCounts)>,
     /// What went over each middleware of providers, each with the index of its slot.
     pub(crate) transports: Vec<(usize, &'static str, Counter)>,
     /// The receive queues, each with the index of its slot.
@@ -277,6 +280,7 @@ impl Status {
             sent: Vec::new(),
             withheld: Vec::new(),
             converted: Vec::new(),
+            forwarded: Vec::new(),
             transports: Vec::new(),
             queues: Vec::new(),
             mismatches: Vec::new(),
@@ -313,6 +317,12 @@ impl Status {
             bad_values: counts.refused(),
             unplaced: counts.unplaced(),
         })
+    }
+
+    /// What a slot has forwarded. `None` if it forwards nothing.
+    pub(crate) fn forwarded(&self, slot: usize) -> Option<ForwardedStatus> {
+        let counts = self.forwarded.iter().rfind(|(at, _)| *at == slot);
+        counts.map(|(_, counts)| counts.status())
     }
 
     /// What went over each middleware of a slot. Empty for a slot with one.

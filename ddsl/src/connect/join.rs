@@ -11,7 +11,7 @@ use std::collections::HashMap;
 impl Connector<'_> {
     /// Connects two endpoints of one interface if they are compatible. Reports errors if not.
     /// `convert` is the location of `convert;`, with the slot that knows where frames are.
-    pub(super) fn join(
+    pub(crate) fn join(
         &mut self,
         span: Span,
         (convert, frames): (Option<Span>, Option<&Name>),

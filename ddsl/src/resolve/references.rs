@@ -165,6 +165,20 @@ impl Resolver<'_> {
         None
     }
 
+    /// The outermost group with a proxy that a path of `group` enters from outside, with the name
+    /// inside.
+    fn behind_proxy<'n>(
+        &self,
+        entered: &[(usize, &'n Name)],
+        group: Option<usize>,
+    ) -> Option<(usize, &'n Name)> {
+        let mut entered = entered.iter().copied();
+        entered.find(|(inside, _)| {
+            self.deployment.groups[*inside].proxy.is_some()
+                && !self.deployment.is_inside(group, Some(*inside))
+        })
+    }
+
     /// Resolves a path in `group`. A path may enter a group from outside only if the group exports
     /// the slot.
     pub(super) fn slot_path(
@@ -188,6 +202,30 @@ impl Resolver<'_> {
         }
         // A group exports an array as a whole.
         let exported = array.unwrap_or(&tree.slot);
+        if let Some((inside, name)) = self.behind_proxy(&entered, group) {
+            let within = &self.deployment.groups[inside];
+            let message = format!(
+                "`{}` is behind the proxy of group `{}`, and cannot be reached from outside",
+                name.text, within.path
+            );
+            let span = name.span.to(tree.slot.span);
+            let proxy = within.proxy.as_ref().map(|proxy| proxy.span);
+            let error = Diagnostic::error("behind-proxy", span, message)
+                .label(proxy.unwrap_or(within.name.span), "the proxy");
+            let is_exported = within.exports.iter().any(|e| e.text == exported.text);
+            let help = if is_exported {
+                format!("write `{}.{}`", within.path, exported.text)
+            } else {
+                format!(
+                    "{}, and name it as `{}.{}`",
+                    within.export_with(&exported.text),
+                    within.path,
+                    exported.text
+                )
+            };
+            self.found.push(error.help(help));
+            return None;
+        }
         let private = entered.iter().find(|(inside, _)| {
             let exports = &self.deployment.groups[*inside].exports;
             // Inside a group, all of its content is visible.

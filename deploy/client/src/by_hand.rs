@@ -80,6 +80,8 @@ pub fn status(report: &component::Status) -> ComponentStatus {
     let lost = report.slots.iter().filter(|slot| slot.lost > 0);
     let converted = report.slots.iter();
     let converted = converted.filter_map(|slot| Some((slot.name.clone(), slot.converted?)));
+    let forwarded = report.slots.iter();
+    let forwarded = forwarded.filter_map(|slot| Some((slot.name.clone(), slot.forwarded?)));
     let pid = i32::try_from(report.pid).ok();
     let runs = matches!(report.state, State::Running | State::Emergency)
         && report.lifecycle.is_none_or(LifecycleState::is_configured);
@@ -100,6 +102,7 @@ pub fn status(report: &component::Status) -> ComponentStatus {
         lost: lost
             .map(|slot| (slot.name.clone(), slot.lost))
             .collect::<BTreeMap<String, u64>>(),
+        forwarded: forwarded.collect(),
         converted: converted.collect(),
         ..silent(&report.name)
     }
@@ -111,6 +114,7 @@ fn silent(name: &str) -> ComponentStatus {
         name: name.to_owned(),
         by_hand: true,
         process: None,
+        behind: Vec::new(),
         host: None,
         state: ComponentState::Hung,
         lifecycle: None,
@@ -127,6 +131,7 @@ fn silent(name: &str) -> ComponentStatus {
         ready_ms: 0,
         stop_ms: 0,
         lost: BTreeMap::new(),
+        forwarded: BTreeMap::new(),
         converted: BTreeMap::new(),
         troubles: Vec::new(),
         clock: None,

@@ -71,7 +71,10 @@ fn refresh(status: &mut NetworkStatus) {
             component.clock = fresh.clock;
             component.lifecycle = component.lifecycle.and(fresh.lifecycle);
             let runs = [ComponentState::Running, ComponentState::Emergency];
-            if runs.contains(&component.state) && runs.contains(&fresh.state) {
+            component.forwarded = fresh.forwarded;
+            // The state of a proxy is that of the components behind it.
+            let is_own = component.behind.is_empty();
+            if is_own && runs.contains(&component.state) && runs.contains(&fresh.state) {
                 component.state = fresh.state;
             }
         }
@@ -179,6 +182,9 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
         if let Some(process) = &component.process {
             write!(f, "  in process {process}")?;
         }
+        if !component.behind.is_empty() {
+            write!(f, "  proxy of {}", component.behind.join(", "))?;
+        }
         if let Some(host) = &component.host {
             write!(f, "  on {host}")?;
         }
@@ -226,6 +232,13 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
                 .map(|(slot, over)| format!("{slot} over {over}"))
                 .collect();
             writeln!(f, "{:width$}  {}", "", each.join("; "))?;
+        }
+        for (slot, forwarded) in &component.forwarded {
+            writeln!(
+                f,
+                "{:width$}  {slot} forwarded {}, delay {} µs, at most {} µs",
+                "", forwarded.messages, forwarded.mean_us, forwarded.most_us
+            )?;
         }
         for trouble in &component.troubles {
             writeln!(f, "{:width$}  {}: {}", "", trouble.code, trouble.message)?;

@@ -1,11 +1,11 @@
-//! Adaptors: components that `convert via process;` adds. One program is all of them, and gets their
-//! descriptions as an argument.
+//! Adaptors: components that `convert via process;` adds. One program is all of them and all proxies,
+//! and gets their descriptions as an argument.
 
 use crate::model::Network;
+use crate::proxies::routes;
 use rc_cdsl::Component;
-use rc_cdsl::model::Role;
 use rc_codegen::{Project, description};
-use rc_ddsl::model::Deployment;
+use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde_json::json;
 use std::io;
@@ -44,16 +44,21 @@ pub(crate) fn program() -> io::Result<PathBuf> {
     Ok(std::env::current_exe()?.with_file_name(PROGRAM))
 }
 
-/// Checks that the program exists, if an adaptor needs it.
+/// Checks that the program exists, if an adaptor or a proxy needs it.
 pub(crate) fn check_program(deployment: &Deployment, found: &mut Diagnostics) {
     let mut instances = deployment.instances.iter();
-    let Some(span) = instances.find_map(|instance| instance.adaptor) else {
+    let place = |instance: &Instance| {
+        instance
+            .adaptor
+            .or(instance.proxy.map(|_| instance.name.span))
+    };
+    let Some(span) = instances.find_map(place) else {
         return;
     };
     let path = program().unwrap_or_else(|_| PROGRAM.into());
     if !path.is_file() {
         let message = format!(
-            "the program of adaptors, {}, does not exist",
+            "the program of adaptors and proxies, {}, does not exist",
             path.display()
         );
         let error = Diagnostic::error("missing-executable", span, message);
@@ -64,31 +69,35 @@ pub(crate) fn check_program(deployment: &Deployment, found: &mut Diagnostics) {
 }
 
 impl Network {
-    /// The argument of an adaptor. `None` for a component of a file.
+    /// The argument of an adaptor or a proxy. `None` for a component of a file.
     pub(crate) fn description(&self, at: usize) -> io::Result<Option<String>> {
         let instance = &self.deployment.instances[at];
-        let Some(project) = self.projects[at]
-            .as_deref()
-            .filter(|_| instance.adaptor.is_some())
-        else {
+        let project = if instance.proxy.is_some() {
+            self.proxies.get(&at).map(Rc::as_ref)
+        } else {
+            let is_adaptor = instance.adaptor.is_some();
+            self.projects[at].as_deref().filter(|_| is_adaptor)
+        };
+        let Some(project) = project else {
             return Ok(None);
         };
         let mut described = description::describe(project, self.programs.needed(at))?;
-        let mut slots = project.component.slots.iter();
-        // The slots towards provider and consumer.
-        let (Some(one), Some(other)) = (slots.next(), slots.next()) else {
-            return Ok(None);
+        let slots = &project.component.slots;
+        // Of an adaptor, the slot of its frames may follow.
+        let paired = if instance.proxy.is_some() {
+            slots.len()
+        } else {
+            slots.len().min(2)
         };
-        let (from, to) = match one.role {
-            Role::SubscribesTo | Role::Implements => (one, other),
-            Role::Publishes | Role::Requires => (other, one),
-        };
-        described["routes"] = json!([{ "from": from.name, "to": to.name }]);
+        let routes = routes(&slots[..paired]).into_iter();
+        described["routes"] = routes
+            .map(|(from, to)| json!({ "from": from, "to": to }))
+            .collect();
         let text = described.to_string();
         if text.len() > LONGEST {
             let (name, length) = (&instance.path, text.len());
             return Err(io::Error::other(format!(
-                "the types of `{name}` have a description of {length} bytes, but the maximum for `via process` is {LONGEST}; divide the interface"
+                "the types of `{name}` have a description of {length} bytes, but the maximum for a component that forwards is {LONGEST}; divide the interface or the group"
             )));
         }
         Ok(Some(text))

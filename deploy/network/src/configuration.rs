@@ -22,7 +22,8 @@ pub(crate) fn config(instance: &Instance, project: Option<&Project>) -> Option<P
     if let Some(config) = &instance.config {
         return Some(normal(&instance.folder.join(&config.text)));
     }
-    let project = project.filter(|_| instance.adaptor.is_none());
+    let is_made = instance.adaptor.is_some() || instance.proxy.is_some();
+    let project = project.filter(|_| !is_made);
     Some(project?.code().join("etc/config.toml")).filter(|path| path.exists())
 }
 

@@ -36,6 +36,7 @@ mod planning;
 pub mod preview;
 mod process_name;
 mod programs;
+mod proxies;
 mod python_copies;
 mod ros_names;
 mod rules;

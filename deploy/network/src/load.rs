@@ -7,7 +7,7 @@ use crate::model::Network;
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{adaptors, chains, network_time, ros_names, rules, unsupported, world};
+use crate::{adaptors, chains, network_time, proxies, ros_names, rules, unsupported, world};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -54,6 +54,8 @@ pub fn load(
     check_members(&mut deployment, &projects, overrides, &mut found);
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
+    let tools = (&mut *sources, loader);
+    let proxies = proxies::make(&mut deployment, &mut projects, tools, &mut found);
     adaptors::add(&mut deployment, &mut projects, &mut found);
     declared.resize(projects.len(), None);
     let configured = configurations(&deployment, &projects, sources, &mut found);
@@ -75,6 +77,7 @@ pub fn load(
         deployment,
         projects,
         connections,
+        proxies,
         addresses: Addresses::default(),
         time: None,
         clocks: Vec::new(),

@@ -5,6 +5,7 @@ use crate::chains::{CheckedChain, Port};
 use crate::network_time::ClockPlan;
 use crate::parameters::OverriddenParameters;
 use crate::programs::Programs;
+use crate::proxies::Proxies;
 use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
 use rc_ddsl::model::{Deployment, Setting};
@@ -42,6 +43,8 @@ pub struct Network {
     pub clocks: Vec<ClockPlan>,
     /// The programs of the instances.
     pub programs: Programs,
+    /// The components of proxies, whose slot arrays are not replaced by their members.
+    pub(crate) proxies: Proxies,
     pub(crate) addresses: Addresses,
     /// For each instance, the values that the network sets, and those that are in effect.
     pub(crate) parameters: Vec<OverriddenParameters>,

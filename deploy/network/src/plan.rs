@@ -52,6 +52,9 @@ pub struct Component {
     /// Slots that need no peer.
     #[serde(default)]
     pub optional: Vec<String>,
+    /// Of the proxy of a group: the components that it stands for. Empty for other components.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub behind: Vec<String>,
     /// Whether it has the life cycle of a managed component.
     #[serde(default)]
     pub managed: bool,
@@ -149,6 +152,7 @@ impl Component {
             after: Vec::new(),
             external: Vec::new(),
             optional: Vec::new(),
+            behind: Vec::new(),
             managed: false,
             ready: default_ready(),
             stop: default_stop(),

@@ -161,6 +161,7 @@ impl Network {
                 external: self
                     .slot_names(at, |end, _| self.connections.externals.contains_key(&end)),
                 optional: self.slot_names(at, |_, slot| slot.optional),
+                behind: self.behind(at),
                 managed: component.is_some_and(|component| component.managed),
                 ready: instance.ready,
                 stop: instance.stop,

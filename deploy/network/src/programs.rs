@@ -313,7 +313,7 @@ impl Programs {
         if let Some(executable) = &instance.executable {
             return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
-        if instance.adaptor.is_some() {
+        if instance.adaptor.is_some() || instance.proxy.is_some() {
             return adaptors::program().map(Some);
         }
         let Some(project) = self.project(at) else {

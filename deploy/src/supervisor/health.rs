@@ -242,6 +242,11 @@ impl HealthMonitor {
         self.begin(code, "", text);
     }
 
+    /// Whether a condition has started and not ended.
+    pub(crate) fn has(&self, code: &'static str) -> bool {
+        self.troubles.contains_key(&(code, String::new()))
+    }
+
     /// Ends a condition. Returns whether there was one.
     pub(crate) fn ended(&mut self, code: &'static str) -> bool {
         self.troubles.remove(&(code, String::new())).is_some()

@@ -83,6 +83,7 @@ impl Unit {
                 self.heard = Instant::now();
                 self.lost = std::mem::take(&mut heartbeat.lost);
                 self.converted = std::mem::take(&mut heartbeat.converted);
+                self.forwarded = std::mem::take(&mut heartbeat.forwarded);
                 let age_ms = heartbeat.age_ms;
                 // A hook may take as long as a start, whoever has begun it.
                 let limit = if self.is_in_transition() {

@@ -18,6 +18,7 @@ mod network_troubles;
 pub mod options;
 mod parameter_changes;
 mod process_handle;
+mod proxies;
 mod renewal;
 mod requests;
 pub(crate) mod restart;

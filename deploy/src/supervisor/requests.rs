@@ -4,6 +4,7 @@ use crate::supervisor::chains::ChainWatch;
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::flight_recorder::FlightRecorder;
+use crate::supervisor::proxies;
 use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
 use rc_management::event::Severity;
@@ -59,6 +60,8 @@ impl Supervisor<'_> {
     }
 
     fn status(&self) -> NetworkStatus {
+        let mut components: Vec<_> = self.units.iter().map(Unit::status).collect();
+        proxies::take_states(&mut components);
         NetworkStatus {
             network: self.plan.network.clone(),
             pid: std::process::id() as i32,
@@ -68,7 +71,7 @@ impl Supervisor<'_> {
             ddsl: self.plan.ddsl.clone(),
             digest: self.digest.clone(),
             changed: false,
-            components: self.units.iter().map(Unit::status).collect(),
+            components,
         }
     }
 

@@ -16,6 +16,7 @@ use crate::supervisor::flight_recorder::{FlightRecorder, RecorderChange};
 use crate::supervisor::network_logs::NetworkLogs;
 use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
+use crate::supervisor::proxies;
 use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{StartOrder, in_order_of_start};
 use crate::supervisor::start_scheduler::StartScheduler;
@@ -192,6 +193,9 @@ impl<'p> Supervisor<'p> {
             self.stop_ready_units();
             self.note_up();
             self.note_renewed();
+            if self.ending.is_none() {
+                proxies::watch(&mut self.units, self.report);
+            }
             let alive = self.units.iter().any(Unit::is_alive);
             // What a command has stopped can be started by another one.
             let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();

@@ -22,7 +22,7 @@ use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
-use rc_management::component::{ConvertedStatus, State};
+use rc_management::component::{ConvertedStatus, ForwardedStatus, State};
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::OwnedFd;
@@ -58,6 +58,8 @@ pub(crate) struct Unit {
     pub(super) lost: BTreeMap<String, u64>,
     /// What its slots have converted, from the last heartbeat.
     pub(super) converted: BTreeMap<String, ConvertedStatus>,
+    /// What its slots have forwarded, from the last heartbeat.
+    pub(super) forwarded: BTreeMap<String, ForwardedStatus>,
     /// Since when its loop has not turned, or no heartbeat came, if it hangs.
     pub(super) hung: Option<Instant>,
     /// When the last heartbeat came, or it became ready.
@@ -164,6 +166,7 @@ impl Unit {
             reported: None,
             lost: BTreeMap::new(),
             converted: BTreeMap::new(),
+            forwarded: BTreeMap::new(),
             hung: None,
             heard: Instant::now(),
             garbage: 0,
@@ -377,6 +380,7 @@ impl Unit {
         self.reported = None;
         self.lost.clear();
         self.converted.clear();
+        self.forwarded.clear();
         self.unkept = self.changes.lost();
         self.hung = None;
         self.garbage = 0;

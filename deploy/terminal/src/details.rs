@@ -269,6 +269,12 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
     if slot.role == Role::SubscribesTo {
         facts += &format!("  {} lost", slot.lost);
     }
+    if let Some(forwarded) = slot.forwarded {
+        facts += &format!(
+            "  {} forwarded, delay {} µs, at most {} µs",
+            forwarded.messages, forwarded.mean_us, forwarded.most_us
+        );
+    }
     if let Some(converted) = slot.converted {
         facts += &format!("  {} converted", converted.messages);
         if converted.bad_values > 0 {

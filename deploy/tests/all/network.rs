@@ -33,6 +33,7 @@ mod pictures;
 mod plan;
 mod played;
 mod probe;
+mod proxies;
 mod recorded;
 mod removed;
 mod replaced;

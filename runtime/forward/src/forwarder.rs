@@ -6,10 +6,14 @@ use rc_middleware::cdr::Cdr;
 use rc_middleware::rpc::ENVELOPE_OF_VALUES;
 use rc_middleware::typed::{HandlerError, Request, TypedClient, TypedPublisher};
 use rc_middleware::{CallError, EncodeError, Encoding, Reader, SendError, Writer};
-use rc_runtime::{Component, Core, Member, Ports, Role, Sample, StartError, WorkerError};
+use rc_runtime::{
+    Component, Core, ForwardCounts, Member, Ports, Role, Sample, StartError, WorkerError,
+};
 use rc_values::Struct;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What sends in a slot, or in a member of an array.
 enum Sender {
@@ -41,12 +45,17 @@ impl Sender {
     }
 }
 
+/// A slot of the description, and the name of the member of an array; `""` for a slot that is none.
+type Place = (usize, String);
+
 /// The component of a [`Description`] while it runs.
 pub struct Forwarder<'d> {
     core: Core,
     description: &'d Description,
-    /// By the number of the slot, and the name of the member of an array; `""` for a slot that is none.
-    senders: BTreeMap<(usize, String), (usize, Sender)>,
+    /// What sends, each with the number of its slot.
+    senders: BTreeMap<Place, (usize, Sender)>,
+    /// What was received and handed on.
+    counts: BTreeMap<Place, ForwardCounts>,
 }
 
 impl<'d> Forwarder<'d> {
@@ -63,6 +72,7 @@ impl<'d> Forwarder<'d> {
             core,
             description,
             senders: BTreeMap::new(),
+            counts: BTreeMap::new(),
         };
         let program = &description.program;
         for (at, slot) in program.slots.iter().enumerate() {
@@ -73,6 +83,9 @@ impl<'d> Forwarder<'d> {
             } else if matches!(slot.role, Role::Requires | Role::Publishes) {
                 let sender = Sender::open(program, at, ports, at)?;
                 forwarder.senders.insert((at, String::new()), (at, sender));
+            } else {
+                let counts = ports.forwards(at);
+                forwarder.counts.insert((at, String::new()), counts);
             }
         }
         ports.complete_members()?;
@@ -87,19 +100,25 @@ impl<'d> Forwarder<'d> {
             Ok((slot, sender.transpose()?))
         });
         let (_, (slot, sender)) = opened.map_err(|error| StartError::System(error.to_string()))?;
-        if let Some(sender) = sender {
-            self.senders
-                .insert((array, name.to_owned()), (slot, sender));
+        let place = (array, name.to_owned());
+        match sender {
+            Some(sender) => drop(self.senders.insert(place, (slot, sender))),
+            None => drop(self.counts.insert(place, ports.forwards(slot))),
         }
         Ok(())
     }
 
-    /// What sends for a slot that receives, and its operations.
-    fn next(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut Sender> {
+    /// What sends for a slot that receives, and the counts of the latter.
+    fn next(
+        &mut self,
+        slot: usize,
+        member: Option<&Member>,
+    ) -> Option<(&mut Sender, &ForwardCounts)> {
         let next = self.description.routes.get(slot).copied().flatten()?;
         let name = member.map_or("", |member| member.name());
         let (_, sender) = self.senders.get_mut(&(next, name.to_owned()))?;
-        Some(sender)
+        let counts = self.counts.get(&(slot, name.to_owned()))?;
+        Some((sender, counts))
     }
 }
 
@@ -160,23 +179,32 @@ fn call(
     operation: &Operation,
     arguments: &Reader<'_>,
     request: &mut Request<'_>,
+    counts: &ForwardCounts,
 ) -> Result<Result<(), HandlerError>, CallError> {
+    let begin = Instant::now();
+    let written = Cell::new(begin);
     client.call_with(
         &operation.wire,
-        |writer| pass_arguments(operation, arguments, writer),
+        |writer| {
+            pass_arguments(operation, arguments, writer);
+            written.set(Instant::now());
+        },
         |case, reader| {
+            let replied = Instant::now();
             let mut throws = operation.throws.iter();
             let ty = throws.find(|thrown| thrown.id == case);
             let ty = ty.map_or(&operation.reply, |thrown| &thrown.ty);
             let image = reader.clone().image().is_some();
             let reader = &*reader;
-            Ok::<_, CallError>(request.reply_with(case, |writer| {
+            let reply = request.reply_with(case, |writer| {
                 // Behind another envelope, or between variants, the bytes would not be the same.
                 let keeps = !image
                     && reader.position() == ENVELOPE_OF_VALUES
                     && writer.len() == ENVELOPE_OF_VALUES;
                 copy(ty, reader, keeps, writer);
-            }))
+            });
+            counts.note((written.get() - begin) + replied.elapsed());
+            Ok::<_, CallError>(reply)
         },
     )
 }
@@ -220,16 +248,18 @@ impl Component for Forwarder<'_> {
             // A value of this process gets its bytes.
             Ok(reader.clone())
         })?;
-        let Some(Sender::Client(client)) = self.next(slot, member) else {
+        let Some((Sender::Client(client), counts)) = self.next(slot, member) else {
             return request.fail(&no_route());
         };
         if !operation.wire.two_way {
+            let begin = Instant::now();
             let sent = client.send_with(&operation.wire, |writer| {
                 pass_arguments(operation, &arguments, writer);
             });
+            counts.note(begin.elapsed());
             return sent.map_err(|error| failed(operation, &error));
         }
-        match call(client, operation, &arguments, request) {
+        match call(client, operation, &arguments, request, counts) {
             Ok(replied) => replied,
             Err(CallError::Unavailable { state }) => {
                 request.unavailable(&operation.wire, &state);
@@ -249,11 +279,14 @@ impl Component for Forwarder<'_> {
     ) -> Result<(), HandlerError> {
         let described = self.description.program.operation(slot, operation);
         let described = described.ok_or_else(no_route)?;
-        let Some(Sender::Publishers(topics)) = self.next(slot, member) else {
+        let begin = Instant::now();
+        let Some((Sender::Publishers(topics), counts)) = self.next(slot, member) else {
             return Err(no_route());
         };
         let topic = topics.get_mut(operation).ok_or_else(no_route)?;
-        publish(topic, described, &sample).map_err(|error| failed(described, &error))
+        let published = publish(topic, described, &sample);
+        counts.note(begin.elapsed());
+        published.map_err(|error| failed(described, &error))
     }
 }
 

@@ -378,6 +378,9 @@ pub struct SlotStatus {
     /// What it has converted, if the other end has other units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converted: Option<ConvertedStatus>,
+    /// What it has forwarded, if the component forwards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forwarded: Option<ForwardedStatus>,
     /// Samples that never arrived because newer ones took their place.
     pub lost: u64,
     /// Level of its receive queues; `None` if the middleware reserves their memory at the
@@ -406,6 +409,18 @@ pub struct ConvertedStatus {
     /// The messages that were refused: no transform between their frames was known.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unplaced: u64,
+}
+
+/// What a slot has forwarded, and the time that it took from receiving to sending; of a call, there
+/// and back, without the wait for the reply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ForwardedStatus {
+    /// The messages.
+    pub messages: u64,
+    /// The mean time of a message, in microseconds.
+    pub mean_us: f64,
+    /// The longest time of a message, in microseconds.
+    pub most_us: f64,
 }
 
 /// Whether a count is left out.

@@ -1,6 +1,6 @@
 //! Notifications between a component and the supervisor that started it.
 
-use crate::component::{ClockStatus, ConvertedStatus, MachineStatus, State};
+use crate::component::{ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State};
 use crate::rpc::{self, Call};
 use rc_lifecycle::LifecycleState;
 use rc_vocabulary::foreign;
@@ -93,6 +93,10 @@ pub struct Heartbeat {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
+    /// What each slot of a component that forwards has forwarded, and its added delay.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub forwarded: BTreeMap<String, ForwardedStatus>,
     /// What each slot has converted since the start; slots that convert nothing are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]

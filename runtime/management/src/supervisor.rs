@@ -1,6 +1,6 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::{ClockStatus, ConvertedStatus, MachineStatus};
+use crate::component::{ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
@@ -284,6 +284,11 @@ pub struct ComponentStatus {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "foreign::optional")]
     pub process: Option<String>,
+    /// Of the proxy of a group, the components that it stands for. Its state is that of the worst of
+    /// them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub behind: Vec<String>,
     /// The process, while it runs.
     pub pid: Option<i32>,
     /// Seconds since the start, while it runs.
@@ -317,6 +322,10 @@ pub struct ComponentStatus {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
+    /// What each slot of a component that forwards has forwarded, and its added delay.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub forwarded: BTreeMap<String, ForwardedStatus>,
     /// What its slots have converted in this run; slots that convert nothing are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]

@@ -2,6 +2,7 @@
 
 use super::Connections;
 use crate::converting::ConversionCounts;
+use crate::forwarded::ForwardCounts;
 use rc_middleware::{Counter, QueueGauge};
 
 impl Connections {
@@ -18,6 +19,18 @@ impl Connections {
     /// The counts of slots that convert, each with the index of its slot.
     pub(crate) fn converted(&self) -> Vec<(usize, ConversionCounts)> {
         self.converted.borrow().clone()
+    }
+
+    /// What slots have forwarded, each with the index of its slot.
+    pub(crate) fn forwarded(&self) -> Vec<(usize, ForwardCounts)> {
+        self.forwarded.borrow().clone()
+    }
+
+    /// New counts for a slot of a component that forwards what the slot receives.
+    pub fn forwards(&self, slot: usize) -> ForwardCounts {
+        let counts = ForwardCounts::default();
+        self.forwarded.borrow_mut().push((slot, counts.clone()));
+        counts
     }
 
     /// What went over each middleware of providers, each with the index of its slot.

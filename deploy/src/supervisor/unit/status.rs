@@ -22,6 +22,7 @@ impl Unit {
             state: self.state(),
             lifecycle: running.and_then(|_| self.lifecycle_state()),
             process: self.component.thread.as_ref().map(|t| t.process.clone()),
+            behind: self.component.behind.clone(),
             host: self.component.host.as_ref().map(|host| host.name.clone()),
             pid: running.and_then(|r| r.handle.pid()),
             uptime_s: running.map(|r| (r.started.elapsed().as_secs_f64() * 1e3).round() / 1e3),
@@ -36,6 +37,7 @@ impl Unit {
             ready_ms: self.component.ready.as_millis() as u64,
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            forwarded: self.forwarded.clone(),
             converted: self.converted.clone(),
             troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),
             clock: running.and_then(|_| self.health.clock().cloned()),
@@ -47,7 +49,7 @@ impl Unit {
         }
     }
 
-    fn state(&self) -> ComponentState {
+    pub(crate) fn state(&self) -> ComponentState {
         match &self.phase {
             Phase::Waiting | Phase::Ended(_) if self.stopped => ComponentState::Stopped,
             Phase::Waiting => ComponentState::Waiting,

@@ -47,6 +47,7 @@ fn status() -> NetworkStatus {
         name: (*name).to_owned(),
         by_hand: false,
         process: None,
+        behind: Vec::new(),
         host: None,
         state: match at {
             3 => ComponentState::Emergency,
@@ -70,6 +71,7 @@ fn status() -> NetworkStatus {
             .into_iter()
             .filter(|_| at == 4)
             .collect(),
+        forwarded: std::collections::BTreeMap::new(),
         converted: std::collections::BTreeMap::new(),
         troubles: Vec::new(),
         clock: None,

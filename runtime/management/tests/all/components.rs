@@ -158,6 +158,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
         sent: 8,
         withheld: u64::from(role == Role::Publishes),
         converted: None,
+        forwarded: None,
         lost: 9,
         queue: (role == Role::Implements).then_some(component::QueueStatus {
             bytes: 10,

@@ -48,6 +48,7 @@ fn of_links(golden: &mut Golden) {
         ComponentMessage::Heartbeat(Heartbeat {
             age_ms: 7,
             lost: BTreeMap::from([(text("pose"), 3)]),
+            forwarded: BTreeMap::new(),
             converted: BTreeMap::from([(
                 text("height"),
                 component::ConvertedStatus {
@@ -109,6 +110,7 @@ fn of_supervisors(golden: &mut Golden) {
     let component = |state| supervisor::ComponentStatus {
         by_hand: false,
         process: None,
+        behind: Vec::new(),
         name: text("lidar"),
         host: Some(text("base")),
         state,
@@ -126,6 +128,7 @@ fn of_supervisors(golden: &mut Golden) {
         ready_ms: 10_000,
         stop_ms: 3000,
         lost: BTreeMap::from([(text("pose"), 3)]),
+        forwarded: BTreeMap::new(),
         converted: BTreeMap::from([(
             text("height"),
             component::ConvertedStatus {

@@ -197,7 +197,13 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 34] = [
     (
         "ddsl",
         "export",
-        &[("export", "The slots of a group that are visible outside.")],
+        &[
+            ("export", "The slots of a group that are visible outside."),
+            (
+                "proxy",
+                "Outside, the group is one component: `proxy;`, or `proxy ros2;` for another middleware.",
+            ),
+        ],
     ),
     (
         "ddsl",

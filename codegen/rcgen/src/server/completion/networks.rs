@@ -61,6 +61,7 @@ impl Completion<'_> {
                     items
                 }
             },
+            (_, "proxy") if context.statement.len() == 1 => middlewares(),
             (_, "host") if context.statement.len() == 1 => {
                 let hosts = items_of(target.names, Kind::Host, VARIABLE).into_iter();
                 let hosts = hosts.map(|item| Item {

@@ -1,0 +1,156 @@
+//! Groups with a proxy: one component for everybody outside.
+
+use crate::network::dds::{Domain, Over};
+use rc_test_site::site::{Site, rcdeploy};
+use rc_test_support::python;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// The patrol, whose robot is one component for the others.
+const PATROL: &str = r#"
+Deployment patrol
+{
+    Group robot
+    {
+        Component simulator { cdsl "../simulator/simulator.cdsl"; };
+        export Laser, DifferentialRobot, BatteryStatus, FullPoseEstimationPub;
+        proxy;
+    };
+    Component monitor { cdsl "../pose_monitor/pose_monitor.cdsl"; after robot; };
+    Component avoider { cdsl "../avoider/avoider.cdsl"; after monitor; };
+    bind avoider.Laser -> robot.Laser;
+};
+"#;
+
+fn component<'s>(status: &'s Value, name: &str) -> &'s Value {
+    let mut components = status["components"].as_array().into_iter().flatten();
+    let found = components.find(|component| component["name"] == name);
+    found.unwrap_or_else(|| panic!("no `{name}` in {status}"))
+}
+
+fn call(site: &Site) -> (i32, String) {
+    let operation = "robot.DifferentialRobot.getBasePose";
+    let called = site.rcdeploy(&["call", &site.network, operation], false);
+    (called.code, called.stdout + &called.stderr)
+}
+
+#[test]
+fn a_group_with_a_proxy_is_one_component() {
+    let site = Site::new("proxied");
+    site.write_ddsl(PATROL);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site.await_in_log("monitor", "poses=");
+    let avoider = site.ask("avoider", "status");
+    let slots = avoider["slots"].as_array().expect("a list");
+    let address = format!("{}/robot/Laser", site.network);
+    assert!(
+        slots.iter().any(|slot| slot["address"] == address),
+        "{avoider}"
+    );
+    let status = site.status();
+    assert_eq!(component(&status, "robot")["state"], "running", "{status}");
+    assert_eq!(
+        component(&status, "robot")["behind"],
+        serde_json::json!(["robot.simulator"])
+    );
+    let (code, pose) = call(&site);
+    assert!(code == 0 && pose.contains("alpha"), "{pose}");
+
+    // Who calls a component that was killed learns why nobody replies.
+    let pid = component(&status, "robot.simulator")["pid"].as_i64();
+    let pid = pid
+        .and_then(|pid| Pid::from_raw(pid as i32))
+        .expect("a process");
+    kill_process(pid, Signal::KILL).expect("to kill it");
+    site.await_component("robot", |robot| robot["state"] == "failed");
+    let (code, refused) = call(&site);
+    assert_ne!(code, 0, "{refused}");
+    let inside = format!("no server at `{}/robot/simulator/", site.network);
+    assert!(refused.contains(&inside), "{refused}");
+    let codes = |site: &Site| -> Vec<String> {
+        let events = site.events("robot").into_iter();
+        events.map(|(code, _)| code).collect()
+    };
+    Site::until("an event", || {
+        codes(&site).contains(&"group-incomplete".to_owned())
+    });
+
+    // One name is the group with its proxy.
+    let start = site.rcdeploy(&["start", &site.network, "robot"], false);
+    assert_eq!(
+        start.stdout, "robot: ready\nrobot.simulator: ready\n",
+        "{start:?}"
+    );
+    site.await_component("robot", |robot| robot["state"] == "running");
+    Site::until("an event", || {
+        codes(&site).contains(&"group-complete".to_owned())
+    });
+    assert_eq!(call(&site).0, 0);
+    let poses = site.count_in_log("monitor", "poses=");
+    Site::until("poses of the new simulator", || {
+        site.count_in_log("monitor", "poses=") > poses
+    });
+    let stop = site.rcdeploy(&["stop", &site.network, "robot"], false);
+    assert_eq!(
+        stop.stdout, "robot: stopped\nrobot.simulator: stopped\n",
+        "{stop:?}"
+    );
+    let status = site.status();
+    assert_eq!(component(&status, "robot")["state"], "stopped", "{status}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// Components over shared memory and over DDS, which ROS 2 sees as one node.
+const NODE: &str = r#"
+Deployment patrol
+{
+    Group robot
+    {
+        middleware iceoryx2;
+        middleware dds { domain 12; interfaces "lo"; };
+        Component simulator { cdsl "../simulator/simulator.cdsl"; };
+        Component interop { cdsl "../interop/interop.cdsl"; middleware dds; };
+        external interop.Oracle, interop.CameraDriver, interop.Reports, interop.Orders;
+        export Laser, FullPoseEstimationPub, Camera, Talk, Gossip;
+        proxy ros2 { domain 52; };
+    };
+    external robot.Talk;
+};
+"#;
+
+#[test]
+fn rclpy_sees_a_group_as_one_node_and_calls_it() {
+    let Some(python) = python::ros("rclpy_sees_a_group_as_one_node_and_calls_it") else {
+        return;
+    };
+    let domain = Domain::over(Over::Ros2, "rclpy_proxy", 52);
+    let site = &domain.site;
+    site.write_ddsl(NODE);
+    let mut up = site.command(&rcdeploy());
+    up.args(["up", "--detach", "--profile", "dev"])
+        .arg(site.ddsl())
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let said = domain.rclpy(python, "node.py", &["robot"]).end();
+    assert_eq!(
+        said,
+        [
+            "node robot",
+            "topic robot/FullPoseEstimationPub/newFullPose robocomp_full_pose_estimation_msgs/msg/FullPoseEuler",
+            "topic robot/Gossip/chatter std_msgs/msg/String",
+        ]
+    );
+    let sizes = ["64", "0", "1025", "1048576"];
+    let args = [&["robot/Camera/setCameraInfo"], &sizes[..]].concat();
+    let said = domain.rclpy(python, "ask.py", &args).end();
+    assert_eq!(said, ["answered 4"], "{}", site.log("robot"));
+    let status = site.status();
+    let forwarded = &component(&status, "robot")["forwarded"]["Camera"];
+    assert_eq!(forwarded["messages"], 4, "{status}");
+    assert!(forwarded["mean_us"].as_f64() > Some(0.0), "{status}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
