@@ -80,6 +80,13 @@ impl Edit {
         self.shape().names.add(&text)
     }
 
+    /// Makes the ids that follow count from this number on, unless they do already.
+    pub fn count_ids_from(&mut self, first: u64) {
+        if self.next.shape.next < first {
+            self.shape().next = first;
+        }
+    }
+
     /// The next id of this graph's writer.
     fn fresh(&mut self) -> Id {
         let shape = self.shape();

@@ -451,6 +451,15 @@ macro_rules! publisher {
                 ::std::result::Result::Ok(Self { $($topic: open()?),+ })
             }
 
+            /// The topic with this number, from 0, for libraries that serialize its samples.
+            #[doc(hidden)]
+            pub fn rc_topic(
+                &mut self,
+                number: usize,
+            ) -> ::std::option::Option<&mut $crate::typed::TypedPublisher> {
+                [$(&mut self.$topic),+].into_iter().nth(number)
+            }
+
             /// The number of subscribers of the topic that has most.
             pub fn subscribers(&self) -> usize {
                 [$(self.$topic.peers()),+].into_iter().max().unwrap_or(0)

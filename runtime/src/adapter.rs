@@ -56,6 +56,16 @@ pub trait Joined: Living {
     /// Runs `finalize()`.
     fn finalize(&mut self);
 
+    /// As [`Component::has_turns`].
+    fn has_turns(&self) -> bool {
+        false
+    }
+
+    /// As [`Component::turn`].
+    fn turn(&mut self) -> bool {
+        false
+    }
+
     /// As [`Component::sending_peers`].
     fn sending_peers(&self, peers: &mut [usize]);
 
@@ -203,6 +213,14 @@ impl<J: Joined> Component for Adapter<J> {
 
     fn react(&mut self) -> Result<(), WorkerError> {
         react(&mut self.0)
+    }
+
+    fn has_turns(&self) -> bool {
+        self.0.has_turns()
+    }
+
+    fn turn(&mut self) -> bool {
+        self.0.turn()
     }
 
     fn machine(&mut self) -> Option<&mut Parts> {
@@ -401,6 +419,15 @@ where
 
     fn finalize(&mut self) {
         (C::Target::WORKER.finalize)(&mut self.worker, &mut self.ctx);
+        self.ctx.leave();
+    }
+
+    fn has_turns(&self) -> bool {
+        C::Target::TURN.is_some()
+    }
+
+    fn turn(&mut self) -> bool {
+        C::Target::TURN.is_some_and(|turn| turn(&mut self.worker, &mut self.ctx))
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {

@@ -37,6 +37,16 @@ pub trait Component {
         Ok(())
     }
 
+    /// Whether the component does something in turns of the event loop, beside handlers.
+    fn has_turns(&self) -> bool {
+        false
+    }
+
+    /// Runs in each turn of the event loop, after handlers. Returns whether it did anything.
+    fn turn(&mut self) -> bool {
+        false
+    }
+
     /// The state machine of the component.
     fn machine(&mut self) -> Option<&mut Parts> {
         None

@@ -66,6 +66,9 @@ pub trait WorkerContext: DerefMut<Target = Core> + Sized {
     /// Runs after the worker was initialized.
     fn initialized(&mut self) {}
 
+    /// Runs after the worker was finalized: the last messages of the context.
+    fn leave(&mut self) {}
+
     /// Why the context itself cannot take the last values of the parameters.
     fn refusal(&mut self) -> Option<String> {
         None
@@ -109,6 +112,9 @@ pub trait Dispatch<W: 'static>: WorkerContext + 'static {
 pub trait Serving<W: 'static>: Dispatch<W> {
     /// One entry for each slot, in the order of the description.
     const SLOTS: &'static [SlotEntry<W, Self>];
+    /// Runs in each turn of the event loop, after handlers: what the context does beside them.
+    /// Returns whether it did anything.
+    const TURN: Option<fn(&mut W, &mut Self) -> bool> = None;
 }
 
 type Fallible<W, C> = fn(&mut W, &mut C) -> Result<(), WorkerError>;

@@ -16,4 +16,4 @@ mod view;
 pub use error::Error;
 pub use record::{Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
-pub use view::{Conflict, Reason, View};
+pub use view::{Conflict, Reason, Shown, View};

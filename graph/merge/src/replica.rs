@@ -43,6 +43,8 @@ pub struct Replica {
     most_tombstones: usize,
     /// Whether it has made a change. Before, it may take back what an earlier run has changed.
     has_changed: bool,
+    /// The changes that this replica makes, while they are recorded.
+    made: Option<Vec<Record>>,
     pub(crate) elements: BTreeMap<Id, Element>,
     /// The edges that start or end at an element.
     pub(crate) edges: BTreeMap<Id, BTreeSet<Id>>,
@@ -73,6 +75,7 @@ impl Replica {
             count: 0,
             most_tombstones: MOST_TOMBSTONES,
             has_changed: false,
+            made: None,
             elements: BTreeMap::new(),
             edges: BTreeMap::new(),
             tombstones: BTreeMap::new(),
@@ -100,6 +103,42 @@ impl Replica {
     /// How many changes of each writer are known without a gap.
     pub fn seen(&self) -> &Vector {
         &self.seen
+    }
+
+    /// Makes several changes, and returns them for other replicas.
+    ///
+    /// # Errors
+    /// Those of `make`. The changes before the error are made.
+    pub fn recorded<E: From<Error>>(
+        &mut self,
+        make: impl FnOnce(&mut Self) -> Result<(), E>,
+    ) -> Result<Delta, E> {
+        let since = count(&self.seen, self.writer);
+        self.made = Some(Vec::new());
+        let result = make(self);
+        let records = self.made.take().unwrap_or_default();
+        result?;
+        let upto = count(&self.seen, self.writer);
+        Ok(Delta {
+            sender: self.writer,
+            since: [(self.writer, since)].into(),
+            upto: [(self.writer, upto)].into(),
+            records,
+            ..Delta::default()
+        })
+    }
+
+    /// The number of this writer's next change. A node or an edge that is made next has it in its id.
+    pub fn next_number(&self) -> u64 {
+        count(&self.seen, self.writer).saturating_add(1)
+    }
+
+    /// Leaves numbers of this writer out, so that its next change has this one.
+    pub fn skip_to(&mut self, number: u64) {
+        if number > self.next_number() {
+            self.has_changed = true;
+            self.seen.insert(self.writer, number - 1);
+        }
     }
 
     fn stamp(&mut self) -> Result<Stamp, Error> {
@@ -178,7 +217,7 @@ impl Replica {
     }
 
     /// Whether an element was removed, also if that is forgotten.
-    pub(crate) fn is_removed(&self, id: Id) -> bool {
+    pub fn is_removed(&self, id: Id) -> bool {
         match self.elements.get(&id) {
             Some(element) => element.removed.is_some(),
             None => covers(&self.seen, id) || self.gone.contains(&id),
@@ -238,11 +277,35 @@ impl Replica {
         element.attributes.get(name)?.1.as_ref()
     }
 
+    /// When an attribute was last changed or removed.
+    pub fn stamp_of(&self, of: Id, name: &str) -> Option<Stamp> {
+        let element = self.elements.get(&of).filter(|e| e.removed.is_none())?;
+        element.attributes.get(name).map(|(stamp, _)| *stamp)
+    }
+
+    /// The greatest count of all changes that are known.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Makes the changes that follow later than this count. Returns whether that was possible: a count
+    /// may not be ahead by more than 2^48.
+    pub fn count_from(&mut self, count: u64) -> bool {
+        let is_sound = count.saturating_sub(self.count) <= MOST_AHEAD;
+        if is_sound {
+            self.count = self.count.max(count);
+        }
+        is_sound
+    }
+
     /// Applies one change, of this replica or of another. It does not matter how often, or in which
     /// order.
     fn put(&mut self, record: &Record, is_local: bool) {
         let (stamp, id) = (record.stamp(), record.of());
         self.count = self.count.max(stamp.count);
+        if let Some(made) = self.made.as_mut().filter(|_| is_local) {
+            made.push(record.clone());
+        }
         // Its own message may come back after it has removed the element.
         let is_first = is_local && matches!(record, Record::Node { .. } | Record::Edge { .. });
         if !self.elements.contains_key(&id) && self.is_removed(id) && !is_first {
@@ -382,13 +445,15 @@ impl Replica {
         records
     }
 
-    /// Takes the changes of another replica.
+    /// Takes the changes of another replica. Returns the elements that it is about, and those that it
+    /// removes without naming them.
     ///
     /// # Errors
     /// The delta is damaged, or another replica has the same writer. Then nothing is changed. A
     /// delta that is well formed is believed: accept deltas only from replicas that you trust.
-    pub fn merge(&mut self, delta: &Delta) -> Result<(), Error> {
+    pub fn merge(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
         self.check(delta)?;
+        let mut touched: BTreeSet<Id> = delta.records.iter().map(Record::of).collect();
         for record in &delta.records {
             self.put(record, false);
         }
@@ -401,6 +466,7 @@ impl Replica {
             for id in known.filter(is_gone).collect::<Vec<Id>>() {
                 self.drop_element(id);
                 self.gone.insert(id);
+                touched.insert(id);
             }
             raise(&mut self.forgotten, &delta.forgotten);
         }
@@ -416,7 +482,7 @@ impl Replica {
         }
         self.settle();
         self.acknowledge(delta.sender, &delta.seen);
-        Ok(())
+        Ok(touched)
     }
 
     /// Refuses what no replica sends.
@@ -555,6 +621,11 @@ impl Replica {
             raise(&mut self.forgotten, &[(writer, sequence)].into());
             self.drop_element(id);
         }
+    }
+
+    /// How many elements are kept, removed ones and those that are not known yet among them.
+    pub fn kept(&self) -> usize {
+        self.elements.len()
     }
 
     /// How many tombstones are kept.

@@ -48,7 +48,51 @@ pub struct View {
     pub conflicts: Vec<Conflict>,
 }
 
+/// An element that was made and is not removed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown<'r> {
+    /// Its type.
+    pub kind: &'r str,
+    /// Where it starts and ends, if it is an edge.
+    pub ends: Option<(Id, Id)>,
+    /// Its attributes. Of several that are one value, this is the one that was changed last.
+    pub attributes: BTreeMap<String, Value>,
+}
+
 impl Replica {
+    /// An element, whatever is against it. `None` if it was removed, or is not known yet.
+    pub fn element(&self, schema: &Schema, id: Id) -> Option<Shown<'_>> {
+        let element = self.elements.get(&id).filter(|e| e.removed.is_none())?;
+        let (kind, ends) = match &element.made.as_ref()?.1 {
+            Made::Node(kind) => (kind, None),
+            Made::Edge(kind, from, to) => (kind, Some((*from, *to))),
+        };
+        Some(Shown {
+            kind,
+            ends,
+            attributes: latest(schema, kind, element),
+        })
+    }
+
+    /// The type of an element that was made and is not removed.
+    pub fn kind_of(&self, id: Id) -> Option<&str> {
+        let element = self.elements.get(&id).filter(|e| e.removed.is_none())?;
+        match &element.made.as_ref()?.1 {
+            Made::Node(kind) | Made::Edge(kind, ..) => Some(kind),
+        }
+    }
+
+    /// Whether an edge starts or ends at an element.
+    pub fn is_end(&self, id: Id) -> bool {
+        let mut edges = self.edges.get(&id).into_iter().flatten();
+        edges.any(|edge| self.has(*edge))
+    }
+
+    /// How many elements were made and are not removed.
+    pub fn element_count(&self) -> usize {
+        self.elements.keys().filter(|id| self.has(**id)).count()
+    }
+
     /// The view for a schema.
     pub fn view(&self, schema: &Schema) -> View {
         let mut view = View::default();

@@ -175,6 +175,9 @@ impl<'a> EventLoop<'a> {
             self.change_lifecycle();
             let due = self.follow_time(now, sweep, due);
             self.serve(now);
+            if self.component.has_turns() {
+                self.component.turn();
+            }
             self.take_failure();
             self.react();
             self.check_deadlines(now);

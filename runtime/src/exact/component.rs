@@ -29,7 +29,7 @@ impl<C: Component> Recorded<C> {
         }
     }
 
-    fn turn<T>(&mut self, kind: Kind, text: String, run: impl FnOnce(&mut C) -> T) -> T {
+    fn run<T>(&mut self, kind: Kind, text: String, run: impl FnOnce(&mut C) -> T) -> T {
         self.recorder.begin_turn(&Entry {
             text: Cow::Owned(text),
             ..Entry::of(kind)
@@ -54,12 +54,12 @@ impl<C: Component> Component for Recorded<C> {
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        let result = self.turn(Kind::Compute, String::new(), Component::compute);
+        let result = self.run(Kind::Compute, String::new(), Component::compute);
         self.ended(result)
     }
 
     fn set_parameters(&mut self, values: &Values) {
-        self.turn(Kind::Parameters, values.to_record().to_string(), |c| {
+        self.run(Kind::Parameters, values.to_record().to_string(), |c| {
             c.set_parameters(values);
         });
         self.recorder.end_turn();
@@ -67,7 +67,7 @@ impl<C: Component> Component for Recorded<C> {
 
     fn parameters_changed(&mut self, changes: &[ParamChange]) -> Result<(), WorkerError> {
         let text = ParamChange::to_record(changes).to_string();
-        let result = self.turn(Kind::Changed, text, |c| c.parameters_changed(changes));
+        let result = self.run(Kind::Changed, text, |c| c.parameters_changed(changes));
         self.ended(result)
     }
 
@@ -76,13 +76,23 @@ impl<C: Component> Component for Recorded<C> {
             return self.component.react();
         };
         let before = (machine.has_events(), machine.next_due());
-        let result = self.turn(Kind::React, String::new(), Component::react);
+        let result = self.run(Kind::React, String::new(), Component::react);
         self.recorder.result(&result);
         let machine = self.component.machine();
         let after = machine.map(|machine| (machine.has_events(), machine.next_due()));
         let has_effect = before.0 || after != Some(before);
         self.recorder.end_idle_turn(has_effect);
         result
+    }
+
+    fn has_turns(&self) -> bool {
+        self.component.has_turns()
+    }
+
+    fn turn(&mut self) -> bool {
+        let did = self.run(Kind::Turn, String::new(), Component::turn);
+        self.recorder.end_idle_turn(did);
+        did
     }
 
     fn machine(&mut self) -> Option<&mut Parts> {
@@ -94,17 +104,17 @@ impl<C: Component> Component for Recorded<C> {
     }
 
     fn emergency(&mut self) {
-        self.turn(Kind::Emergency, String::new(), Component::emergency);
+        self.run(Kind::Emergency, String::new(), Component::emergency);
         self.recorder.end_turn();
     }
 
     fn restore(&mut self) {
-        self.turn(Kind::Restore, String::new(), Component::restore);
+        self.run(Kind::Restore, String::new(), Component::restore);
         self.recorder.end_turn();
     }
 
     fn finalize(&mut self) {
-        self.turn(Kind::Finalize, String::new(), Component::finalize);
+        self.run(Kind::Finalize, String::new(), Component::finalize);
         self.recorder.end_turn();
     }
 

@@ -77,6 +77,8 @@ kinds! {
     Finalize = 10 "finalize",
     /// A turn: the started call with the number `value` has ended. An answer follows.
     Ended = 11 "ended_call",
+    /// A turn of the event loop, beside handlers.
+    Turn = 12 "turn",
     /// The state of the component is another one, `text`.
     State = 16 "state",
     /// The period of the component is another one, in nanoseconds.

@@ -112,6 +112,9 @@ fn run_turn(
     match turn.kind {
         Kind::Compute => replay.result(&component.compute()),
         Kind::React => replay.result(&component.react()),
+        Kind::Turn => {
+            component.turn();
+        }
         Kind::Emergency => component.emergency(),
         Kind::Restore => component.restore(),
         Kind::Finalize => component.finalize(),

@@ -16,6 +16,7 @@ pub mod rc_interop;
 pub mod rc_simulation;
 pub mod rc_soak;
 pub mod rc_types;
+pub mod rc_world;
 pub mod robo_comp_battery_status;
 pub mod robo_comp_bumper;
 pub mod robo_comp_camera;

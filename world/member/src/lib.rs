@@ -1,0 +1,296 @@
+//! Joins a replica of the shared world with the slots of a component.
+//!
+//! A component with a world publishes and subscribes to `World` and `WorldStream`: all replicas of a
+//! network meet at these topics. [`Member`] publishes what the replica has to say and hands it what
+//! arrives. Generated code opens it in the context, calls [`Member::turn`] in each turn of the event
+//! loop, and [`Member::leave`] at the end.
+
+use graph_schema::Schema;
+use property_graph::{Edit, Time};
+use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
+use rc_runtime::middleware::{OpenError, Reader, SendError};
+use rc_runtime::{Core, Ports};
+use rc_world::{Error, Message, News, Rights, STATE, STREAM, Setup, Status, Token, Topic, World};
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// How many messages of a replica are published in a turn at most. The others follow in the next
+/// one.
+const MOST_A_TURN: usize = 64;
+
+/// A replica of the shared world in a component, and what drives it. It dereferences to the replica.
+/// A component whose context has the publishers passes them as a function that sends.
+pub struct Driver {
+    world: Arc<World>,
+    news: rc_world::Reader,
+    /// The time of this turn, in nanoseconds: the replica asks for it.
+    time: Arc<AtomicU64>,
+    /// The greatest time so far: the network's clock may be set back.
+    latest: Duration,
+    due: Duration,
+    shown: u64,
+}
+
+/// Sends a message on its topic.
+type Send<'s> = &'s mut dyn FnMut(&Message) -> Result<(), SendError>;
+
+impl Deref for Driver {
+    type Target = World;
+
+    fn deref(&self) -> &World {
+        &self.world
+    }
+}
+
+impl Driver {
+    /// A replica that is empty so far.
+    pub fn new(core: &mut Core, schema: Arc<Schema>, rights: Rights) -> Self {
+        let now = core.now().as_nanos();
+        let time = Arc::new(AtomicU64::new(now));
+        let clock = Arc::clone(&time);
+        let setup = Setup::new(core.name(), schema)
+            .with_rights(rights)
+            .with_writer(writer(core, now))
+            .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
+        let world = Arc::new(World::new(setup));
+        Self {
+            news: world.reader(),
+            world,
+            time,
+            latest: Duration::from_nanos(now),
+            due: Duration::ZERO,
+            shown: 0,
+        }
+    }
+
+    /// The replica, for other threads: they read it, and what they change is sent in the next turn.
+    pub fn shared(&self) -> Arc<World> {
+        Arc::clone(&self.world)
+    }
+
+    /// Takes a sample of a topic of `World`.
+    ///
+    /// # Errors
+    /// The bytes are no such message.
+    pub fn receive_state(
+        &mut self,
+        topic: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.receive(STATE.get(topic), reader)
+    }
+
+    /// Takes a sample of a topic of `WorldStream`.
+    ///
+    /// # Errors
+    /// The bytes are no such message.
+    pub fn receive_stream(
+        &mut self,
+        topic: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.receive(STREAM.get(topic), reader)
+    }
+
+    fn receive(
+        &mut self,
+        topic: Option<&Topic>,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        let topic = topic.ok_or_else(|| HandlerError("a world has no such topic".to_owned()))?;
+        let message = Message::decode(*topic, reader)?;
+        self.world.receive(self.latest, message);
+        // What it asks for is answered in this turn.
+        self.due = Duration::ZERO;
+        Ok(())
+    }
+
+    /// Does what is due at a time of the network, and sends what the replica has to say. Returns
+    /// whether anything was done.
+    pub fn turn(&mut self, now: rc_runtime::Time, send: Send<'_>) -> bool {
+        let now = now.as_nanos();
+        self.time.store(now, Ordering::Relaxed);
+        self.latest = self.latest.max(Duration::from_nanos(now));
+        if self.latest >= self.due {
+            self.due = self.world.turn(self.latest);
+        }
+        let told = self.send(send);
+        let version = self.world.snapshot().version();
+        let is_new = std::mem::replace(&mut self.shown, version) != version;
+        told || is_new
+    }
+
+    /// What has changed since the last call. `None` if nothing has.
+    pub fn news(&mut self) -> Option<News> {
+        self.world.news(&mut self.news)
+    }
+
+    /// Says goodbye, so that nobody waits for this replica.
+    pub fn leave(&mut self, send: Send<'_>) {
+        self.world.leave();
+        self.send(send);
+    }
+
+    /// State of the replica.
+    pub fn state(&self) -> Status {
+        self.world.status(self.latest)
+    }
+
+    /// Sends what the replica has to say. What cannot be sent is repaired later.
+    fn send(&mut self, send: Send<'_>) -> bool {
+        for sent in 0..MOST_A_TURN {
+            let Some(message) = self.world.take() else {
+                return sent > 0;
+            };
+            if let Err(error) = send(&message) {
+                rc_runtime::tracing::warn!("the world cannot tell what has changed: {error}");
+            }
+        }
+        self.due = Duration::ZERO;
+        true
+    }
+}
+
+/// A [`Driver`] with its publishers.
+pub struct Member {
+    driver: Driver,
+    state: Vec<TypedPublisher>,
+    stream: Vec<TypedPublisher>,
+}
+
+impl Deref for Member {
+    type Target = Driver;
+
+    fn deref(&self) -> &Driver {
+        &self.driver
+    }
+}
+
+impl DerefMut for Member {
+    fn deref_mut(&mut self) -> &mut Driver {
+        &mut self.driver
+    }
+}
+
+impl Member {
+    /// A replica that is empty so far. `slots` are the numbers of the slots that publish `World` and
+    /// `WorldStream`.
+    ///
+    /// # Errors
+    /// A slot cannot be opened.
+    pub fn open(
+        core: &mut Core,
+        ports: &Ports,
+        slots: [usize; 2],
+        schema: Arc<Schema>,
+        rights: Rights,
+    ) -> Result<Self, OpenError> {
+        let open = |slot: usize, topics: &[Topic]| {
+            let numbers = 0..topics.len();
+            numbers
+                .map(ports.publishers(slot))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        Ok(Self {
+            driver: Driver::new(core, schema, rights),
+            state: open(slots[0], &STATE)?,
+            stream: open(slots[1], &STREAM)?,
+        })
+    }
+
+    /// Makes several changes, which all readers get in one version, and sends them.
+    ///
+    /// # Errors
+    /// Those of [`World::change`].
+    pub fn change(
+        &mut self,
+        make: impl FnOnce(&mut Edit) -> Result<(), Error>,
+    ) -> Result<Token, Error> {
+        self.change_with(make).map(|((), token)| token)
+    }
+
+    /// The same, with a result.
+    ///
+    /// # Errors
+    /// Those of [`World::change`].
+    pub fn change_with<T>(
+        &mut self,
+        make: impl FnOnce(&mut Edit) -> Result<T, Error>,
+    ) -> Result<(T, Token), Error> {
+        let changed = self.driver.world.change_with(make)?;
+        self.driver.due = Duration::ZERO;
+        let (state, stream) = (&mut self.state, &mut self.stream);
+        self.driver
+            .send(&mut |message| publish(state, stream, message));
+        Ok(changed)
+    }
+
+    /// Does what is due at the time of the network. Returns whether anything was done.
+    pub fn turn(&mut self, core: &Core) -> bool {
+        let (state, stream) = (&mut self.state, &mut self.stream);
+        self.driver
+            .turn(core.now(), &mut |message| publish(state, stream, message))
+    }
+
+    /// Says goodbye, so that nobody waits for this replica.
+    pub fn leave(&mut self) {
+        let (state, stream) = (&mut self.state, &mut self.stream);
+        self.driver
+            .leave(&mut |message| publish(state, stream, message));
+    }
+
+    /// The number of other replicas of the topic that has most.
+    pub fn subscribers(&self) -> usize {
+        let all = self.state.iter().chain(&self.stream);
+        all.map(TypedPublisher::peers).max().unwrap_or(0)
+    }
+}
+
+fn publish(
+    state: &mut [TypedPublisher],
+    stream: &mut [TypedPublisher],
+    message: &Message,
+) -> Result<(), SendError> {
+    let publisher = match place(message) {
+        (Interface::World, at) => state.get_mut(at),
+        (Interface::WorldStream, at) => stream.get_mut(at),
+    };
+    match publisher {
+        Some(publisher) => publisher.publish_with(|writer| message.encode(writer)),
+        None => Ok(()),
+    }
+}
+
+/// An interface of `World.idsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    /// Losses are repaired.
+    World,
+    /// The newest value counts.
+    WorldStream,
+}
+
+/// The topic of a message: its interface, and its number there.
+pub fn place(message: &Message) -> (Interface, usize) {
+    let topic = message.topic();
+    let at = |topics: &[Topic]| topics.iter().position(|own| *own == topic);
+    match at(&STREAM) {
+        Some(at) => (Interface::WorldStream, at),
+        None => (Interface::World, at(&STATE).unwrap_or_default()),
+    }
+}
+
+/// A number that no other replica has: not even an earlier run of this component, which in simulated
+/// time has the same random numbers.
+fn writer(core: &mut Core, now: u64) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let random = core.random().u64(..);
+    let numbers = [now, random].into_iter().flat_map(u64::to_le_bytes);
+    for byte in core.name().bytes().chain(numbers) {
+        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+    // 0 is nobody, and the start of a world has 1.
+    hash.max(2)
+}

@@ -1,0 +1,314 @@
+//! Questions for what a replica lacks, and their answers in chunks.
+
+use crate::core::Core;
+use crate::digest::RANGES;
+use crate::message::{Content, MOST_CHUNK};
+use crate::peers::missing;
+use crate::protocol::between;
+use crate::wire;
+use graph_merge::Vector;
+use property_graph::{Graph, Time};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// After so long without a chunk, a replica asks again.
+const RETRY: Duration = Duration::from_millis(300);
+/// How often a replica asks one other one again for the same.
+const MOST_TRIES: u32 = 10;
+/// How many chunks are on the way at most.
+const WINDOW: usize = 8;
+/// How many bytes an answer has at most.
+const MOST_ANSWER: usize = 64 << 20;
+/// How many answers are kept for those that lost a chunk.
+const MOST_KEPT: usize = 4;
+/// How long a replica is not answered anew.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// A question of another replica.
+pub(crate) struct Question {
+    pub(crate) sender: u64,
+    pub(crate) number: u64,
+    pub(crate) since: Vector,
+    pub(crate) ranges: Vec<u32>,
+    pub(crate) chunks: Vec<u32>,
+}
+
+/// A question of this replica that is not answered yet.
+struct Asked {
+    to: u64,
+    number: u64,
+    since: Vector,
+    ranges: Vec<u32>,
+    heard: Duration,
+    tries: u32,
+    /// Empty until the first chunk arrives.
+    chunks: Vec<Option<Vec<u8>>>,
+    bytes: usize,
+    /// How many chunks are on the way.
+    waiting: usize,
+}
+
+/// An answer of this replica.
+struct Answer {
+    to: u64,
+    number: u64,
+    bytes: Vec<u8>,
+}
+
+/// Questions and answers.
+#[derive(Default)]
+pub(crate) struct Answers {
+    asked: Option<Asked>,
+    number: u64,
+    kept: VecDeque<Answer>,
+    /// The last one that was asked.
+    last: u64,
+}
+
+impl Answer {
+    fn count(&self) -> usize {
+        self.bytes.len().div_ceil(MOST_CHUNK).max(1)
+    }
+}
+
+impl Core {
+    /// Asks what is due to be asked. Returns when to look again.
+    pub(crate) fn ask(&mut self, now: Duration) -> Option<Duration> {
+        if let Some(asked) = &mut self.protocol.answers.asked {
+            let due = asked.heard.saturating_add(RETRY);
+            if now < due {
+                return Some(due);
+            }
+            asked.tries += 1;
+            let is_there = self.protocol.peers.all.get(&asked.to);
+            let is_there = is_there.is_some_and(crate::peers::Peer::is_live);
+            // Nobody else is asked for an answer of which parts are here.
+            let most = if asked.chunks.is_empty() {
+                1
+            } else {
+                MOST_TRIES
+            };
+            if asked.tries > most || !is_there {
+                self.protocol.answers.asked = None;
+                self.protocol.ask_by(now);
+            } else {
+                self.ask_again(now);
+                return Some(now.saturating_add(RETRY));
+            }
+        }
+        let at = self.protocol.ask_at?;
+        if now < at {
+            return Some(at);
+        }
+        self.protocol.ask_at = None;
+        self.ask_somebody(now).then(|| now.saturating_add(RETRY))
+    }
+
+    /// Asks the next one of those that have something.
+    fn ask_somebody(&mut self, now: Duration) -> bool {
+        let seen = self.replica.seen();
+        let having = self.protocol.peers.live();
+        let having = having.filter(|(_, peer)| missing(&peer.seen, seen) > 0);
+        let mut having: Vec<u64> = having.map(|(writer, _)| writer).collect();
+        let mut ranges = Vec::new();
+        if having.is_empty() {
+            let wrong = self.protocol.peers.live();
+            let mut wrong = wrong.filter(|(_, peer)| !peer.wrong_ranges.is_empty());
+            if let Some((writer, peer)) = wrong.next() {
+                having.push(writer);
+                ranges.clone_from(&peer.wrong_ranges);
+            }
+        }
+        let answers = &mut self.protocol.answers;
+        let next = having.iter().find(|writer| **writer > answers.last);
+        let Some(to) = next.or(having.first()).copied() else {
+            return false;
+        };
+        answers.last = to;
+        answers.number += 1;
+        answers.asked = Some(Asked {
+            to,
+            number: answers.number,
+            since: seen.clone(),
+            ranges,
+            heard: now,
+            tries: 0,
+            chunks: Vec::new(),
+            bytes: 0,
+            waiting: WINDOW,
+        });
+        if let Some(peer) = self.protocol.peers.all.get_mut(&to) {
+            peer.wrong_ranges.clear();
+        }
+        self.protocol.counts.asked += 1;
+        self.ask_again(now);
+        true
+    }
+
+    /// Asks for the chunks that are missing.
+    fn ask_again(&mut self, now: Duration) {
+        let sender = self.protocol.writer;
+        let Some(asked) = &mut self.protocol.answers.asked else {
+            return;
+        };
+        asked.heard = now;
+        let missing = asked.chunks.iter().enumerate();
+        let missing = missing.filter(|(_, chunk)| chunk.is_none());
+        let chunks: Vec<u32> = missing.map(|(at, _)| at as u32).take(WINDOW).collect();
+        asked.waiting = chunks.len();
+        let message = Content::Ask {
+            sender,
+            to: asked.to,
+            number: asked.number,
+            since: asked.since.clone(),
+            ranges: asked.ranges.clone(),
+            chunks,
+        };
+        self.protocol.send(message);
+    }
+
+    /// Answers a question, as far as there is room for it.
+    pub(crate) fn answer(&mut self, question: &Question, now: Duration) {
+        self.replica.acknowledge(question.sender, &question.since);
+        if !self.protocol.has_room() {
+            return;
+        }
+        let (to, number) = (question.sender, question.number);
+        let kept = self.protocol.answers.kept.iter();
+        let mut known = kept.enumerate();
+        let known = known.find(|(_, answer)| answer.to == to && answer.number == number);
+        let at = if let Some((at, _)) = known {
+            at
+        } else {
+            let Some(peer) = self.protocol.peers.all.get_mut(&to) else {
+                return;
+            };
+            let is_soon = peer
+                .answered
+                .is_some_and(|last| now < last.saturating_add(PAUSE));
+            if is_soon {
+                return;
+            }
+            peer.answered = Some(now);
+            let Some(bytes) = self.answer_of(question) else {
+                return;
+            };
+            let answers = &mut self.protocol.answers;
+            answers.kept.retain(|answer| answer.to != to);
+            let answer = Answer { to, number, bytes };
+            answers.kept.push_back(answer);
+            while answers.kept.len() > MOST_KEPT {
+                answers.kept.pop_front();
+            }
+            self.protocol.counts.answered += 1;
+            self.protocol.answers.kept.len() - 1
+        };
+        let Some(answer) = self.protocol.answers.kept.get(at) else {
+            return;
+        };
+        let count = answer.count();
+        let wanted: Vec<usize> = if question.chunks.is_empty() {
+            (0..count.min(WINDOW)).collect()
+        } else {
+            let chunks = question.chunks.iter().map(|at| *at as usize);
+            chunks.filter(|at| *at < count).take(WINDOW).collect()
+        };
+        let sender = self.protocol.writer;
+        let parts = wanted.into_iter().map(|at| {
+            let begin = at * MOST_CHUNK;
+            let end = (begin + MOST_CHUNK).min(answer.bytes.len());
+            Content::Chunk {
+                sender,
+                to,
+                number,
+                at: at as u32,
+                count: count as u32,
+                bytes: answer.bytes[begin..end].to_vec(),
+            }
+        });
+        for part in parts.collect::<Vec<_>>() {
+            self.protocol.send(part);
+        }
+    }
+
+    fn answer_of(&self, question: &Question) -> Option<Vec<u8>> {
+        let deltas = if question.ranges.is_empty() {
+            vec![self.replica.delta_since(&question.since)]
+        } else {
+            let mut ranges: Vec<u32> = question.ranges.clone();
+            ranges.sort_unstable();
+            ranges.dedup();
+            let ranges = ranges
+                .into_iter()
+                .filter(|range| (*range as usize) < RANGES);
+            ranges
+                .map(|range| self.replica.range(range as usize, RANGES))
+                .collect()
+        };
+        let size: usize = deltas.iter().map(|delta| wire::size(&delta.records)).sum();
+        (size <= MOST_ANSWER).then(|| wire::answer(&deltas))
+    }
+
+    /// Takes a part of an answer.
+    pub(crate) fn take_chunk(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        now: Duration,
+        (sender, number): (u64, u64),
+        (at, count): (u32, u32),
+        bytes: Vec<u8>,
+    ) {
+        let (at, count) = (at as usize, count as usize);
+        let answers = &mut self.protocol.answers;
+        let asked = answers.asked.as_mut();
+        let asked = asked.filter(|asked| asked.to == sender && asked.number == number);
+        let Some(asked) = asked else { return };
+        let is_first = asked.chunks.is_empty();
+        let is_sound = at < count
+            && count <= MOST_ANSWER / MOST_CHUNK + 1
+            && (is_first || asked.chunks.len() == count)
+            && bytes.len() <= MOST_CHUNK;
+        if !is_sound {
+            return self
+                .protocol
+                .refuse("a chunk of an answer does not fit the others");
+        }
+        if is_first {
+            asked.chunks = vec![None; count];
+            asked.waiting = count.min(WINDOW);
+        }
+        asked.heard = now;
+        if asked.chunks[at].is_none() {
+            asked.bytes += bytes.len();
+            asked.chunks[at] = Some(bytes);
+            asked.tries = 0;
+            asked.waiting = asked.waiting.saturating_sub(1);
+        }
+        if asked.chunks.iter().all(Option::is_some) {
+            let chunks = std::mem::take(&mut asked.chunks);
+            answers.asked = None;
+            let whole: Vec<u8> = chunks.into_iter().flatten().flatten().collect();
+            self.take_answer(graph, time, now, &whole);
+        } else if asked.waiting == 0 {
+            self.ask_again(now);
+        }
+    }
+
+    fn take_answer(&mut self, graph: &Graph, time: Time, now: Duration, whole: &[u8]) {
+        match wire::read_answer(whole) {
+            Ok(deltas) => {
+                for delta in deltas {
+                    let at = between(time, graph.snapshot().time(), time);
+                    self.merge(graph, at, &delta);
+                }
+            }
+            Err(error) => self.protocol.refuse(&error.to_string()),
+        }
+        if self.lacks() {
+            self.protocol.ask_by(now.saturating_add(PAUSE));
+        } else {
+            self.protocol.joined();
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Shows in the graph what the replica has: what changed alone, where that is enough.
+
+use crate::core::Core;
+use crate::local::attributes;
+use graph_merge::Shown;
+use graph_schema::{Attribute, Schema};
+use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, fits, in_order};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Why a change is not shown alone.
+enum Refused {
+    /// The graph shows it already.
+    Equal,
+    /// Something else decides what is shown.
+    NotWhole,
+    Wrong,
+}
+
+impl From<Error> for Refused {
+    fn from(_: Error) -> Self {
+        Self::Wrong
+    }
+}
+
+/// The attribute that a schema declares.
+pub(crate) fn declared<'s>(schema: &'s Schema, kind: &str, name: &str) -> Option<&'s Attribute> {
+    match schema.entity(kind) {
+        Some(entity) => entity.attribute(name),
+        None => schema.relation(kind)?.attribute(name),
+    }
+}
+
+/// Whether a schema allows a value.
+pub(crate) fn allows(schema: &Schema, kind: &str, name: &str, value: &Value) -> bool {
+    match declared(schema, kind, name) {
+        Some(attribute) => fits(attribute, value).is_ok(),
+        None => schema.open,
+    }
+}
+
+impl Core {
+    /// Shows elements that have changed, or leaves it to the next turn.
+    pub(crate) fn show(&mut self, graph: &Graph, time: Time, touched: &BTreeSet<Id>) {
+        if touched.is_empty() || self.is_stale {
+            return;
+        }
+        let shown = if self.is_whole {
+            graph.change(time, |edit| self.show_in(edit, touched))
+        } else {
+            Err(Refused::NotWhole)
+        };
+        // That takes a time in proportion to the graph: once for all messages of a turn.
+        self.is_stale = matches!(shown, Err(Refused::NotWhole | Refused::Wrong));
+    }
+
+    fn show_in(&self, edit: &mut Edit, touched: &BTreeSet<Id>) -> Result<(), Refused> {
+        let mut is_equal = true;
+        let mut gone = Vec::new();
+        let mut there: Vec<(Id, Shown<'_>)> = Vec::new();
+        for id in touched {
+            match self.replica.element(&self.schema, *id) {
+                Some(shown) => there.push((*id, shown)),
+                None if self.replica.is_end(*id) => return Err(Refused::NotWhole),
+                None => gone.push(*id),
+            }
+        }
+        for id in gone {
+            match edit.snapshot().find(id) {
+                Some(Element::Edge(edge)) => edit.remove_edge(edge)?,
+                Some(Element::Node(node)) => edit.remove_node(node)?,
+                None => continue,
+            }
+            is_equal = false;
+        }
+        let nodes = there.iter().filter(|(_, shown)| shown.ends.is_none());
+        for (id, shown) in nodes {
+            let node = match edit.snapshot().find(*id) {
+                Some(Element::Node(node))
+                    if edit.snapshot().node(node)?.type_name() == shown.kind =>
+                {
+                    Element::Node(node)
+                }
+                Some(_) => return Err(Refused::NotWhole),
+                None => {
+                    is_equal = false;
+                    Element::Node(edit.add_node_as(*id, shown.kind)?)
+                }
+            };
+            is_equal &= self.set(edit, *id, node, shown)?;
+        }
+        let edges = there.iter().filter(|(_, shown)| shown.ends.is_some());
+        let edges: Vec<_> = edges.collect();
+        let ends = edges.iter().filter_map(|(id, shown)| {
+            let (from, to) = shown.ends?;
+            Some((Some(*id), [from, to]))
+        });
+        let ends: Vec<_> = ends.collect();
+        let (order, rest) = in_order(&ends, |id| edit.snapshot().find(id).is_some());
+        if !rest.is_empty() {
+            return Err(Refused::NotWhole);
+        }
+        for at in order {
+            let ((id, shown), [from, to]) = (edges[at], ends[at].1);
+            let edge = match edit.snapshot().find(*id) {
+                Some(Element::Edge(edge)) => {
+                    let now = edit.snapshot();
+                    let here = now.edge(edge)?;
+                    let own = [now.node(here.from())?.id(), now.node(here.to())?.id()];
+                    if here.type_name() != shown.kind || own != [from, to] {
+                        return Err(Refused::NotWhole);
+                    }
+                    edge
+                }
+                Some(Element::Node(_)) => return Err(Refused::NotWhole),
+                None => {
+                    is_equal = false;
+                    let (from, to) = (edit.end(from)?, edit.end(to)?);
+                    edit.add_edge_as(*id, shown.kind, from, to)?
+                }
+            };
+            is_equal &= self.set(edit, *id, Element::Edge(edge), shown)?;
+        }
+        if is_equal {
+            return Err(Refused::Equal);
+        }
+        Ok(())
+    }
+
+    /// Gives an element its attributes. Returns whether it has them already.
+    fn set(
+        &self,
+        edit: &mut Edit,
+        id: Id,
+        element: Element,
+        shown: &Shown<'_>,
+    ) -> Result<bool, Error> {
+        let mut wanted = shown.attributes.clone();
+        self.streamed(id, shown.kind, &mut wanted);
+        let now = edit.snapshot();
+        let own = attributes(now, element)?;
+        let gone = own.keys().filter(|name| !wanted.contains_key(**name));
+        let gone: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
+        wanted.retain(|name, value| own.get(name.as_str()) != Some(&&*value));
+        for name in &gone {
+            edit.unset(element, name)?;
+        }
+        if !wanted.is_empty() {
+            let set = wanted.iter();
+            edit.set_all(element, set.map(|(name, value)| (name, value.clone())))?;
+        }
+        Ok(gone.is_empty() && wanted.is_empty())
+    }
+
+    /// Leaves out values that the schema does not allow, and puts in those of streams.
+    fn streamed(&self, id: Id, kind: &str, attributes: &mut BTreeMap<String, Value>) {
+        attributes.retain(|name, value| allows(&self.schema, kind, name, value));
+        for (name, stamp, value) in self.streams.of(id) {
+            if self.overrides(id, name, stamp)
+                && let Some(shown) = attributes.get_mut(name)
+                && allows(&self.schema, kind, name, value)
+            {
+                *shown = value.clone();
+            }
+        }
+    }
+
+    /// Whether a value of a stream is later than the last change of the attribute. An attribute
+    /// without a value is none of a stream.
+    pub(crate) fn overrides(&self, id: Id, name: &str, stamp: (u64, u64)) -> bool {
+        let changed = self.replica.stamp_of(id, name);
+        changed.is_some_and(|changed| (changed.count, changed.writer) < stamp)
+    }
+
+    /// Shows the whole replica, and notes what stays out of it.
+    pub(crate) fn show_all(&mut self, graph: &Graph, time: Time) {
+        self.is_stale = false;
+        let mut view = self.replica.view(&self.schema);
+        for (id, (kind, attributes)) in &mut view.nodes {
+            self.streamed(*id, kind, attributes);
+        }
+        for (id, (kind, _, _, attributes)) in &mut view.edges {
+            self.streamed(*id, kind, attributes);
+        }
+        let wanted = view.graph(Arc::clone(&self.schema), self.replica.writer());
+        let shown = wanted.and_then(|wanted| graph.adopt(time, &wanted.snapshot()));
+        self.fault = shown.err().map(|error| error.to_string());
+        let count = view.nodes.len() + view.edges.len();
+        self.is_whole = self.fault.is_none()
+            && view.conflicts.is_empty()
+            && count == self.replica.element_count();
+        self.conflicts = view.conflicts;
+    }
+}

@@ -1,0 +1,134 @@
+//! What no replica of this schema sends.
+
+use crate::apply::{allows, declared};
+use crate::core::{Core, MOST_ELEMENTS};
+use graph_merge::{Delta, Record, Replica};
+use graph_schema::Schema;
+use property_graph::Id;
+use rc_diagnostics::foreign;
+use std::collections::{BTreeSet, HashMap};
+
+/// How long a name is at most, in bytes.
+const MOST_NAME: usize = 256;
+
+/// What a replica takes.
+pub(crate) struct Check<'c> {
+    schema: &'c Schema,
+    replica: &'c Replica,
+}
+
+impl<'c> Check<'c> {
+    pub(crate) fn of(core: &'c Core) -> Self {
+        Self {
+            schema: &core.schema,
+            replica: &core.replica,
+        }
+    }
+
+    /// Refuses a delta that breaks the schema by itself. Two that are sound by themselves may break it
+    /// together, which is no fault of anybody.
+    pub(crate) fn delta(&self, delta: &Delta) -> Result<(), String> {
+        let mut kinds: HashMap<Id, &str> = HashMap::new();
+        let mut set: BTreeSet<(Id, &str)> = BTreeSet::new();
+        let mut removed: BTreeSet<Id> = BTreeSet::new();
+        for record in &delta.records {
+            match record {
+                Record::Node { kind, .. } | Record::Edge { kind, .. } => {
+                    self.kind(record, kind)?;
+                    kinds.insert(record.of(), kind);
+                }
+                Record::Attribute {
+                    of, name, value, ..
+                } => {
+                    if value.is_some() {
+                        set.insert((*of, name));
+                    }
+                }
+                Record::Removed { of, .. } => {
+                    removed.insert(*of);
+                }
+            }
+        }
+        if self.replica.kept().saturating_add(kinds.len()) > 2 * MOST_ELEMENTS {
+            return Err(format!("a world has at most {MOST_ELEMENTS} elements"));
+        }
+        for record in &delta.records {
+            if let Record::Attribute {
+                of, name, value, ..
+            } = record
+            {
+                let kind = kinds.get(of).copied();
+                let kind = kind.or_else(|| self.replica.kind_of(*of));
+                self.value(kind, name, value.as_ref())?;
+            }
+        }
+        let is_there =
+            |id: Id, name: &str| set.contains(&(id, name)) || self.replica.get(id, name).is_some();
+        for (id, kind) in &kinds {
+            if removed.contains(id) || self.replica.is_removed(*id) {
+                continue;
+            }
+            let attributes = self.schema.entity(kind).map(|entity| &entity.attributes);
+            let attributes = attributes.or_else(|| {
+                let relation = self.schema.relation(kind)?;
+                Some(&relation.attributes)
+            });
+            for attribute in attributes.into_iter().flatten().filter(|a| !a.optional) {
+                let group = attributes.into_iter().flatten();
+                let mut group = group.filter(|a| a.value_of() == attribute.value_of());
+                if !group.any(|a| is_there(*id, &a.name)) {
+                    return Err(format!("a `{kind}` has no `{}`", attribute.name));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn kind(&self, record: &Record, kind: &str) -> Result<(), String> {
+        let is_known = match record {
+            Record::Node { .. } => self.schema.entity(kind).is_some(),
+            _ => self.schema.relation(kind).is_some(),
+        };
+        let is_name = kind.len() <= MOST_NAME && !kind.chars().any(char::is_control);
+        if is_known || self.schema.open && is_name {
+            return Ok(());
+        }
+        Err(format!("the schema has no type `{}`", short(kind)))
+    }
+
+    /// Refuses a value. If the type is not known, the attribute may be that of any one.
+    pub(crate) fn value(
+        &self,
+        kind: Option<&str>,
+        name: &str,
+        value: Option<&property_graph::Value>,
+    ) -> Result<(), String> {
+        let is_name = name.len() <= MOST_NAME && !name.chars().any(char::is_control);
+        let is_sound = is_name
+            && match (kind, value) {
+                (Some(kind), Some(value)) => {
+                    value.is_finite() && allows(self.schema, kind, name, value)
+                }
+                (Some(kind), None) => {
+                    self.schema.open || declared(self.schema, kind, name).is_some()
+                }
+                (None, value) => value.is_none_or(property_graph::Value::is_finite),
+            };
+        if is_sound {
+            return Ok(());
+        }
+        let kind = kind.map_or_else(
+            || "an element".to_owned(),
+            |kind| format!("`{}`", short(kind)),
+        );
+        Err(format!(
+            "the schema does not allow this value of `{}` of {kind}",
+            short(name)
+        ))
+    }
+}
+
+fn short(text: &str) -> String {
+    let text: String = text.chars().take(64).collect();
+    foreign::clean(&text)
+}

@@ -1,0 +1,59 @@
+//! The state of a replica, behind the lock of its world.
+
+use crate::protocol::Protocol;
+use crate::rights::Rights;
+use crate::streams::Streams;
+use crate::token::Token;
+use crate::world::Setup;
+use graph_merge::{Conflict, Replica};
+use graph_schema::Schema;
+use std::sync::Arc;
+
+/// How many elements a world has at most.
+pub(crate) const MOST_ELEMENTS: usize = 1 << 20;
+
+/// The state of a replica.
+pub(crate) struct Core {
+    pub(crate) replica: Replica,
+    pub(crate) schema: Arc<Schema>,
+    pub(crate) rights: Rights,
+    pub(crate) streams: Streams,
+    /// Whether the graph shows every element that the replica has: then a change can be shown
+    /// without looking at the others.
+    pub(crate) is_whole: bool,
+    /// Whether the whole replica is to be shown at the next turn.
+    pub(crate) is_stale: bool,
+    pub(crate) conflicts: Vec<Conflict>,
+    pub(crate) fault: Option<String>,
+    pub(crate) protocol: Protocol,
+}
+
+impl Core {
+    pub(crate) fn new(setup: Setup) -> Self {
+        let protocol = Protocol::new(setup.writer, setup.name, &setup.schema);
+        Self {
+            replica: Replica::new(setup.writer, []),
+            schema: setup.schema,
+            rights: setup.rights,
+            streams: Streams::default(),
+            is_whole: true,
+            is_stale: false,
+            conflicts: Vec::new(),
+            fault: None,
+            protocol,
+        }
+    }
+
+    /// How many changes of a writer are known.
+    pub(crate) fn seen(&self, writer: u64) -> u64 {
+        self.replica
+            .seen()
+            .get(&writer)
+            .copied()
+            .unwrap_or_default()
+    }
+
+    pub(crate) fn has(&self, token: Token) -> bool {
+        !self.is_stale && self.seen(token.writer) >= token.sequence
+    }
+}

@@ -1,0 +1,58 @@
+//! The shared world: a replica of one property graph in every component of a network.
+//!
+//! A [`World`] is read without a lock and changed without asking anybody; what it changes goes to
+//! the other replicas as messages of the topics of `World.idsl`. The protocol has neither a clock
+//! nor a middleware: time and messages are handed in ([`World::receive`], [`World::turn`]) and
+//! messages are taken out ([`World::take`]). Replicas converge whatever the network loses, repeats or
+//! reorders: each tells once a second what it has seen, one that lacks something asks, and one that
+//! has it answers.
+//!
+//! ```
+//! use property_graph::Schema;
+//! use rc_world::{Setup, World};
+//! use std::time::Duration;
+//!
+//! let world = |name: &str| World::new(Setup::new(name, Schema::anything().into()));
+//! let (mapper, planner) = (world("mapper"), world("planner"));
+//! let token = mapper.change(|edit| {
+//!     let room = edit.add_node("room")?;
+//!     edit.set(room, "name", "kitchen")?;
+//!     Ok(())
+//! })?;
+//! assert!(!planner.has(token));
+//! while let Some(message) = mapper.take() {
+//!     planner.receive(Duration::ZERO, message);
+//! }
+//! assert!(planner.has(token));
+//! assert!(planner.snapshot().named("kitchen").next().is_some());
+//! # Ok::<(), rc_world::Error>(())
+//! ```
+
+mod answers;
+mod apply;
+mod check;
+mod core;
+mod digest;
+mod error;
+mod local;
+mod message;
+mod news;
+mod peers;
+mod protocol;
+mod rights;
+mod start;
+mod status;
+mod streams;
+mod token;
+mod wire;
+mod world;
+
+pub use error::Error;
+pub use graph_merge::{Conflict, Reason};
+pub use message::{MOST_CHUNK, Message, STATE, STREAM, Topic};
+pub use news::{News, NewsOf, Reader};
+pub use property_graph;
+pub use rights::Rights;
+pub use status::{Counts, PeerStatus, Status};
+pub use token::Token;
+pub use world::{Setup, World};

@@ -1,0 +1,223 @@
+//! Changes of this replica.
+
+use crate::check::Check;
+use crate::core::{Core, MOST_ELEMENTS};
+use crate::error::Error;
+use crate::rights::type_of;
+use crate::streams::Sample;
+use crate::token::Token;
+use graph_merge::{Delta, Replica};
+use property_graph::{Change, Edit, Element, Graph, Id, MOST_STEPS, Snapshot, Time, Value};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What a change has done, in the order in which the replica notes it.
+#[derive(Default)]
+struct Steps {
+    /// New elements by the numbers in their ids: type and ends.
+    made: BTreeMap<u64, (String, Option<(Id, Id)>)>,
+    removed: Vec<Id>,
+    set: Vec<(Id, String, Option<Value>)>,
+}
+
+impl Core {
+    /// Makes a change, shows it, and sends it.
+    pub(crate) fn change<T>(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        make: impl FnOnce(&mut Edit) -> Result<T, Error>,
+    ) -> Result<(T, Token), Error> {
+        let before = graph.snapshot();
+        let first = self.replica.next_number();
+        let writer = self.replica.writer();
+        let numbers = first..first.saturating_add(MOST_STEPS as u64);
+        let rights = &self.rights;
+        let (result, changes) = graph.change(time, |edit| {
+            edit.count_ids_from(first);
+            let result = make(edit)?;
+            let after = edit.snapshot();
+            if after.node_count() + after.edge_count() > MOST_ELEMENTS {
+                return Err(Error::TooMany(MOST_ELEMENTS));
+            }
+            let changes = after.since(&before);
+            rights.check(&before, after, &changes, |id| {
+                id.writer() == writer && numbers.contains(&id.count())
+            })?;
+            Ok((result, changes))
+        })?;
+        if !changes.is_empty() {
+            let after = graph.snapshot();
+            let steps = Self::steps(&before, &after, &changes)?;
+            self.note(graph, time, steps)?;
+        }
+        let token = Token {
+            writer,
+            sequence: self.seen(writer),
+        };
+        Ok((result, token))
+    }
+
+    fn steps(before: &Snapshot, after: &Snapshot, changes: &[Change]) -> Result<Steps, Error> {
+        let mut steps = Steps::default();
+        let mut changed: BTreeSet<Element> = BTreeSet::new();
+        for change in changes {
+            match change {
+                Change::NodeRemoved(_, id) | Change::EdgeRemoved(_, id) => steps.removed.push(*id),
+                Change::NodeAdded(node) => {
+                    let new = after.node(*node)?;
+                    let made = (new.type_name().to_owned(), None);
+                    steps.made.insert(new.id().count(), made);
+                    changed.insert(Element::Node(*node));
+                }
+                Change::EdgeAdded(edge) => {
+                    let new = after.edge(*edge)?;
+                    let ends = (after.node(new.from())?.id(), after.node(new.to())?.id());
+                    let made = (new.type_name().to_owned(), Some(ends));
+                    steps.made.insert(new.id().count(), made);
+                    changed.insert(Element::Edge(*edge));
+                }
+                Change::Attribute(element, _) => {
+                    changed.insert(*element);
+                }
+            }
+        }
+        for element in changed {
+            let id = id_of(after, element)?;
+            let new = attributes(after, element)?;
+            // The element is not in the earlier version if it is new.
+            let old = attributes(before, element).unwrap_or_default();
+            // First what is gone: it may be one value with what is set.
+            let gone = old.keys().filter(|name| !new.contains_key(*name));
+            let gone = gone.map(|name| (id, (*name).to_owned(), None));
+            steps.set.extend(gone);
+            let set = new
+                .iter()
+                .filter(|(name, value)| old.get(*name) != Some(value));
+            let set = set.map(|(name, value)| (id, (*name).to_owned(), Some((*value).clone())));
+            steps.set.extend(set);
+        }
+        Ok(steps)
+    }
+
+    /// Notes a change in the replica, and what it streams beside it.
+    fn note(&mut self, graph: &Graph, time: Time, mut steps: Steps) -> Result<(), Error> {
+        let now = graph.snapshot();
+        let mut streamed = Vec::new();
+        steps.set.retain(|(id, name, value)| {
+            let (Some(value), Some(element)) = (value, now.find(*id)) else {
+                return true;
+            };
+            // The first value is a change, so that a replica that joins later has one.
+            let each = type_of(&now, element)
+                .ok()
+                .and_then(|kind| self.rights.stream(&self.schema, kind, name))
+                .filter(|_| self.replica.get(*id, name).is_some());
+            if let Some(each) = each {
+                self.replica
+                    .count_from(self.replica.count().saturating_add(1));
+                let sample = Sample {
+                    of: *id,
+                    name: name.clone(),
+                    count: self.replica.count(),
+                    writer: self.replica.writer(),
+                    value: value.clone(),
+                };
+                streamed.push((sample, each));
+            }
+            each.is_none()
+        });
+        let is_change =
+            !(steps.made.is_empty() && steps.removed.is_empty() && steps.set.is_empty());
+        if is_change {
+            let delta = self.replica.recorded(|replica| record(replica, steps));
+            self.protocol.digests.clear();
+            let delta = match delta {
+                Ok(delta) => delta,
+                Err(error) => {
+                    // The graph has shown what the replica cannot take.
+                    self.show_all(graph, time);
+                    return Err(error);
+                }
+            };
+            if !self.is_whole || self.is_stale {
+                self.show_all(graph, time);
+            }
+            self.protocol.send_change(time, delta);
+        }
+        for (sample, each) in streamed {
+            self.streams.put_own(sample, each);
+        }
+        self.protocol.stream_time = time;
+        Ok(())
+    }
+
+    /// Adds what a graph has as the start of the world: changes of the writer [`START`], which are
+    /// the same in every replica.
+    pub(crate) fn start_with(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        start: &Snapshot,
+    ) -> Result<(), Error> {
+        let delta = start_delta(start)?;
+        Check::of(self).delta(&delta).map_err(Error::Start)?;
+        let touched = self.replica.merge(&delta)?;
+        self.protocol.digests.clear();
+        self.show(graph, time, &touched);
+        if self.is_stale {
+            self.show_all(graph, time);
+        }
+        match &self.fault {
+            Some(fault) => Err(Error::Start(fault.clone())),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The writer of what a world starts with.
+pub(crate) const START: u64 = 1;
+
+fn start_delta(start: &Snapshot) -> Result<Delta, Error> {
+    let mut replica = Replica::new(START, []);
+    let delta = replica.recorded(|replica| crate::start::record(replica, start))?;
+    Ok(Delta {
+        sender: START,
+        ..delta
+    })
+}
+
+fn record(replica: &mut Replica, steps: Steps) -> Result<(), Error> {
+    for (number, (kind, ends)) in steps.made {
+        replica.skip_to(number);
+        match ends {
+            None => replica.add_node(&kind)?,
+            Some((from, to)) => replica.add_edge(&kind, from, to)?,
+        };
+    }
+    for id in steps.removed {
+        replica.remove(id)?;
+    }
+    for (id, name, value) in steps.set {
+        replica.set(id, &name, value)?;
+    }
+    Ok(())
+}
+
+/// The id of an element.
+pub(crate) fn id_of(of: &Snapshot, element: Element) -> Result<Id, property_graph::Error> {
+    match element {
+        Element::Node(node) => Ok(of.node(node)?.id()),
+        Element::Edge(edge) => Ok(of.edge(edge)?.id()),
+    }
+}
+
+/// The attributes of an element that were set, as they were set.
+pub(crate) fn attributes(
+    of: &Snapshot,
+    element: Element,
+) -> Result<BTreeMap<&str, &Value>, property_graph::Error> {
+    match element {
+        Element::Node(node) => Ok(of.node(node)?.attributes().collect()),
+        Element::Edge(edge) => Ok(of.edge(edge)?.attributes().collect()),
+    }
+}

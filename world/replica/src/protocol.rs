@@ -1,0 +1,456 @@
+//! What replicas tell each other, and when. Each tells once a second what it has; one that lacks
+//! something asks one that has it, and gets it in chunks.
+
+use crate::answers::{Answers, Question};
+use crate::check::Check;
+use crate::core::Core;
+use crate::digest::{self, Digests};
+use crate::message::{Content, DigestOf, MOST_CHUNK, Message};
+use crate::peers::{Peers, missing};
+use crate::status::Counts;
+use crate::streams::Sample;
+use crate::token::Token;
+use crate::wire;
+use graph_merge::Delta;
+use graph_schema::Schema;
+use property_graph::{Graph, Time};
+use rc_diagnostics::foreign;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// How often a replica tells what it has.
+const PERIOD: Duration = Duration::from_secs(1);
+/// How long a replica waits for what is late before it asks.
+const PATIENCE: Duration = Duration::from_millis(30);
+/// After so long alone, a replica has joined.
+const ALONE: Duration = Duration::from_millis(1500);
+/// How many bytes wait at most to be sent.
+const MOST_QUEUED: usize = 16 << 20;
+/// How far the time of a change may be ahead of the clock of a receiver.
+const AHEAD: Duration = Duration::from_secs(1);
+
+/// The state of the protocol.
+pub(crate) struct Protocol {
+    pub(crate) writer: u64,
+    pub(crate) name: String,
+    pub(crate) schema: u64,
+    pub(crate) digests: Digests,
+    pub(crate) peers: Peers,
+    pub(crate) answers: Answers,
+    pub(crate) counts: Counts,
+    pub(crate) outbox_bytes: usize,
+    outbox: VecDeque<Message>,
+    next_digest: Duration,
+    /// When to look for something to ask.
+    pub(crate) ask_at: Option<Duration>,
+    /// The time of the last change, for samples of streams.
+    pub(crate) stream_time: Time,
+    started: Option<Duration>,
+    has_joined: bool,
+    has_left: bool,
+    ticks: u64,
+}
+
+impl Protocol {
+    pub(crate) fn new(writer: u64, name: String, schema: &Schema) -> Self {
+        Self {
+            writer,
+            name,
+            schema: digest::of_schema(schema),
+            digests: Digests::default(),
+            peers: Peers::default(),
+            answers: Answers::default(),
+            counts: Counts::default(),
+            outbox_bytes: 0,
+            outbox: VecDeque::new(),
+            next_digest: Duration::ZERO,
+            ask_at: None,
+            stream_time: Time::ZERO,
+            started: None,
+            has_joined: false,
+            has_left: false,
+            ticks: 0,
+        }
+    }
+
+    /// Whether there is room for what others have asked.
+    pub(crate) fn has_room(&self) -> bool {
+        self.outbox_bytes < MOST_QUEUED / 2
+    }
+
+    pub(crate) fn send(&mut self, message: Content) {
+        let message = Message(message);
+        self.outbox_bytes += message.size();
+        self.outbox.push_back(message);
+        // What is dropped is repaired by digests.
+        while self.outbox_bytes > MOST_QUEUED {
+            let Some(dropped) = self.outbox.pop_front() else {
+                break;
+            };
+            self.outbox_bytes = self.outbox_bytes.saturating_sub(dropped.size());
+            self.counts.dropped += 1;
+        }
+    }
+
+    /// Sends a change, or tells that there is one if it is too large for one message.
+    pub(crate) fn send_change(&mut self, time: Time, delta: Delta) {
+        self.counts.made += 1;
+        if wire::size(&delta.records) > MOST_CHUNK {
+            self.next_digest = Duration::ZERO;
+            return;
+        }
+        let schema = self.schema;
+        self.send(Content::Change {
+            schema,
+            time,
+            delta,
+        });
+    }
+
+    fn send_samples(&mut self, samples: Vec<Sample>) {
+        let mut rest = samples.into_iter().peekable();
+        while rest.peek().is_some() {
+            let (mut part, mut bytes) = (Vec::new(), 0);
+            while let Some(sample) = rest.next_if(|_| bytes < MOST_CHUNK / 2) {
+                bytes += 64 + sample.name.len() + sample.value.size();
+                part.push(sample);
+            }
+            self.counts.samples_sent += part.len() as u64;
+            self.send(Content::Samples {
+                schema: self.schema,
+                sender: self.writer,
+                time: self.stream_time,
+                samples: part,
+            });
+        }
+    }
+
+    /// Looks for something to ask at this time, or earlier.
+    pub(crate) fn ask_by(&mut self, at: Duration) {
+        self.ask_at = Some(self.ask_at.map_or(at, |known| known.min(at)));
+    }
+
+    /// Notes that this replica has what the others have.
+    pub(crate) fn joined(&mut self) {
+        self.has_joined = true;
+    }
+
+    pub(crate) fn refuse(&mut self, reason: &str) {
+        self.counts.refused += 1;
+        let reason: String = reason.chars().take(256).collect();
+        self.counts.last_refusal = foreign::clean(&reason);
+    }
+}
+
+impl Core {
+    pub(crate) fn take(&mut self) -> Option<Message> {
+        let message = self.protocol.outbox.pop_front()?;
+        let left = self.protocol.outbox_bytes;
+        self.protocol.outbox_bytes = left.saturating_sub(message.size());
+        Some(message)
+    }
+
+    /// Whether another replica has something that this one lacks.
+    pub(crate) fn lacks(&self) -> bool {
+        let mut live = self.protocol.peers.live();
+        live.any(|(_, peer)| {
+            missing(&peer.seen, self.replica.seen()) > 0 || !peer.wrong_ranges.is_empty()
+        })
+    }
+
+    pub(crate) fn all_have(&self, token: Token) -> bool {
+        let mut live = self.protocol.peers.live();
+        self.has(token)
+            && live.all(|(writer, peer)| {
+                let seen = peer.seen.get(&token.writer).copied();
+                writer == token.writer || seen.unwrap_or_default() >= token.sequence
+            })
+    }
+
+    pub(crate) fn has_joined(&self) -> bool {
+        self.protocol.has_joined
+    }
+
+    /// Takes a message.
+    pub(crate) fn receive(&mut self, graph: &Graph, time: Time, now: Duration, message: Message) {
+        match message.0 {
+            Content::Change {
+                schema,
+                time: made,
+                delta,
+            } => {
+                if self.is_from(schema, delta.sender, now) {
+                    let at = between(made, graph.snapshot().time(), time);
+                    self.take_change(graph, at, now, &delta);
+                }
+            }
+            Content::Samples {
+                schema,
+                sender,
+                time: made,
+                samples,
+            } => {
+                if self.is_from(schema, sender, now) {
+                    let at = between(made, graph.snapshot().time(), time);
+                    self.take_samples(graph, at, now, &samples);
+                }
+            }
+            Content::Digest(digest) => self.take_digest(&digest, now),
+            Content::Ask {
+                sender,
+                to,
+                number,
+                since,
+                ranges,
+                chunks,
+            } => {
+                if to == self.protocol.writer && self.hear(sender, now) {
+                    let question = Question {
+                        sender,
+                        number,
+                        since,
+                        ranges,
+                        chunks,
+                    };
+                    self.answer(&question, now);
+                }
+            }
+            Content::Chunk {
+                sender,
+                to,
+                number,
+                at,
+                count,
+                bytes,
+            } => {
+                if to == self.protocol.writer && self.hear(sender, now) {
+                    self.take_chunk(graph, time, now, (sender, number), (at, count), bytes);
+                }
+            }
+        }
+    }
+
+    /// Notes a sender. Returns whether it is another replica.
+    fn hear(&mut self, sender: u64, now: Duration) -> bool {
+        let is_other = sender != self.protocol.writer;
+        is_other && self.protocol.peers.hear(sender, now).is_some()
+    }
+
+    fn is_from(&mut self, schema: u64, sender: u64, now: Duration) -> bool {
+        if !self.hear(sender, now) {
+            return false;
+        }
+        let is_same = schema == self.protocol.schema;
+        if !is_same {
+            self.protocol.refuse("a replica has another schema");
+        }
+        is_same
+    }
+
+    fn take_change(&mut self, graph: &Graph, time: Time, now: Duration, delta: &Delta) {
+        let sender = delta.sender;
+        let count = |of: &graph_merge::Vector| of.get(&sender).copied().unwrap_or_default();
+        let (since, upto) = (count(&delta.since), count(&delta.upto));
+        let is_own = delta.records.iter().all(|record| {
+            let stamp = record.stamp();
+            stamp.writer == sender && since < stamp.sequence && stamp.sequence <= upto
+        });
+        if !is_own {
+            let reason = "a change has the number of another writer, or none of its own";
+            return self.protocol.refuse(reason);
+        }
+        let seen = self.seen(sender);
+        if seen >= upto {
+            return;
+        }
+        if since > seen {
+            self.protocol.counts.gaps += 1;
+            self.protocol.ask_by(now.saturating_add(PATIENCE));
+            // The sender had this when it sent the change.
+            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
+                let known = peer.seen.entry(sender).or_default();
+                *known = (*known).max(upto);
+            }
+        }
+        if self.merge(graph, time, delta) {
+            self.protocol.counts.received += 1;
+        }
+    }
+
+    /// Takes the changes of another replica, and shows them. Returns whether they are sound.
+    pub(crate) fn merge(&mut self, graph: &Graph, time: Time, delta: &Delta) -> bool {
+        let merged = Check::of(self).delta(delta).and_then(|()| {
+            let merged = self.replica.merge(delta);
+            merged.map_err(|error| error.to_string())
+        });
+        match merged {
+            Ok(touched) => {
+                self.protocol.digests.clear();
+                self.show(graph, time, &touched);
+                true
+            }
+            Err(reason) => {
+                self.protocol.refuse(&reason);
+                false
+            }
+        }
+    }
+
+    fn take_samples(&mut self, graph: &Graph, time: Time, now: Duration, samples: &[Sample]) {
+        let mut touched = std::collections::BTreeSet::new();
+        for sample in samples {
+            let Some(kind) = self.replica.kind_of(sample.of) else {
+                // Its element is late, or no more.
+                continue;
+            };
+            let sound = Check::of(self).value(Some(kind), &sample.name, Some(&sample.value));
+            let sound = sound.and_then(|()| {
+                let is_sound = self.replica.count_from(sample.count);
+                is_sound
+                    .then_some(())
+                    .ok_or_else(|| "a count is too far ahead".to_owned())
+            });
+            if let Err(reason) = sound {
+                self.protocol.refuse(&reason);
+                continue;
+            }
+            let stamp = (sample.count, sample.writer);
+            if self.overrides(sample.of, &sample.name, stamp) && self.streams.put(sample, now) {
+                self.protocol.counts.samples_received += 1;
+                touched.insert(sample.of);
+            }
+        }
+        self.show(graph, time, &touched);
+    }
+
+    fn take_digest(&mut self, digest: &DigestOf, now: Duration) {
+        if digest.sender == self.protocol.writer {
+            return;
+        }
+        let (schema, streams) = (self.protocol.schema, self.stream_digest());
+        let Some(is_new) = self.protocol.peers.tell(digest, schema, streams, now) else {
+            return;
+        };
+        if digest.schema != schema {
+            return self.protocol.refuse("a replica has another schema");
+        }
+        if is_new && !digest.is_leaving {
+            // Not all at once.
+            let rank = self.protocol.writer % 16;
+            let soon = now.saturating_add(Duration::from_millis(rank * 2));
+            self.protocol.next_digest = self.protocol.next_digest.min(soon);
+        }
+        self.replica.acknowledge(digest.sender, &digest.seen);
+        let is_equal = self.replica.seen() == &digest.seen;
+        let own = if is_equal {
+            self.protocol.digests.of(&self.replica)
+        } else {
+            Vec::new()
+        };
+        let wrong = own.iter().zip(&digest.ranges).enumerate();
+        let wrong = wrong.filter(|(_, (own, other))| own != other);
+        let wrong: Vec<u32> = wrong.map(|(at, _)| at as u32).collect();
+        if let Some(peer) = self.protocol.peers.all.get_mut(&digest.sender) {
+            peer.wrong_ranges = wrong;
+        }
+        if self.lacks() {
+            self.protocol.ask_by(now.saturating_add(PATIENCE));
+        } else {
+            self.protocol.joined();
+        }
+    }
+
+    fn stream_digest(&mut self) -> u64 {
+        let mut streams = std::mem::take(&mut self.streams);
+        streams.prune(|id, name, stamp| self.overrides(id, name, stamp));
+        self.streams = streams;
+        self.streams.digest()
+    }
+
+    /// Does what is due, and returns when something is due next.
+    pub(crate) fn turn(&mut self, graph: &Graph, time: Time, now: Duration) -> Duration {
+        if self.is_stale {
+            self.show_all(graph, between(time, graph.snapshot().time(), time));
+        }
+        let started = *self.protocol.started.get_or_insert(now);
+        if now.saturating_sub(started) >= ALONE && self.protocol.peers.live().next().is_none() {
+            self.protocol.has_joined = true;
+        }
+        if self.protocol.has_left {
+            return now.saturating_add(PERIOD);
+        }
+        if now >= self.protocol.next_digest {
+            self.tick(now);
+        }
+        let asks = self.ask(now);
+        let (due, next) = self.streams.due(now);
+        self.protocol.send_samples(due);
+        let all = [Some(self.protocol.next_digest), asks, next];
+        let next = all.into_iter().flatten().min();
+        next.unwrap_or_else(|| now.saturating_add(PERIOD))
+    }
+
+    /// What is done once a second.
+    fn tick(&mut self, now: Duration) {
+        self.protocol.ticks = self.protocol.ticks.wrapping_add(1);
+        for gone in self.protocol.peers.sweep(now) {
+            self.replica.forget(gone);
+        }
+        self.repeat_streams(now);
+        self.tell(false);
+        self.protocol.next_digest = now.saturating_add(PERIOD);
+        if self.lacks() {
+            self.protocol.ask_by(now);
+        }
+    }
+
+    fn tell(&mut self, is_leaving: bool) {
+        let streams = self.stream_digest();
+        let digest = DigestOf {
+            schema: self.protocol.schema,
+            sender: self.protocol.writer,
+            name: self.protocol.name.clone(),
+            seen: self.replica.seen().clone(),
+            ranges: self.protocol.digests.of(&self.replica),
+            streams,
+            elements: self.replica.element_count() as u64,
+            conflicts: self.conflicts.len() as u32,
+            is_leaving,
+        };
+        self.protocol.send(Content::Digest(digest));
+    }
+
+    /// Sends values of streams that others seem to lack. The replicas do so in turn.
+    fn repeat_streams(&mut self, now: Duration) {
+        let peers = &self.protocol.peers;
+        if !peers.live().any(|(_, peer)| peer.other_streams > 1) {
+            return;
+        }
+        let before = peers
+            .live()
+            .filter(|(writer, _)| *writer < self.protocol.writer);
+        let (rank, count) = (before.count() as u64, peers.live().count() as u64 + 1);
+        if self.protocol.ticks % count == rank {
+            let quiet = self.streams.before(now.saturating_sub(PERIOD));
+            self.protocol.send_samples(quiet);
+        }
+    }
+
+    /// Says goodbye.
+    pub(crate) fn leave(&mut self) {
+        if !self.protocol.has_left {
+            self.tell(true);
+            self.protocol.has_left = true;
+        }
+    }
+}
+
+/// The time of a change of another replica, not before the present version and not far ahead of
+/// this clock. If this clock was set back, it counts.
+pub(crate) fn between(made: Time, present: Time, now: Time) -> Time {
+    let last = now.saturating_add(AHEAD);
+    if present > last {
+        return now;
+    }
+    made.clamp(present, last)
+}

@@ -1,0 +1,126 @@
+//! What a replica tells a tool about itself.
+
+use crate::core::Core;
+use crate::digest;
+use std::time::Duration;
+
+/// What a replica has counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Changes of this replica.
+    pub made: u64,
+    /// Changes of others that arrived as they were made.
+    pub received: u64,
+    /// Changes that arrived behind a gap: something before them was lost, or is late.
+    pub gaps: u64,
+    /// Values of streams that were sent.
+    pub samples_sent: u64,
+    /// Values of streams that were the newest.
+    pub samples_received: u64,
+    /// Questions for what this replica lacked.
+    pub asked: u64,
+    /// Questions of others that this replica answered.
+    pub answered: u64,
+    /// Messages that were refused.
+    pub refused: u64,
+    /// Messages that were not sent because too many waited.
+    pub dropped: u64,
+    /// Why the last refused message was.
+    pub last_refusal: String,
+}
+
+/// Another replica.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeerStatus {
+    /// Its writer.
+    pub writer: u64,
+    /// Name of the instance.
+    pub name: String,
+    /// How many changes it had not seen when it last told.
+    pub lag: u64,
+    /// How long nothing was heard of it.
+    pub silent: Duration,
+    /// Its digest when it last told.
+    pub digest: u64,
+    /// How many elements it had.
+    pub elements: u64,
+    /// How many conflicts it had.
+    pub conflicts: u32,
+    /// Whether others wait for it.
+    pub is_live: bool,
+    /// Whether it has said goodbye.
+    pub has_left: bool,
+    /// Whether its schema is another one.
+    pub has_other_schema: bool,
+}
+
+/// State of a replica.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// Name of the instance.
+    pub name: String,
+    /// Its writer.
+    pub writer: u64,
+    /// One number for all that it has: replicas with equal digests are equal.
+    pub digest: u64,
+    /// One number for the newest values of streams.
+    pub streams: u64,
+    /// How many changes of all writers it has seen.
+    pub changes: u64,
+    /// How many elements it has.
+    pub elements: u64,
+    /// How many of them are not shown.
+    pub conflicts: u32,
+    /// How many removals it remembers.
+    pub tombstones: usize,
+    /// How many values of streams it holds.
+    pub held_streams: usize,
+    /// How many bytes wait to be sent.
+    pub queued: usize,
+    /// Whether it lacks something that others have.
+    pub is_behind: bool,
+    /// Why the newest changes are not shown.
+    pub fault: Option<String>,
+    /// What it has counted.
+    pub counts: Counts,
+    /// The other replicas.
+    pub peers: Vec<PeerStatus>,
+}
+
+impl Status {
+    pub(crate) fn of(core: &mut Core, now: Duration) -> Self {
+        let digest = digest::one(&core.protocol.digests.of(&core.replica));
+        let protocol = &core.protocol;
+        let seen = core.replica.seen();
+        let peers = protocol.peers.all.iter().map(|(writer, peer)| PeerStatus {
+            writer: *writer,
+            name: peer.name.clone(),
+            lag: peer.lag(seen),
+            silent: now.saturating_sub(peer.heard),
+            digest: peer.digest(),
+            elements: peer.elements,
+            conflicts: peer.conflicts,
+            is_live: peer.is_live(),
+            has_left: peer.is_leaving,
+            has_other_schema: peer.differs,
+        });
+        Self {
+            name: protocol.name.clone(),
+            writer: core.replica.writer(),
+            digest,
+            streams: core.streams.digest(),
+            changes: seen
+                .values()
+                .fold(0, |sum, count| sum.saturating_add(*count)),
+            elements: core.replica.element_count() as u64,
+            conflicts: core.conflicts.len() as u32,
+            tombstones: core.replica.tombstones(),
+            held_streams: core.streams.len(),
+            queued: protocol.outbox_bytes,
+            is_behind: core.lacks(),
+            fault: core.fault.clone(),
+            counts: protocol.counts.clone(),
+            peers: peers.collect(),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The world as a component holds it.
+
+use crate::core::Core;
+use crate::error::Error;
+use crate::local::START;
+use crate::message::Message;
+use crate::news::{News, Reader};
+use crate::rights::Rights;
+use crate::status::Status;
+use crate::token::Token;
+use graph_merge::{Conflict, unique_writer};
+use graph_schema::Schema;
+use property_graph::{Edit, Graph, Keep, Moment, Snapshot, Time};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// The time at which changes are made, by the clock of the network.
+type Clock = Arc<dyn Fn() -> Time + Send + Sync>;
+
+/// What a replica needs to start.
+pub struct Setup {
+    /// Name of the instance in its network.
+    pub name: String,
+    /// The schema. Replicas of one world have equal ones.
+    pub schema: Arc<Schema>,
+    /// What the component writes.
+    pub rights: Rights,
+    /// The clock of changes.
+    pub clock: Clock,
+    /// The writer. No two replicas have the same, and neither have two runs of one component.
+    pub writer: u64,
+}
+
+impl Setup {
+    /// A replica of this instance that may write everything, with a writer of its own and a clock
+    /// that stands at zero.
+    pub fn new(name: &str, schema: Arc<Schema>) -> Self {
+        Self {
+            name: name.to_owned(),
+            schema,
+            rights: Rights::everything(),
+            clock: Arc::new(|| Time::ZERO),
+            writer: unique_writer(),
+        }
+    }
+
+    /// The same, with this clock.
+    #[must_use]
+    pub fn with_clock(mut self, clock: impl Fn() -> Time + Send + Sync + 'static) -> Self {
+        self.clock = Arc::new(clock);
+        self
+    }
+
+    /// The same, with these rights.
+    #[must_use]
+    pub fn with_rights(mut self, rights: Rights) -> Self {
+        self.rights = rights;
+        self
+    }
+
+    /// The same, with this writer.
+    #[must_use]
+    pub fn with_writer(mut self, writer: u64) -> Self {
+        self.writer = writer;
+        self
+    }
+}
+
+/// A replica of the world. Several threads may share it.
+pub struct World {
+    graph: Graph,
+    core: Mutex<Core>,
+    clock: Clock,
+}
+
+impl fmt::Debug for World {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("World")
+            .field("graph", &self.graph)
+            .finish_non_exhaustive()
+    }
+}
+
+impl World {
+    /// A replica that is empty so far.
+    pub fn new(setup: Setup) -> Self {
+        Self {
+            graph: Graph::new(Arc::clone(&setup.schema), setup.writer),
+            clock: Arc::clone(&setup.clock),
+            core: Mutex::new(Core::new(setup)),
+        }
+    }
+
+    fn core(&self) -> MutexGuard<'_, Core> {
+        // What a thread has done before it panicked is whole: a change is noted in one step.
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The present version. It never changes, and no reader waits.
+    pub fn snapshot(&self) -> Arc<Snapshot> {
+        self.graph.snapshot()
+    }
+
+    /// The graph, to ask it for histories. It is changed by [`World::change`] alone.
+    pub fn history(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// The world as it was at `time`. Between two changes of a pose, it is interpolated.
+    ///
+    /// # Errors
+    /// The history starts after `time`.
+    pub fn at(&self, time: Time) -> Result<Moment, Error> {
+        Ok(self.graph.at(time)?)
+    }
+
+    /// How much of the past is kept.
+    pub fn keep(&self, keep: Keep) {
+        self.graph.keep(keep);
+    }
+
+    /// A graph of its own that starts with the present version, to try something. What is changed
+    /// there stays there.
+    pub fn fork(&self) -> Graph {
+        self.graph.fork(unique_writer())
+    }
+
+    /// Makes several changes. All readers get them in one version, here and in other replicas.
+    ///
+    /// # Errors
+    /// The closure fails, the schema does not allow the change, or the component does not write
+    /// what is changed. Nothing has changed then.
+    pub fn change(
+        &self,
+        make: impl FnOnce(&mut Edit) -> Result<(), Error>,
+    ) -> Result<Token, Error> {
+        self.change_with(make).map(|((), token)| token)
+    }
+
+    /// The same, with a result.
+    ///
+    /// # Errors
+    /// Those of [`World::change`].
+    pub fn change_with<T>(
+        &self,
+        make: impl FnOnce(&mut Edit) -> Result<T, Error>,
+    ) -> Result<(T, Token), Error> {
+        self.core().change(&self.graph, (self.clock)(), make)
+    }
+
+    /// Whether this replica has a change.
+    pub fn has(&self, token: Token) -> bool {
+        self.core().has(token)
+    }
+
+    /// Whether all other replicas had a change when they last told what they have.
+    pub fn all_have(&self, token: Token) -> bool {
+        self.core().all_have(token)
+    }
+
+    /// A reader of what changes from now on.
+    pub fn reader(&self) -> Reader {
+        Reader {
+            seen: self.snapshot(),
+        }
+    }
+
+    /// What has changed since the reader last asked. `None` if nothing has.
+    pub fn news(&self, reader: &mut Reader) -> Option<News> {
+        reader.until(self.snapshot())
+    }
+
+    /// What is not shown because another replica made something against which it loses.
+    pub fn conflicts(&self) -> Vec<Conflict> {
+        self.core().conflicts.clone()
+    }
+
+    /// Why the newest changes are not shown: they break a rule of the schema together. It ends when
+    /// a replica changes that.
+    pub fn fault(&self) -> Option<String> {
+        self.core().fault.clone()
+    }
+
+    /// Adds what a graph has as the start of this world. Each replica that starts with an equal graph
+    /// has the same elements: they are there once.
+    ///
+    /// # Errors
+    /// The graph breaks the schema.
+    pub fn start_with(&self, start: &Snapshot) -> Result<(), Error> {
+        self.core().start_with(&self.graph, (self.clock)(), start)
+    }
+
+    /// Whether this replica, or one that it has heard of, has started the world.
+    pub fn has_start(&self) -> bool {
+        self.core().seen(START) > 0
+    }
+
+    /// Takes a message of another replica, at this time of a clock that only goes forward. What is
+    /// wrong with it is counted in [`Status`]; nothing is changed then. While there are conflicts, the
+    /// changes that it brings are shown at the next [`World::turn`].
+    pub fn receive(&self, now: Duration, message: Message) {
+        self.core()
+            .receive(&self.graph, (self.clock)(), now, message);
+    }
+
+    /// Does what is due, and returns when something is due next, by the same clock.
+    pub fn turn(&self, now: Duration) -> Duration {
+        self.core().turn(&self.graph, (self.clock)(), now)
+    }
+
+    /// A message to publish.
+    pub fn take(&self) -> Option<Message> {
+        self.core().take()
+    }
+
+    /// Says goodbye: others do not wait for this replica. Publish what [`World::take`] returns.
+    pub fn leave(&self) {
+        self.core().leave();
+    }
+
+    /// Whether the replica has what the others had when it joined, or is alone.
+    pub fn has_joined(&self) -> bool {
+        self.core().has_joined()
+    }
+
+    /// State of the replica.
+    pub fn status(&self, now: Duration) -> Status {
+        Status::of(&mut self.core(), now)
+    }
+}

@@ -1,0 +1,6 @@
+//! Tests of replicas of a world, in virtual time.
+
+mod network;
+mod news;
+mod partitions;
+mod wrong;

@@ -1,0 +1,248 @@
+//! What one replica sees of another one.
+
+use crate::network::{CALM, Network, Weather, add, flat};
+use property_graph::{Element, Graph, Schema, Time, Value};
+use rc_world::{Error, Rights, Setup, Token, Topic, World};
+use std::time::Duration;
+
+const SECOND: Duration = Duration::from_secs(1);
+
+#[test]
+fn a_change_is_one_version_everywhere() {
+    let mut network = Network::new(2, CALM, 1);
+    network.run(SECOND);
+    let mut reader = network.at(1).reader();
+    let token = network.at(0).change(|edit| {
+        let room = edit.add_node("room")?;
+        edit.set(room, "name", "kitchen")?;
+        let door = edit.add_node("door")?;
+        edit.set(door, "name", "front")?;
+        edit.set(door, "width", 0.8)?;
+        edit.add_edge("in", door, room)?;
+        Ok(())
+    });
+    let token = token.expect("a sound change");
+    assert!(network.at(0).has(token) && !network.at(1).has(token));
+    let before = network.at(1).snapshot().version();
+    network.run(Duration::from_millis(5));
+    assert!(network.at(1).has(token));
+    assert_eq!(network.at(1).snapshot().version(), before + 1);
+    let news = network.at(1).news(&mut reader).expect("news");
+    assert_eq!(news.of("door").added.len(), 1);
+    assert_eq!(news.of("room").added.len(), 1);
+    assert_eq!(news.of("in").added.len(), 1);
+    assert!(news.of("door").changed.is_empty());
+    assert!(network.at(1).news(&mut reader).is_none());
+
+    let all = |token: Token| network.at(0).all_have(token);
+    // The other one tells what it has within a second.
+    assert!(!all(token));
+    network.run(SECOND);
+    assert!(network.at(0).all_have(token));
+    let read: Token = token.to_string().parse().expect("a token");
+    assert_eq!(read, token);
+    assert!("x:y".parse::<Token>().is_err());
+}
+
+#[test]
+fn changed_and_removed_elements_are_news_of_their_type() {
+    let mut network = Network::new(2, CALM, 1);
+    add(network.at(0), "door", "front");
+    add(network.at(0), "door", "back");
+    network.run(SECOND);
+    let mut reader = network.at(1).reader();
+    let changed = network.at(0).change(|edit| {
+        let front = edit.snapshot().named("front").next().expect("a door");
+        edit.set(front, "width", 0.9)?;
+        edit.set(front, "height", 2.0)?;
+        let back = edit.snapshot().named("back").next().expect("a door");
+        edit.remove_node(back)?;
+        Ok(())
+    });
+    changed.expect("a sound change");
+    network.run(Duration::from_millis(5));
+    let news = network.at(1).news(&mut reader).expect("news");
+    let doors = news.of("door");
+    assert_eq!(doors.removed.len(), 1);
+    let (door, attributes) = doors.changed.first_key_value().expect("a door");
+    assert_eq!(
+        *door,
+        Element::Node(news.after.named("front").next().expect("a door"))
+    );
+    assert_eq!(attributes.len(), 2);
+    assert!(news.of("room").is_empty());
+}
+
+#[test]
+fn what_a_component_does_not_write_is_refused_whole() {
+    let rights = Rights::nothing()
+        .with_type("room")
+        .with_attribute("door", "width");
+    let setup = Setup::new("planner", flat()).with_rights(rights);
+    let world = World::new(setup);
+    add(&world, "room", "kitchen");
+    let refused = world.change(|edit| {
+        let door = edit.add_node("door")?;
+        edit.set(door, "name", "front")?;
+        Ok(())
+    });
+    assert_eq!(refused, Err(Error::NotWritten("door".to_owned())));
+    assert_eq!(world.snapshot().node_count(), 1);
+    let foreign = world.change(|edit| {
+        let room = edit.add_node_as(property_graph::Id::new(9, 1), "room")?;
+        edit.set(room, "name", "hall")?;
+        Ok(())
+    });
+    assert_eq!(foreign, Err(Error::ForeignId));
+    let wrong = world.change(|edit| edit.add_node("dor").map(drop).map_err(Error::from));
+    let message = "the schema has no entity `dor`, did you mean `door`?";
+    assert_eq!(wrong.expect_err("an error").to_string(), message);
+    assert_eq!(world.status(SECOND).changes, 2);
+}
+
+fn pose_of(world: &World) -> f64 {
+    let now = world.snapshot();
+    let door = now.named("front").next().expect("a door");
+    let pose = now.get(door, "pose").and_then(|pose| pose.number(0));
+    pose.expect("a pose")
+}
+
+fn set_pose(world: &World, x: f64) {
+    let set = world.change(|edit| {
+        let door = edit.snapshot().named("front").next().expect("a door");
+        Ok(edit.set(door, "pose", [x, 0.0, 0.0])?)
+    });
+    set.expect("a sound change");
+}
+
+#[test]
+fn streams_have_a_rate_and_their_last_value_arrives() {
+    let weather = Weather {
+        lost: 50,
+        repeated: 10,
+        late: 20,
+    };
+    let mut network = Network::new(3, weather, 7);
+    let rights = Rights::everything().with_stream("door", "pose", Duration::from_millis(10));
+    let writer = network.world(0, rights);
+    network.worlds[0] = Some(writer);
+    add(network.at(0), "door", "front");
+    set_pose(network.at(0), -1.0);
+    network.converge(20 * SECOND);
+    let changes = network.at(0).status(network.now).changes;
+    network.sent.clear();
+    for step in 0..1000 {
+        set_pose(network.at(0), f64::from(step));
+        network.run(Duration::from_millis(1));
+    }
+    assert!(network.sent[&Topic::Samples] <= 101, "{:?}", network.sent);
+    // No change has a stream's number, so nothing is repaired.
+    assert_eq!(network.at(0).status(network.now).changes, changes);
+    assert!(pose_of(network.at(1)) > 500.0 && pose_of(network.at(2)) > 500.0);
+    network.converge(60 * SECOND);
+    assert_eq!([pose_of(network.at(1)), pose_of(network.at(2))], [999.0; 2]);
+    // A change of the attribute is later than the stream, and so is a value of the stream after it.
+    set_pose(network.at(1), -5.0);
+    network.converge(60 * SECOND);
+    assert_eq!([0, 1, 2].map(|at| pose_of(network.at(at))), [-5.0; 3]);
+    set_pose(network.at(0), 7.0);
+    network.converge(60 * SECOND);
+    assert_eq!([0, 1, 2].map(|at| pose_of(network.at(at))), [7.0; 3]);
+}
+
+#[test]
+fn replicas_with_one_start_have_it_once() {
+    let start = Graph::new(flat(), 5);
+    let made = start.change(Time::ZERO, |edit| {
+        let room = edit.add_node("room")?;
+        edit.set(room, "name", "kitchen")?;
+        let door = edit.add_node("door")?;
+        edit.set(door, "name", "front")?;
+        edit.add_edge("in", door, room)?;
+        Ok::<_, property_graph::Error>(())
+    });
+    made.expect("a start");
+    let start = start.snapshot();
+    let mut network = Network::new(3, CALM, 1);
+    for at in [0, 1] {
+        network.at(at).start_with(&start).expect("a start");
+        network.at(at).start_with(&start).expect("the same start");
+    }
+    add(network.at(2), "room", "hall");
+    network.converge(5 * SECOND);
+    assert_eq!(network.at(2).snapshot().node_count(), 3);
+    assert_eq!(network.at(2).snapshot().edge_count(), 1);
+    let removed = network.at(2).change(|edit| {
+        let door = edit.snapshot().named("front").next().expect("a door");
+        Ok(edit.remove_node(door)?)
+    });
+    removed.expect("a sound change");
+    network.converge(5 * SECOND);
+    // One that starts later does not bring it back.
+    let late = network.world(0, Rights::everything());
+    late.start_with(&start).expect("a start");
+    network.worlds[0] = Some(late);
+    network.converge(10 * SECOND);
+    assert_eq!(network.at(0).snapshot().named("front").count(), 0);
+
+    let wrong = World::new(Setup::new("x", std::sync::Arc::new(Schema::default())));
+    assert!(matches!(wrong.start_with(&start), Err(Error::Start(_))));
+    assert_eq!(wrong.snapshot().node_count(), 0);
+}
+
+#[test]
+fn a_late_joiner_gets_a_large_world_in_chunks() {
+    let mut network = Network::new(2, CALM, 1);
+    let made = network.at(0).change(|edit| {
+        for at in 0..3000 {
+            let door = edit.add_node("door")?;
+            edit.set(door, "name", format!("door {at}"))?;
+            edit.set(door, "pose", [0.0, 1.0, f64::from(at)])?;
+        }
+        Ok(())
+    });
+    made.expect("a sound change");
+    network.converge(10 * SECOND);
+    let late = network.world(1, Rights::everything());
+    network.worlds[1] = Some(late);
+    network.sent.clear();
+    network.run(Duration::from_millis(1));
+    assert!(!network.at(1).has_joined());
+    let took = network.converge(5 * SECOND);
+    assert!(took <= SECOND, "{took:?}");
+    network.run(2 * SECOND);
+    assert!(network.at(1).has_joined());
+    let [chunks, asks] = [Topic::Chunk, Topic::Ask].map(|topic| network.sent[&topic]);
+    assert!(
+        (10..40).contains(&chunks) && asks <= chunks / 8 + 1,
+        "{chunks} {asks}"
+    );
+    let pose = network.at(1).snapshot();
+    let door = pose.named("door 2999").next().expect("a door");
+    assert_eq!(
+        pose.get(door, "pose").and_then(|pose| pose.number(2)),
+        Some(2999.0)
+    );
+    assert_eq!(pose.get(door, "width"), None::<&Value>);
+}
+
+#[test]
+fn a_fork_keeps_what_is_tried_to_itself() {
+    let world = World::new(Setup::new("planner", flat()));
+    add(&world, "room", "kitchen");
+    let fork = world.fork();
+    let tried = fork.change(Time::ZERO, |edit| {
+        let room = edit.snapshot().named("kitchen").next().expect("a room");
+        edit.remove_node(room)
+    });
+    tried.expect("a sound change");
+    assert_eq!(
+        (fork.snapshot().node_count(), world.snapshot().node_count()),
+        (0, 1)
+    );
+    // The fork is of a schema, too.
+    assert!(
+        fork.change(Time::ZERO, |edit| edit.add_node("dor"))
+            .is_err()
+    );
+}

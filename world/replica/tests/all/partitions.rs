@@ -1,0 +1,199 @@
+//! Replicas converge after losses, kills and partitions.
+
+use crate::network::{CALM, Network, Weather, add};
+use rc_world::{Reason, Rights, Token, World};
+use std::time::Duration;
+
+const SECOND: Duration = Duration::from_secs(1);
+const STORM: Weather = Weather {
+    lost: 10,
+    repeated: 5,
+    late: 40,
+};
+
+/// A random change. What the schema does not allow is left.
+fn change(network: &mut Network, at: usize, step: usize) -> Option<Token> {
+    let what = network.random.u32(..10);
+    let pick = network.random.usize(..);
+    let world = network.at(at);
+    let before = world.snapshot().version();
+    let result = world.change(|edit| {
+        let now = edit.snapshot().clone();
+        let nodes: Vec<_> = now.nodes().map(|node| node.node_id()).collect();
+        let doors: Vec<_> = now.of_type("door").collect();
+        let rooms: Vec<_> = now.of_type("room").collect();
+        match what {
+            0..3 => {
+                let kind = if pick.is_multiple_of(3) {
+                    "room"
+                } else {
+                    "door"
+                };
+                let node = edit.add_node(kind)?;
+                // Some names are taken by others meanwhile.
+                edit.set(node, "name", format!("{kind} {}", pick % 200))?;
+            }
+            3 if !nodes.is_empty() => edit.remove_node(nodes[pick % nodes.len()])?,
+            4..6 if !doors.is_empty() && !rooms.is_empty() => {
+                let (door, room) = (doors[pick % doors.len()], rooms[pick % rooms.len()]);
+                let old = now.out_edges(door, now.symbol("in")).next();
+                if let Some(old) = old {
+                    edit.remove_edge(old.edge_id())?;
+                }
+                edit.add_edge("in", door, room)?;
+            }
+            _ if !doors.is_empty() => {
+                let door = doors[pick % doors.len()];
+                edit.set(door, "width", step as f64)?;
+                edit.set(door, "height", step as f64)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    });
+    let is_changed = network.at(at).snapshot().version() > before;
+    result.ok().filter(|_| is_changed)
+}
+
+/// No reader sees a part of a change.
+fn is_whole(world: &World) -> bool {
+    let now = world.snapshot();
+    now.of_type("door")
+        .all(|door| now.get(door, "width") == now.get(door, "height"))
+}
+
+#[test]
+fn twenty_replicas_end_equal_after_losses_kills_and_partitions() {
+    let mut network = Network::new(20, STORM, 42);
+    network.turn = 10;
+    let mut tokens: Vec<(usize, Token)> = Vec::new();
+    let mut most = 0;
+    // `RC_WORLD_STEPS=4000` runs 100 s, with a partition in each 5 s.
+    let steps = std::env::var("RC_WORLD_STEPS").ok();
+    let steps = steps.and_then(|steps| steps.parse().ok()).unwrap_or(200);
+    for step in 0..steps {
+        let living = network.living();
+        let at = living[network.random.usize(..living.len())];
+        if let Some(token) = change(&mut network, at, step) {
+            tokens.retain(|(other, _)| *other != at);
+            tokens.push((at, token));
+        }
+        if step % 60 == 59 {
+            let at = network.random.usize(..20);
+            network.kill(at);
+            tokens.retain(|(other, _)| *other != at);
+        }
+        if step % 60 == 30 {
+            for at in 0..20 {
+                if network.worlds[at].is_none() {
+                    let again = network.world(at, Rights::everything());
+                    network.worlds[at] = Some(again);
+                }
+            }
+        }
+        match step % 200 {
+            60 => (0..20).for_each(|at| network.groups[at] = u8::from(at < 10)),
+            120 => network.groups = vec![0; 20],
+            _ => {}
+        }
+        network.run(Duration::from_millis(25));
+        if step % 20 == 0 {
+            for at in network.living() {
+                assert!(is_whole(network.at(at)), "step {step}");
+                let status = network.at(at).status(network.now);
+                most = most.max(status.queued);
+                assert_eq!(status.counts.refused, 0, "{}", status.counts.last_refusal);
+                assert_eq!(status.fault, None);
+            }
+        }
+    }
+    network.converge(30 * SECOND);
+    assert!(most < 1 << 20, "{most} bytes waited");
+    // No change of a living replica is lost.
+    for (at, token) in &tokens {
+        for other in network.living() {
+            assert!(network.at(other).has(*token), "{at} {token}");
+        }
+    }
+    let first = network.living()[0];
+    let graph = |at: usize| graph_of(network.at(at));
+    for other in network.living() {
+        assert_eq!(graph(other), graph(first));
+        let conflicts = network.at(other).conflicts();
+        assert_eq!(conflicts, network.at(first).conflicts());
+    }
+    assert!(network.at(first).snapshot().node_count() > 20);
+    // Those that were killed are forgotten, and so are their tombstones.
+    network.weather = CALM;
+    network.turn = 50;
+    network.run(70 * SECOND);
+    for at in network.living() {
+        let status = network.at(at).status(network.now);
+        assert_eq!(status.tombstones, 0, "{status:#?}");
+        assert!(status.peers.len() < 20);
+    }
+}
+
+/// The graph as a text.
+fn graph_of(world: &World) -> Vec<String> {
+    let now = world.snapshot();
+    let nodes = now.nodes().map(|node| {
+        let mut all: Vec<_> = node.attributes().map(|a| format!("{a:?}")).collect();
+        all.sort();
+        format!("{:?} {} {all:?}", node.id(), node.type_name())
+    });
+    let edges = now.edges().map(|edge| {
+        let [from, to] = [edge.from(), edge.to()].map(|end| now.node(end).map(|end| end.id()));
+        format!("{:?} {} {from:?} {to:?}", edge.id(), edge.type_name())
+    });
+    let mut all: Vec<String> = nodes.chain(edges).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn conflicts_of_a_partition_are_listed_when_it_heals() {
+    let mut network = Network::new(2, CALM, 3);
+    network.run(SECOND);
+    network.groups = vec![0, 1];
+    add(network.at(0), "room", "kitchen");
+    network.run(2 * SECOND);
+    add(network.at(1), "room", "kitchen");
+    add(network.at(1), "room", "hall");
+    network.run(8 * SECOND);
+    let peers = network.at(0).status(network.now).peers;
+    assert!(!peers[0].is_live && !peers[0].has_left);
+    network.groups = vec![0, 0];
+    network.converge(5 * SECOND);
+    for at in [0, 1] {
+        let conflicts = network.at(at).conflicts();
+        assert_eq!(conflicts.len(), 1);
+        assert_eq!(conflicts[0].reason, Reason::Key);
+        assert_eq!(network.at(at).snapshot().node_count(), 2);
+        assert_eq!(network.at(at).status(network.now).conflicts, 1);
+    }
+    // With another name, both are there.
+    let renamed = network.at(0).change(|edit| {
+        let room = edit.snapshot().named("kitchen").next().expect("a room");
+        Ok(edit.set(room, "name", "old kitchen")?)
+    });
+    renamed.expect("a sound change");
+    network.converge(5 * SECOND);
+    assert_eq!(network.at(1).conflicts(), []);
+    assert_eq!(network.at(1).snapshot().node_count(), 3);
+}
+
+#[test]
+fn one_that_says_goodbye_is_not_waited_for() {
+    let mut network = Network::new(3, CALM, 3);
+    network.run(SECOND);
+    network.at(2).leave();
+    network.run(Duration::from_millis(5));
+    network.kill(2);
+    let token = add(network.at(0), "room", "kitchen");
+    network.run(SECOND);
+    assert!(network.at(0).all_have(token));
+    let status = network.at(0).status(network.now);
+    let gone = status.peers.iter().find(|peer| peer.has_left);
+    assert_eq!(gone.map(|peer| peer.name.as_str()), Some("agent2"));
+}
