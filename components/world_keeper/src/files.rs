@@ -1,0 +1,96 @@
+//! The files of a world: its schema, what it starts with, and where it is kept.
+
+use graph_exchange::{Document, dsr, graph_json};
+use graph_language::Schema;
+use property_graph::{Graph, Snapshot};
+use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
+use rc_syntax::{ImportError, ImportedFile, Loader};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Finds imported files beside the file that imports them.
+struct Beside;
+
+impl Loader for Beside {
+    fn find(
+        &self,
+        from: &Path,
+        wanted: &str,
+        extension: &str,
+    ) -> Result<ImportedFile, ImportError> {
+        let folder = from.parent().unwrap_or(Path::new(""));
+        let mut path = folder.join(wanted);
+        if path.extension().is_none() {
+            path.set_extension(extension);
+        }
+        match rc_files::read(&path) {
+            Ok(text) => Ok(ImportedFile { path, text }),
+            Err(error) => Err(ImportError {
+                searched: vec![folder.display().to_string()],
+                known: Vec::new(),
+                refused: path.exists().then(|| error.to_string()),
+            }),
+        }
+    }
+}
+
+fn cannot(path: &Path, error: &std::io::Error) -> String {
+    format!("cannot read {}: {error}", path.display())
+}
+
+fn sound(sources: &SourceMap, found: &Diagnostics) -> Result<(), String> {
+    if found.has_errors() {
+        return Err(render(sources, found, Format::Human));
+    }
+    Ok(())
+}
+
+/// The schema of a world: a file, or a domain that comes with the tools.
+pub(crate) fn schema(path: &Path) -> Result<Schema, String> {
+    if path.as_os_str().is_empty() {
+        return Ok(Schema::anything());
+    }
+    let builtin = path.to_str().filter(|_| !path.exists());
+    if let Some(schema) = builtin.and_then(graph_language::builtin) {
+        return Ok(schema);
+    }
+    let text = rc_files::read(path).map_err(|error| cannot(path, &error))?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text);
+    let (schema, found) = graph_language::load(&mut sources, &Beside, source);
+    sound(&sources, &found)?;
+    schema.ok_or_else(|| render(&sources, &found, Format::Human))
+}
+
+/// A graph with which a world starts: a `.graph` file, or one of DSR.
+pub(crate) fn graph(path: &Path, schema: &Arc<Schema>) -> Result<Arc<Snapshot>, String> {
+    let text = rc_files::read(path).map_err(|error| cannot(path, &error))?;
+    let mut sources = SourceMap::new();
+    let (source, mark) = graph_exchange::add(&mut sources, path, text);
+    if let Some(mark) = mark {
+        let mut found = Diagnostics::new();
+        found.push(mark);
+        return Err(render(&sources, &found, Format::Human));
+    }
+    let (document, mut found) = if dsr::is_dsr(sources.text(source)) {
+        dsr::read(&sources, source)
+    } else {
+        graph_json::read(&sources, source)
+    };
+    sound(&sources, &found)?;
+    let document = document.ok_or_else(|| render(&sources, &found, Format::Human))?;
+    found.extend(graph_exchange::check(&document, schema, &sources, source));
+    sound(&sources, &found)?;
+    let made: Result<Graph, _> = document.graph(Arc::clone(schema), 2);
+    let made = made.map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(made.snapshot())
+}
+
+/// Keeps a world in a file, which is whole at any moment.
+pub(crate) fn keep(path: &Path, schema: &Path, world: &Snapshot) -> Result<(), String> {
+    let mut document = Document::of(world);
+    let named = schema.to_str().filter(|name| !name.is_empty());
+    document.schema = named.map(str::to_owned);
+    let written = rc_files::write(path, graph_json::write(&document));
+    written.map_err(|error| format!("cannot write {}: {error}", path.display()))
+}

@@ -1,0 +1,6 @@
+//! The component `world_keeper`.
+
+mod files;
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

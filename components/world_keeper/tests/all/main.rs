@@ -1,0 +1,5 @@
+//! Worlds of real processes over shared memory.
+
+mod agent;
+mod replicas;
+mod wire;
