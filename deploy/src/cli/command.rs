@@ -255,6 +255,16 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
+    /// Shows the replicas of the shared world: what each has, and whether they are equal. Listens for
+    /// two and a half seconds.
+    World {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
     /// Prints the messages of a topic, or the calls of an operation.
     Echo {
         #[command(flatten)]

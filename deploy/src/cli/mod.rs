@@ -26,6 +26,7 @@ mod record;
 mod replay;
 mod top;
 mod up;
+mod world;
 
 use crate::Options;
 use crate::process::background::write_from_background;
@@ -213,6 +214,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             name,
             format,
         } => look::show(&network, &name, format),
+        Command::World { network, format } => world::world(&network, format),
         Command::Echo {
             watched,
             field,
