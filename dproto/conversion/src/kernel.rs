@@ -53,7 +53,7 @@ impl Kernel {
         }
         let outputs = (0_u32..).zip(&formula.outputs).map(|(own, output)| {
             if *output == Operand::Input(own) {
-                return Some((own as usize, Scale::NONE));
+                return Some((own as usize, Scale::default()));
             }
             let (from, scale, is_single) = scaled(formula, *output)?;
             (from < marks.len() && !(is_single && number == Primitive::F64))

@@ -2,6 +2,7 @@
 
 use super::{Context, Shape};
 use rc_middleware::{Writer, cdr};
+use rc_quantity::Axes;
 use rc_quantity::rotation::{EulerOrder, Quaternion};
 use rc_record::ENCAPSULATION;
 use rc_values::{Numbers, Value};
@@ -86,9 +87,10 @@ fn floats(values: &[f64], writer: &mut Writer<'_>) {
     }
 }
 
-/// The rotation of the axes of a camera (right, down, ahead) in a frame with the axes ahead, left,
-/// up.
-const OPTICAL: [f64; 4] = [-0.5, 0.5, -0.5, 0.5];
+/// The rotation of the axes of a camera in a frame with the axes of ROS.
+fn optical() -> [f64; 4] {
+    Quaternion::of_matrix(&Axes::ROS_OPTICAL.matrix_to(Axes::ROS)).to_xyzw()
+}
 
 /// The pose of what stands at the origin of its frame.
 fn at_origin(writer: &mut Writer<'_>) {
@@ -179,7 +181,7 @@ fn points(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Opti
     }
     header(context.time, context.frame, writer);
     floats(&[0.0, 0.0, 0.0], writer);
-    floats(&OPTICAL, writer);
+    floats(&optical(), writer);
     writer.put(&12_u32);
     writer.length(COORDINATES.len());
     for (name, offset) in COORDINATES.iter().zip([0_u32, 4, 8]) {

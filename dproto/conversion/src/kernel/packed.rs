@@ -44,36 +44,25 @@ impl<T: Number, const HALF: usize> Packed<T, HALF> {
     /// The results of as many numbers: of which one each is made, and how.
     pub(super) fn new(at: usize, outputs: &[(usize, Scale)], mut norms: Vec<Norm>) -> Self {
         let back = outputs.len().saturating_sub(HALF);
-        // Where a number is in both halves.
-        let place = |number: usize| match number.checked_sub(HALF) {
-            None => number,
-            Some(_) => HALF + number - back,
-        };
-        let number = |half: usize, at: usize| if half == 0 { at } else { back + at };
-        let each = |of: &dyn Fn(usize) -> T| {
-            [0, 1].map(|half| core::array::from_fn(|at| of(number(half, at))))
-        };
-        let output = |number: usize| outputs.get(number).map_or((0, Scale::NONE), |of| *of);
-        let limit = |of: usize| {
-            let results = outputs.iter().filter(|(from, _)| *from == of);
-            let limits = results.map(|(_, scale)| scale.limit(T::is_finite));
-            T::below(limits.fold(Scale::NONE.limit(T::is_finite), f64::min))
-        };
-        norms.iter_mut().for_each(|norm| norm.placed(place));
-        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-        let from =
-            [0, 1].map(|half| core::array::from_fn(|at| place(output(number(half, at)).0) as u8));
+        norms
+            .iter_mut()
+            .for_each(|norm| norm.placed(|number| place(number, HALF, back)));
+        let all = placed(outputs, HALF, T::is_finite);
+        let one = |half: usize, at: usize| all.get(half * HALF + at).copied().unwrap_or_default();
+        let each =
+            |of: fn(&Place) -> T| [0, 1].map(|half| core::array::from_fn(|at| of(&one(half, at))));
         Self {
             at: (at, at + back * T::SIZE),
-            from,
-            numerators: each(&|number| T::of(output(number).1.0)),
-            denominators: each(&|number| T::of(output(number).1.1)),
-            limits: each(&limit),
+            from: [0, 1].map(|half| core::array::from_fn(|at| one(half, at).from)),
+            numerators: each(|place| T::of(place.scale.0)),
+            denominators: each(|place| T::of(place.scale.1)),
+            limits: each(|place| T::below(place.limit)),
             norms,
         }
     }
 
-    #[inline]
+    // In one piece of code for single groups and for many.
+    #[inline(never)]
     pub(super) fn run(&self, element: &mut [u8]) -> bool {
         let (first, last) = self.at;
         let size = HALF * T::SIZE;
@@ -116,6 +105,41 @@ impl<T: Number, const HALF: usize> Packed<T, HALF> {
         }
         true
     }
+}
+
+/// A number in one of both halves.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    from: u8,
+    scale: Scale,
+    limit: f64,
+}
+
+/// Where a number is in both halves, of which the second one begins at number `back`.
+fn place(number: usize, half: usize, back: usize) -> usize {
+    if number < half {
+        number
+    } else {
+        half + number - back
+    }
+}
+
+/// The numbers of both halves.
+fn placed(outputs: &[(usize, Scale)], half: usize, is_finite: fn(f64) -> bool) -> Vec<Place> {
+    let back = outputs.len().saturating_sub(half);
+    let numbers = (0..half).chain(back..outputs.len());
+    let places = numbers.map(|number| {
+        let (from, scale) = outputs.get(number).copied().unwrap_or_default();
+        let results = outputs.iter().filter(|(from, _)| *from == number);
+        let limits = results.map(|(_, scale)| scale.limit(is_finite));
+        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+        Place {
+            from: place(from, half, back) as u8,
+            scale,
+            limit: limits.fold(Scale::default().limit(is_finite), f64::min),
+        }
+    });
+    places.collect()
 }
 
 impl Number for f32 {

@@ -6,10 +6,14 @@ use crate::formula::{Formula, Operand, Operation};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale(pub(super) f64, pub(super) f64);
 
-impl Scale {
+impl Default for Scale {
     /// The number as it is.
-    pub(super) const NONE: Self = Self(1.0, 1.0);
+    fn default() -> Self {
+        Self(1.0, 1.0)
+    }
+}
 
+impl Scale {
     /// Whether it may be computed as `float32`: a product or a quotient of two `float32` has the same
     /// bits if it is computed as `float64` and rounded, because that has more than twice as many
     /// digits.
@@ -22,7 +26,7 @@ impl Scale {
     }
 
     /// The greatest amount whose result is finite by this function. Negative if there is none.
-    pub(super) fn limit(self, is_finite: impl Fn(f64) -> bool) -> f64 {
+    pub(super) fn limit(self, is_finite: fn(f64) -> bool) -> f64 {
         let holds = |bits: u64| is_finite(f64::from_bits(bits) * self.0 / self.1);
         // The bits of positive numbers have their order.
         let (mut least, mut most) = (0, f64::MAX.to_bits());

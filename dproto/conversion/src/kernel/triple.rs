@@ -48,53 +48,42 @@ impl Triple {
     /// Converts elements of `size` bytes that fill `bytes`, up to the first block with a number that
     /// is not finite before or after. Returns how many are converted.
     pub(super) fn run_all(&self, bytes: &mut [u8], size: usize) -> usize {
+        let Some(singles) = self.singles.filter(|_| self.at == 0) else {
+            return self.apart(bytes, size);
+        };
         match self.from {
-            [0, 1, 2] => self.sized::<0, 1, 2>(bytes, size),
-            [0, 2, 1] => self.sized::<0, 2, 1>(bytes, size),
-            [1, 0, 2] => self.sized::<1, 0, 2>(bytes, size),
-            [1, 2, 0] => self.sized::<1, 2, 0>(bytes, size),
-            [2, 0, 1] => self.sized::<2, 0, 1>(bytes, size),
-            [2, 1, 0] => self.sized::<2, 1, 0>(bytes, size),
+            [0, 1, 2] => self.sized::<0, 1, 2>(singles, bytes, size),
+            [0, 2, 1] => self.sized::<0, 2, 1>(singles, bytes, size),
+            [1, 0, 2] => self.sized::<1, 0, 2>(singles, bytes, size),
+            [1, 2, 0] => self.sized::<1, 2, 0>(singles, bytes, size),
+            [2, 0, 1] => self.sized::<2, 0, 1>(singles, bytes, size),
+            [2, 1, 0] => self.sized::<2, 1, 0>(singles, bytes, size),
             // A number that has two results.
-            _ => 0,
+            _ => self.apart(bytes, size),
         }
     }
 
     #[inline]
     fn sized<const A: usize, const B: usize, const C: usize>(
         &self,
+        singles: Singles,
         bytes: &mut [u8],
         size: usize,
     ) -> usize {
-        match self.singles {
-            Some(Singles::Over([x, y, z])) => {
-                self.placed(bytes, size, |of| [of[A] / x, of[B] / y, of[C] / z])
+        match (singles, size) {
+            (Singles::Over([x, y, z]), 12) => {
+                self.packed::<3>(bytes, |of| [of[A] / x, of[B] / y, of[C] / z])
             }
-            Some(Singles::Times([x, y, z])) => {
-                self.placed(bytes, size, |of| [of[A] * x, of[B] * y, of[C] * z])
+            (Singles::Over([x, y, z]), 16) => {
+                self.packed::<4>(bytes, |of| [of[A] / x, of[B] / y, of[C] / z])
             }
-            None => {
-                let [x, y, z] = self.scales;
-                #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
-                let one = |value: f32, by: Scale| (f64::from(value) * by.0 / by.1) as f32;
-                self.apart(bytes, size, |of| {
-                    [one(of[A], x), one(of[B], y), one(of[C], z)]
-                })
+            (Singles::Times([x, y, z]), 12) => {
+                self.packed::<3>(bytes, |of| [of[A] * x, of[B] * y, of[C] * z])
             }
-        }
-    }
-
-    #[inline]
-    fn placed(
-        &self,
-        bytes: &mut [u8],
-        size: usize,
-        scaled: impl Fn([f32; 3]) -> [f32; 3],
-    ) -> usize {
-        match (size, self.at) {
-            (12, 0) => self.packed::<3>(bytes, scaled),
-            (16, 0) => self.packed::<4>(bytes, scaled),
-            _ => self.apart(bytes, size, scaled),
+            (Singles::Times([x, y, z]), 16) => {
+                self.packed::<4>(bytes, |of| [of[A] * x, of[B] * y, of[C] * z])
+            }
+            _ => self.apart(bytes, size),
         }
     }
 
@@ -130,8 +119,7 @@ impl Triple {
     }
 
     /// Elements of any size.
-    #[inline]
-    fn apart(&self, bytes: &mut [u8], size: usize, scaled: impl Fn([f32; 3]) -> [f32; 3]) -> usize {
+    fn apart(&self, bytes: &mut [u8], size: usize) -> usize {
         let size = size.max(1);
         let mut done = 0;
         for block in bytes.chunks_mut(BLOCK * size) {
@@ -144,7 +132,15 @@ impl Triple {
             for element in block.chunks_exact_mut(size) {
                 let (words, _) = element[self.at..].as_chunks_mut();
                 if let Some(words) = words.first_chunk_mut::<3>() {
-                    *words = scaled(words.map(f32::from_le_bytes)).map(f32::to_le_bytes);
+                    let numbers = words.map(|word| f64::from(f32::from_le_bytes(word)));
+                    for ((word, from), by) in words.iter_mut().zip(self.from).zip(self.scales) {
+                        #[expect(
+                            clippy::cast_possible_truncation,
+                            reason = "rounded to the nearest"
+                        )]
+                        let result = (numbers[from % 3] * by.0 / by.1) as f32;
+                        *word = result.to_le_bytes();
+                    }
                 }
             }
             done += block.len() / size;
