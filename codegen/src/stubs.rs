@@ -7,6 +7,7 @@ mod fits;
 mod source;
 
 use crate::project::Project;
+use crate::purpose::{Purpose, of_state};
 use crate::rust::component::Component;
 use crate::rust::machine::TRAIT;
 use crate::rust::print::Printer;
@@ -170,17 +171,6 @@ pub fn of(
         dependencies: lacking.into_iter().map(dependencies::line).collect(),
     };
     Ok((Some(missing), found))
-}
-
-/// What a piece of the worker is for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// The `impl` of a slot's trait: the index of the slot in the component.
-    Slot(usize),
-    /// The handler of an operation: the indices of the slot, and of the operation in its interface.
-    Operation(usize, usize),
-    /// A function of a state: its name.
-    State(String),
 }
 
 /// The pieces of the worker in `src`, each with the location of its name, in the order of the text.
@@ -372,19 +362,6 @@ fn signature(
         Diagnostic::warning("handler-signature", method.span, message)
             .help(format!("needed now: `{needed}`")),
     );
-}
-
-/// The functions of a state that a worker may have, with their documentation.
-pub(crate) fn of_state(state: &view::machine::State) -> [(&'static str, String); 3] {
-    let path = &state.path;
-    [
-        ("entry", format!("Runs when `{path}` is entered.")),
-        ("exit", format!("Runs when `{path}` is left.")),
-        (
-            "during",
-            format!("Runs once a period while `{path}` is active, in place of `compute`."),
-        ),
-    ]
 }
 
 /// The functions of states that the worker does not have: their documentation and their signatures.

@@ -14,6 +14,7 @@ mod completion;
 mod context;
 mod documents;
 mod editor;
+mod file_key;
 mod findings;
 mod folders;
 mod hints;

@@ -248,7 +248,12 @@ fn field(view: &view::Component, member: &Member) -> Field {
                 let first = first(view, module, name).unwrap_or_default();
                 format!("rc::filled<{length}>({first})")
             }
-            _ => String::new(),
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => String::new(),
         },
         (None, _) => String::new(),
     };

@@ -109,7 +109,9 @@ impl Names {
             .iter()
             .filter_map(|ty| match &library.ty(*ty).kind {
                 TypeDeclKind::Enum(values) => Some((*ty, values)),
-                _ => None,
+                TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => {
+                    None
+                }
             });
         let enums: Vec<(TypeId, &Vec<Enumerator>)> = enums.collect();
         let (mut once, mut repeated) = (Scope::default(), Scope::default());

@@ -192,7 +192,7 @@ impl<'a> Types<'a> {
                     members.iter().for_each(|member| self.see(&member.ty));
                 }
             }
-            _ => {}
+            Type::Primitive(_) | Type::Text { .. } | Type::Dictionary { .. } | Type::Named(_) => {}
         }
     }
 
@@ -382,7 +382,12 @@ impl<'a> Types<'a> {
                     {
                         format!("_typing.Sequence[{}]", types::annotation(element, &path))
                     }
-                    _ => types::annotation(&member.ty, &path),
+                    Type::Primitive(_)
+                    | Type::Text { .. }
+                    | Type::Sequence { .. }
+                    | Type::Array { .. }
+                    | Type::Dictionary { .. }
+                    | Type::Named(_) => types::annotation(&member.ty, &path),
                 };
                 let optional = if member.optional { " | None" } else { "" };
                 format!("{}: {ty}{optional}", names::member(&member.name))

@@ -4,7 +4,7 @@
 use super::handlers;
 use crate::description;
 use crate::project::Project;
-use crate::stubs::{Purpose, of_state};
+use crate::purpose::{Purpose, of_state};
 use crate::view;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{SourceMap, Span};

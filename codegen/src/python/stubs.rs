@@ -6,7 +6,7 @@ use super::handlers::Handler;
 use super::source::{self, Class, Code, Method};
 use super::{names, reply_order};
 use crate::project::Project;
-use crate::{requirements, stubs, view};
+use crate::{purpose, requirements, view};
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use std::ffi::OsStr;
@@ -231,7 +231,7 @@ fn signature(
 fn hooks(machine: &view::Machine, there: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let all = machine.states.iter().flat_map(|state| {
         let suffix = crate::description::state_suffix(&state.name);
-        stubs::of_state(state).map(|(kind, doc)| (doc, format!("{kind}_{suffix}")))
+        purpose::of_state(state).map(|(kind, doc)| (doc, format!("{kind}_{suffix}")))
     });
     all.filter(|(_, name)| !there(name)).collect()
 }

@@ -34,9 +34,9 @@ fn enumeration(library: &Library, ty: &Type) -> Option<String> {
         }
         Type::Named(id) => match library.ty(*id).kind {
             TypeDeclKind::Enum(_) => Some(names::message(library, *id).to_string()),
-            _ => None,
+            TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => None,
         },
-        _ => None,
+        Type::Primitive(_) | Type::Text { .. } | Type::Dictionary { .. } => None,
     }
 }
 
@@ -67,9 +67,15 @@ pub(super) fn value(library: &Library, ty: &Type, literal: &Literal) -> Option<S
                     let value = values.iter().find(|value| value.name.text == *name)?;
                     Some(value.value.to_string())
                 }
-                _ => None,
+                TypeDeclKind::Struct(_) | TypeDeclKind::Exception(_) | TypeDeclKind::Alias(_) => {
+                    None
+                }
             },
-            _ => None,
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. } => None,
         },
         LiteralKind::Duration(_) => None,
     }

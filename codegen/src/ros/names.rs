@@ -123,7 +123,12 @@ pub fn structure_of_topic(library: &Library, operation: &Operation) -> Option<Ty
         Type::Named(id) if !only.optional => {
             matches!(library.ty(*id).kind, TypeDeclKind::Struct(_)).then_some(*id)
         }
-        _ => None,
+        Type::Primitive(_)
+        | Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_) => None,
     }
 }
 

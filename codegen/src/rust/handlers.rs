@@ -138,7 +138,11 @@ impl Handlers<'_> {
         }
         let bare_place = |ty: &Type| match ty {
             Type::Named(Named { module, name, .. }) => exports.in_place(module, name),
-            _ => String::new(),
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. } => String::new(),
         };
         for (member, input) in of.inputs.iter().zip(&inputs) {
             let ty = match sample {

@@ -1,6 +1,8 @@
 //! The layout of generated Rust: the lines of the templates, indented by their brackets, with an
 //! empty line between items and between functions. Long lines are broken behind commas.
 
+use std::borrow::Cow;
+
 /// Most characters of a line that can be broken.
 const LINE: usize = 120;
 
@@ -160,7 +162,7 @@ impl Before {
         match kind {
             Kind::Use | Kind::Export | Kind::Module => Self::End(kind),
             Kind::Item if line.starts_with("fn ") && before != Self::Attached => Self::End(kind),
-            _ => Self::Declaration,
+            Kind::Item | Kind::File | Kind::Other => Self::Declaration,
         }
     }
 }
@@ -225,6 +227,10 @@ enum Literal {
 }
 
 fn literal(code: &str) -> Literal {
+    // Most characters begin none, and are looked at one by one.
+    if !code.starts_with(['"', 'b', 'r', '\'']) {
+        return Literal::None;
+    }
     let quoted = |begin: usize| {
         let mut escaped = false;
         let end = code.bytes().enumerate().skip(begin).find(|(_, byte)| {
@@ -264,7 +270,10 @@ fn literal(code: &str) -> Literal {
 }
 
 /// Removes the commas that a loop of a template leaves before a bracket.
-fn tidy(code: &str) -> String {
+fn tidy(code: &str) -> Cow<'_, str> {
+    if !code.contains(", ") {
+        return Cow::Borrowed(code);
+    }
     let mut out = String::with_capacity(code.len());
     let mut at = 0;
     while at < code.len() {
@@ -287,7 +296,7 @@ fn tidy(code: &str) -> String {
         out.push(next);
         at += next.len_utf8();
     }
-    out
+    Cow::Owned(out)
 }
 
 fn indent(depth: usize, out: &mut String) {

@@ -70,11 +70,19 @@ pub(crate) fn module(module: &view::Module) -> Module<'_> {
         doc: &constant.doc,
         ty: match resolved(&constant.ty) {
             Type::Text { .. } => "&str".to_owned(),
-            ty => types::owned(ty, &path),
+            ty @ (Type::Primitive(_)
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_)) => types::owned(ty, &path),
         },
         value: match resolved(&constant.ty) {
             Type::Text { .. } => format!("{:?}", constant.value.text),
-            _ => types::value(&constant.value, &path),
+            Type::Primitive(_)
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => types::value(&constant.value, &path),
         },
     });
     Module {

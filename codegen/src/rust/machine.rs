@@ -184,7 +184,7 @@ fn state(state: &rc_machine::State) -> String {
 fn transition(transition: &rc_machine::Transition) -> String {
     let trigger = match transition.trigger {
         Trigger::Events(events) => format!("Trigger::Events({})", range(events)),
-        other => format!("Trigger::{other:?}"),
+        other @ (Trigger::Eventless | Trigger::Any) => format!("Trigger::{other:?}"),
     };
     let condition: Condition = transition.condition;
     format!(

@@ -15,7 +15,9 @@ pub(crate) fn of(view: &view::Component) -> (Vec<(String, String)>, Vec<String>)
             view::library::Kind::Alias { target } => {
                 aliases.push((names::ty(&decl.name), types::owned(target, &bare)));
             }
-            _ => known.push(names::ty(&decl.name)),
+            view::library::Kind::Enum { .. }
+            | view::library::Kind::Struct { .. }
+            | view::library::Kind::Exception { .. } => known.push(names::ty(&decl.name)),
         }
     }
     let used = |interface: &&Interface| {

@@ -57,7 +57,11 @@ pub(super) fn of(library: &Library, member: &Member) -> Vec<Check> {
 pub(super) fn of_value(library: &Library, ty: &Type, limits: Option<&Range>) -> Vec<Check> {
     match library.resolved(ty) {
         Type::Primitive(primitive) => range(*primitive, limits),
-        ty => bounds(library, ty),
+        ty @ (Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_)) => bounds(library, ty),
     }
 }
 
@@ -80,7 +84,10 @@ fn range(primitive: Primitive, range: Option<&Range>) -> Vec<Check> {
         LiteralKind::Int(value) if is_long => Some(value.to_string()),
         LiteralKind::Int(value) => Some(format!("{value}.0")),
         LiteralKind::Float(value) => Some(format!("{value:?}")),
-        _ => None,
+        LiteralKind::String(_)
+        | LiteralKind::Bool(_)
+        | LiteralKind::Duration(_)
+        | LiteralKind::Name(_) => None,
     };
     match (range, range.and_then(text_of)) {
         (Some(range), Some(text)) => vec![Check::Range {

@@ -165,7 +165,10 @@ fn structure(
             ty if source.optional => (ty, Some(1)),
             model::Type::Sequence { element, bound } => (library.resolved(element), *bound),
             model::Type::Text { bound } => (&bytes, *bound),
-            ty => (ty, None),
+            ty @ (model::Type::Primitive(_)
+            | model::Type::Array { .. }
+            | model::Type::Dictionary { .. }
+            | model::Type::Named(_)) => (ty, None),
         };
         let image = library.image(element).unwrap_or(Layout::LENGTH);
         let (gap, room) = match bound {

@@ -8,7 +8,8 @@ mod networks;
 
 use super::context::Context;
 use super::editor::Editor;
-use super::known_files::{KnownFiles, key};
+use super::file_key::key;
+use super::known_files::KnownFiles;
 use super::names::{Kind, Names};
 use super::place::Text;
 use keywords::{INSIDE, Keyword, STATEMENTS};

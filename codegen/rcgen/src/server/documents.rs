@@ -1,6 +1,6 @@
 //! The texts and files that an editor tells of: open ones, folders, and what other programs change.
 
-use super::known_files::key;
+use super::file_key::key;
 use super::workers::component_of;
 use super::{Server, place, publish_at, send};
 use crate::check;

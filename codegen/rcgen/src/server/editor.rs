@@ -1,6 +1,6 @@
 //! The open texts of the editor, and its names of files.
 
-use super::known_files::key;
+use super::file_key::key;
 use super::place::{self, Encoding, Text};
 use rc_diagnostics::SourceId;
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! The folders that the editor opened, and the files to check in them.
 
-use super::known_files::key;
+use super::file_key::key;
 use crate::check;
 use rc_codegen::source_files::is_left_out;
 use std::collections::{BTreeSet, VecDeque};

@@ -2,8 +2,8 @@
 //! parameter is read, and the pages of findings.
 
 use super::Server;
+use super::file_key::key;
 use super::findings::Place;
-use super::known_files::key;
 use super::names::{Kind, Symbol};
 use crate::explain;
 use rc_codegen::source_files;

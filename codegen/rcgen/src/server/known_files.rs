@@ -1,5 +1,6 @@
 //! The names of files, as of their last checks.
 
+use super::file_key::Keys;
 use super::names::{Kind, Names, Place, Symbol};
 use super::place::Encoding;
 use crate::check::{self, Model};
@@ -346,26 +347,6 @@ impl KnownFiles {
 /// When a file or a folder changed last, as the system says it.
 pub(super) fn changed_at(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|data| data.modified()).ok()
-}
-
-/// The keys of paths, as of one check: the system is asked once for each.
-#[derive(Debug, Default)]
-pub(super) struct Keys(HashMap<PathBuf, PathBuf>);
-
-impl Keys {
-    pub(super) fn of(&mut self, path: &Path) -> PathBuf {
-        if let Some(known) = self.0.get(path) {
-            return known.clone();
-        }
-        let key = key(path);
-        self.0.insert(path.to_path_buf(), key.clone());
-        key
-    }
-}
-
-/// One path for all that lead to a file.
-pub(super) fn key(path: &Path) -> PathBuf {
-    rc_files::unsaved::key(path)
 }
 
 #[cfg(test)]

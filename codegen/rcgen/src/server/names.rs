@@ -4,7 +4,7 @@ mod libraries;
 mod networks;
 mod parameters;
 
-use super::known_files::Keys;
+use super::file_key::Keys;
 use super::place::Text;
 use crate::check::Model;
 use rc_cdsl::model::{Role, Slot};

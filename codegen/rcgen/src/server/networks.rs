@@ -1,7 +1,7 @@
 //! The connections of networks. `rcdeploy check` reads all components of a network at once; here they are
 //! read one after another, and a message of the editor goes first.
 
-use super::known_files::Keys;
+use super::file_key::Keys;
 use super::names::{Kind, Symbol};
 use rc_cdsl::Component;
 use rc_codegen::{FileLoader, Project, paths};

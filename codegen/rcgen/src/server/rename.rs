@@ -1,7 +1,7 @@
 //! Another name for a thing, in all files that name it. The code in `src/` is listed, and left alone.
 
+use super::file_key::key;
 use super::hover::worker_files;
-use super::known_files::key;
 use super::names::{Kind, Place, Symbol};
 use super::networks::Wiring;
 use super::requests::Answer;

@@ -1,9 +1,11 @@
 //! The code of workers that implements the declarations of files.
 
-use super::known_files::{changed_at, key};
+use super::file_key::key;
+use super::known_files::changed_at;
 use super::names::{Kind, Symbol};
 use super::place::Text;
-use rc_codegen::stubs::{self, Purpose};
+use rc_codegen::purpose::Purpose;
+use rc_codegen::stubs;
 use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::{SourceId, SourceMap};
 use std::collections::{BTreeMap, HashMap};

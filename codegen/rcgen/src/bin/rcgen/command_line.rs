@@ -412,13 +412,6 @@ pub(crate) enum Target {
     Code(PrintedLanguage),
 }
 
-impl Target {
-    /// Whether graphs are written to it.
-    pub(crate) fn is_of_graphs(self) -> bool {
-        matches!(self, Self::Dsr | Self::Graphml | Self::Turtle | Self::Graph)
-    }
-}
-
 const TARGETS: [&str; 11] = [
     "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "python",
 ];

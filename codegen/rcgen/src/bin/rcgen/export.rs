@@ -2,7 +2,6 @@
 
 use crate::command_line::{Common, Target};
 use crate::reports::{Failure, load, print_line, report, tell, unreadable};
-use crate::{graphs, innermodel, kinematics};
 use rc_codegen::files::Change;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -21,29 +20,16 @@ pub(crate) struct Request<'r> {
     pub(crate) dry_run: bool,
 }
 
+/// Exports interfaces or a component.
 pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
     let Request {
         target,
         file,
         out,
-        domain,
+        domain: _,
         common,
         dry_run,
     } = *request;
-    if target.is_of_graphs() {
-        return graphs::export(request);
-    }
-    if domain.is_some() {
-        let message =
-            "`--domain` takes a part of a graph; write it to dsr, graphml, turtle or graph";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if matches!(target, Target::Urdf | Target::Gltf) {
-        return innermodel::export(request);
-    }
-    if let Target::Code(language) = target {
-        return kinematics::export(request, language);
-    }
     let is_component = file.extension().is_some_and(|e| e == "cdsl");
     if is_component && matches!(target, Target::Ros2) {
         return export_component(file, out, common, dry_run);

@@ -19,7 +19,8 @@ mod reports;
 mod start;
 mod venv;
 
-use command_line::{Cli, Command, TOOL};
+use command_line::{Cli, Command, TOOL, Target};
+use export::Request;
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::Common;
@@ -40,6 +41,20 @@ fn import(files: &[PathBuf], out: &Path, common: &command_line::Common) -> Resul
                 "several files are joined only if all of them, and --out, are .graph files";
             Err(Failure::Usage(message.to_owned()))
         }
+    }
+}
+
+fn export(request: &Request<'_>) -> Result<(), Failure> {
+    match request.target {
+        Target::Dsr | Target::Graphml | Target::Turtle | Target::Graph => graphs::export(request),
+        _ if request.domain.is_some() => {
+            let message =
+                "`--domain` takes a part of a graph; write it to dsr, graphml, turtle or graph";
+            Err(Failure::Usage(message.to_owned()))
+        }
+        Target::Urdf | Target::Gltf => innermodel::export(request),
+        Target::Code(language) => kinematics::export(request, language),
+        Target::Dds | Target::Ros2 => export::export(request),
     }
 }
 
@@ -86,7 +101,7 @@ fn main() -> ExitCode {
             domain,
             common,
             dry_run,
-        }) => export::export(&export::Request {
+        }) => export(&Request {
             target: to,
             file: &file,
             out: &out,
