@@ -244,7 +244,9 @@ fn text(file: &File) -> io::Result<String> {
 }
 
 fn bytes(mut file: &File) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
+    // Without room for all of it, a small file takes several reads.
+    let size = usize::try_from(file.metadata()?.len().min(LARGEST)).unwrap_or_default();
+    let mut bytes = Vec::with_capacity(size + 1);
     // The file may grow while it is read.
     let read = Read::by_ref(&mut file)
         .take(LARGEST + 1)
