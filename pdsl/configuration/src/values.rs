@@ -95,12 +95,14 @@ static EMPTY: Values = Values {
 
 impl Values {
     /// Adds a group. Of two entries with one name, the first one counts.
+    #[must_use]
     pub fn with_group(mut self, name: &str, values: Self) -> Self {
         self.push(name.to_owned(), Entry::Group(values));
         self
     }
 
     /// Adds a value that is no secret. Of two entries with one name, the first one counts.
+    #[must_use]
     pub fn with_value(mut self, name: &str, value: Value) -> Self {
         self.push(name.to_owned(), Entry::Value(value, false));
         self
