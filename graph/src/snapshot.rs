@@ -353,6 +353,7 @@ impl Snapshot {
         relation: Option<Symbol>,
     ) -> impl Iterator<Item = EdgeRef<'_>> {
         self.edges_of(self.outgoing(node), relation)
+            .map(|(edge, _)| edge)
     }
 
     /// The edges to a node, of a relation or of all.
@@ -362,16 +363,44 @@ impl Snapshot {
         relation: Option<Symbol>,
     ) -> impl Iterator<Item = EdgeRef<'_>> {
         self.edges_of(self.incoming(node), relation)
+            .map(|(edge, _)| edge)
+    }
+
+    /// The edges from a node, those to it, or both, of a relation or of all; each with the node at its
+    /// other end. An edge from the node to itself is there once.
+    pub fn steps(
+        &self,
+        node: NodeId,
+        relation: Option<Symbol>,
+        [forth, back]: [bool; 2],
+    ) -> impl Iterator<Item = (EdgeRef<'_>, NodeId)> {
+        let out = if forth { self.outgoing(node) } else { &[] };
+        let incoming = if back { self.incoming(node) } else { &[] };
+        let incoming = self.edges_of(incoming, relation);
+        let incoming = incoming.filter(move |(_, other)| !(forth && *other == node));
+        self.edges_of(out, relation).chain(incoming)
     }
 
     fn edges_of<'s>(
         &'s self,
         halves: &'s [Half],
         relation: Option<Symbol>,
-    ) -> impl Iterator<Item = EdgeRef<'s>> {
+    ) -> impl Iterator<Item = (EdgeRef<'s>, NodeId)> {
         let wanted = move |half: &&Half| relation.is_none_or(|wanted| wanted == half.relation);
         let edges = halves.iter().filter(wanted);
-        edges.filter_map(|half| self.edge(self.edge_at(half.edge)?).ok())
+        edges.filter_map(|half| {
+            let edge = self.edges.get(half.edge as usize)?;
+            let id = EdgeId {
+                place: half.edge,
+                generation: edge.generation,
+            };
+            let found = EdgeRef {
+                snapshot: self,
+                id,
+                edge,
+            };
+            Some((found, half.node))
+        })
     }
 
     pub(crate) fn attributes(&self, element: Element) -> Result<&Attributes, Error> {
@@ -499,13 +528,15 @@ impl<'s> NodeRef<'s> {
 
     /// Edges from the node.
     pub fn out_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
-        self.snapshot.edges_of(self.place.out.all(), None)
+        self.snapshot
+            .edges_of(self.place.out.all(), None)
+            .map(|(edge, _)| edge)
     }
 
     /// Edges to the node.
     pub fn in_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
         let halves = self.snapshot.incoming(self.node);
-        self.snapshot.edges_of(halves, None)
+        self.snapshot.edges_of(halves, None).map(|(edge, _)| edge)
     }
 }
 

@@ -98,7 +98,8 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
         for (name, attribute) in symbol.attribute.0 {
             // A few files have the name as an attribute, too.
             if name != "name" {
-                let value = value(&attribute, &format!("{above}{SEPARATOR}{name}"), &mut wrong);
+                let path = || format!("{above}{SEPARATOR}{name}");
+                let value = value(&attribute, path, &mut wrong);
                 node.attributes.extend(value.map(|v| (name, v, None)));
             }
         }
@@ -120,8 +121,9 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
                 .0
                 .into_iter()
                 .filter_map(|(name, attribute)| {
-                    let path = format!("{above}{SEPARATOR}{name}");
-                    Some((name, value(&attribute, &path, &mut wrong)?, None))
+                    let path = || format!("{above}{SEPARATOR}{name}");
+                    let value = value(&attribute, path, &mut wrong)?;
+                    Some((name, value, None))
                 });
             document.edges.push(Edge {
                 id: None,
@@ -143,7 +145,11 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
 }
 
 /// The value of an attribute, by the number of its type.
-fn value(attribute: &Attribute, path: &str, wrong: &mut Vec<(String, String)>) -> Option<Value> {
+fn value(
+    attribute: &Attribute,
+    path: impl Fn() -> String,
+    wrong: &mut Vec<(String, String)>,
+) -> Option<Value> {
     let raw = &attribute.value;
     let number = |raw: &Raw| match raw {
         Raw::Int(value) => Some(*value as f64),
@@ -187,7 +193,7 @@ fn value(attribute: &Attribute, path: &str, wrong: &mut Vec<(String, String)>) -
             attribute.kind,
             raw.described()
         );
-        wrong.push((format!("{path}{SEPARATOR}value"), message));
+        wrong.push((format!("{}{SEPARATOR}value", path()), message));
     }
     value
 }

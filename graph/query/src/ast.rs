@@ -9,6 +9,14 @@ pub(crate) struct Name {
     pub(crate) span: Span,
 }
 
+/// The name of an attribute.
+#[derive(Clone, Debug)]
+pub(crate) struct Property {
+    pub(crate) name: Name,
+    /// Its place among all names of attributes in the query, which are looked up once.
+    pub(crate) slot: usize,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) enum Clause {
     Match(Match),
@@ -30,7 +38,7 @@ impl Match {
     /// found in an order in which the variable has no value yet, a condition waits for it.
     pub(crate) fn free_properties(&mut self) {
         let mut parts = Vec::new();
-        let mut free = |variable: usize, properties: &mut Vec<(Name, Expr)>| {
+        let mut free = |variable: usize, properties: &mut Vec<(Property, Expr)>| {
             for (name, value) in properties.extract_if(.., |(_, value)| value.has_variable()) {
                 let own = Expr::Property(Box::new(Expr::Variable(variable)), name);
                 parts.push(Expr::Binary(
@@ -68,7 +76,7 @@ pub(crate) struct Chain {
 pub(crate) struct NodePattern {
     pub(crate) variable: usize,
     pub(crate) label: Option<Name>,
-    pub(crate) properties: Vec<(Name, Expr)>,
+    pub(crate) properties: Vec<(Property, Expr)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +92,7 @@ pub(crate) struct EdgePattern {
     pub(crate) direction: Direction,
     /// No type is any type.
     pub(crate) types: Vec<Name>,
-    pub(crate) properties: Vec<(Name, Expr)>,
+    pub(crate) properties: Vec<(Property, Expr)>,
     /// The least and the greatest number of edges. `None` is one edge, which is no list.
     pub(crate) length: Option<(usize, usize)>,
 }
@@ -160,7 +168,7 @@ pub(crate) enum Expr {
     Literal(crate::Cell),
     Variable(usize),
     Parameter(Name),
-    Property(Box<Expr>, Name),
+    Property(Box<Expr>, Property),
     Index(Box<Expr>, Box<Expr>),
     List(Vec<Expr>),
     Not(Box<Expr>),

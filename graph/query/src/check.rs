@@ -96,7 +96,7 @@ impl Checker<'_> {
                 }
             }
             for (name, value) in &node.properties {
-                self.attribute(node.variable, name);
+                self.attribute(node.variable, &name.name);
                 self.expr(value);
             }
         }
@@ -115,7 +115,7 @@ impl Checker<'_> {
                 self.edges.insert(edge.variable, kind.text.clone());
             }
             for (name, value) in &edge.properties {
-                self.attribute(edge.variable, name);
+                self.attribute(edge.variable, &name.name);
                 self.expr(value);
             }
         }
@@ -166,7 +166,7 @@ impl Checker<'_> {
             }
             Expr::Property(of, name) => {
                 if let Expr::Variable(slot) = **of {
-                    self.attribute(slot, name);
+                    self.attribute(slot, &name.name);
                 }
                 self.expr(of);
             }

@@ -1,9 +1,9 @@
 //! Expressions.
 
-use crate::ast::{Expr, Function, Operator};
+use crate::ast::{Expr, Function, Operator, Property};
 use crate::cell::Cell;
 use crate::run::Error;
-use property_graph::{Id, NodeId, Snapshot};
+use property_graph::{Id, NodeId, Snapshot, Symbol};
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
@@ -11,6 +11,8 @@ use std::collections::HashMap;
 pub(crate) struct Scope<'a> {
     pub(crate) graph: &'a Snapshot,
     pub(crate) parameters: &'a HashMap<String, Cell>,
+    /// The names of attributes in the query, as far as the graph knows them.
+    pub(crate) symbols: Vec<Option<Symbol>>,
     /// How many steps functions may take that walk over the graph.
     pub(crate) walk: std::cell::Cell<u64>,
 }
@@ -62,8 +64,8 @@ impl Scope<'_> {
             }
             Expr::Property(of, name) => match self.eval(of, row)? {
                 Cell::Null => Ok(Cell::Null),
-                Cell::Node(node) => Ok(self.attribute(node.into(), &name.text)),
-                Cell::Edge(edge) => Ok(self.attribute(edge.into(), &name.text)),
+                Cell::Node(node) => Ok(self.attribute(node.into(), name)),
+                Cell::Edge(edge) => Ok(self.attribute(edge.into(), name)),
                 other => Err(wrong("a node or an edge", &other)),
             },
             Expr::Index(of, index) => match (self.eval(of, row)?, self.eval(index, row)?) {
@@ -107,8 +109,10 @@ impl Scope<'_> {
         }
     }
 
-    pub(crate) fn attribute(&self, element: property_graph::Element, name: &str) -> Cell {
-        self.graph.get(element, name).map_or(Cell::Null, Cell::from)
+    pub(crate) fn attribute(&self, element: property_graph::Element, name: &Property) -> Cell {
+        let symbol = self.symbols.get(name.slot).copied().flatten();
+        let value = symbol.and_then(|symbol| self.graph.get(element, symbol));
+        value.map_or(Cell::Null, Cell::from)
     }
 
     fn binary(&self, operator: Operator, a: &Expr, b: &Expr, row: &[Cell]) -> Result<Cell, Error> {

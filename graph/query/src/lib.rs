@@ -136,9 +136,11 @@ impl Query {
         parameters: &HashMap<String, Cell>,
         mut budget: Budget,
     ) -> Result<Rows, Error> {
+        let names = self.parsed.properties.iter();
         let scope = Scope {
             graph,
             parameters,
+            symbols: names.map(|name| graph.symbol(name)).collect(),
             walk: budget.steps.into(),
         };
         let cells = run::run(&self.parsed, &scope, &mut budget)?;

@@ -1,18 +1,18 @@
 //! Patterns: rows for all ways in which nodes and edges fit.
 
-use crate::ast::{Direction, EdgePattern, Expr, Match, NodePattern};
+use crate::ast::{Direction, Expr, Match, NodePattern};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
-use crate::plan::{self, Plan, Step, relations};
+use crate::plan::{self, Label, Place, Plan, Step, Way, relations};
 use crate::run::{Budget, Error};
 use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot, Symbol};
 
 /// Walks through patterns.
 pub(crate) struct Matcher<'a, 'p> {
     scope: &'a Scope<'a>,
-    steps: Vec<Step<'p>>,
+    steps: &'a [Step<'p>],
     /// The parts of the condition that are tested once a step is done.
-    tests: Vec<Vec<&'p Expr>>,
+    tests: &'a [Vec<&'p Expr>],
     /// How many tests on the way have failed to be computed: then the whole condition decides.
     doubts: usize,
     pattern: &'p Match,
@@ -53,8 +53,8 @@ pub(crate) fn rows<'a>(
     let plan = Plan::new(scope.graph, pattern, row);
     let mut matcher = Matcher {
         scope,
-        tests: plan.tests,
-        steps: plan.steps,
+        tests: &plan.tests,
+        steps: &plan.steps,
         doubts: 0,
         pattern,
         budget,
@@ -81,14 +81,14 @@ impl<'p> Matcher<'_, 'p> {
                 self.rows.push(row.clone());
                 Ok(())
             }
-            Some(Step::Start(node)) => {
-                let node: &'p NodePattern = node;
+            Some(Step::Start(start)) => {
+                let node = start.node;
                 match row[node.variable].clone() {
-                    known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, node, known, row),
+                    known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, *start, known, row),
                     Cell::Null => {
                         let is_end = matches!(self.steps.get(at + 1), Some(Step::Walk { .. }));
                         for candidate in self.candidates(node, is_end, row)? {
-                            self.node(at, node, candidate, row)?;
+                            self.node(at, *start, candidate, row)?;
                         }
                         row[node.variable] = Cell::Null;
                         Ok(())
@@ -97,24 +97,23 @@ impl<'p> Matcher<'_, 'p> {
                 }
             }
             Some(Step::Walk {
-                edge,
+                way,
                 from,
                 to,
                 turned,
             }) => {
-                let (edge, to, from, turned): (&'p EdgePattern, &'p NodePattern, usize, bool) =
-                    (edge, to, *from, *turned);
-                let Some(here) = place(graph, &row[from]) else {
+                let Some(here) = place(graph, &row[*from]) else {
                     return Ok(());
                 };
+                let edge = way.edge;
                 if let Some(length) = edge.length {
-                    let mut way = Vec::new();
-                    return self.walk(at, edge, to, turned, here, length, &mut way, row);
+                    let walk = (way, *to, *turned);
+                    return self.walk(at, walk, here, length, &mut Vec::new(), row);
                 }
                 let known = row[edge.variable].clone();
-                for (found, other) in neighbours(graph, here, edge, turned) {
+                for (found, other) in neighbours(graph, here, way, *turned) {
                     self.budget.step()?;
-                    if !self.edge_fits(edge, found, row)? {
+                    if !self.edge_fits(way, found, row)? {
                         continue;
                     }
                     let id = found.edge_id();
@@ -123,7 +122,7 @@ impl<'p> Matcher<'_, 'p> {
                     }
                     row[edge.variable] = Cell::Edge(id);
                     self.used.push(id);
-                    self.arrive(at, to, other, row)?;
+                    self.arrive(at, *to, other, row)?;
                     self.used.pop();
                     row[edge.variable] = known.clone();
                 }
@@ -177,7 +176,7 @@ impl<'p> Matcher<'_, 'p> {
     fn node(
         &mut self,
         at: usize,
-        pattern: &NodePattern,
+        place: Place<'p>,
         node: Cell,
         row: &mut Vec<Cell>,
     ) -> Result<(), Error> {
@@ -188,21 +187,23 @@ impl<'p> Matcher<'_, 'p> {
             Cell::Edge(edge) => edge.into(),
             _ => return Ok(()),
         };
-        if let Some(label) = &pattern.label {
-            let kind = match element {
-                Element::Node(node) => graph.node(node).map(|node| node.kind()).ok(),
-                Element::Edge(edge) => graph.edge(edge).map(|edge| edge.relation()).ok(),
-            };
-            let wanted = graph.symbol(&label.text);
-            let fits = kind.zip(wanted).is_some_and(|(k, w)| graph.is_a(k, w));
-            if !fits {
-                return Ok(());
-            }
+        let pattern = place.node;
+        let kind = || match element {
+            Element::Node(node) => graph.node(node).map(|node| node.kind()).ok(),
+            Element::Edge(edge) => graph.edge(edge).map(|edge| edge.relation()).ok(),
+        };
+        let fits = match place.label {
+            Label::Any => true,
+            Label::Of(wanted) => kind().is_some_and(|kind| graph.is_a(kind, wanted)),
+            Label::Nothing => false,
+        };
+        if !fits {
+            return Ok(());
         }
         let before = std::mem::replace(&mut row[pattern.variable], node);
         for (name, value) in &pattern.properties {
             let wanted = self.scope.eval(value, row)?;
-            let found = self.scope.attribute(element, &name.text);
+            let found = self.scope.attribute(element, name);
             if found.equals(&wanted) != Some(true) {
                 row[pattern.variable] = before;
                 return Ok(());
@@ -235,35 +236,30 @@ impl<'p> Matcher<'_, 'p> {
     fn arrive(
         &mut self,
         at: usize,
-        to: &'p NodePattern,
+        to: Place<'p>,
         other: NodeId,
         row: &mut Vec<Cell>,
     ) -> Result<(), Error> {
         let other = cell(self.scope.graph, other);
-        match &row[to.variable] {
+        match &row[to.node.variable] {
             Cell::Null => self.node(at, to, other, row),
             known if *known == other => self.node(at, to, other, row),
             _ => Ok(()),
         }
     }
 
-    fn edge_fits(
-        &self,
-        pattern: &EdgePattern,
-        edge: EdgeRef<'_>,
-        row: &[Cell],
-    ) -> Result<bool, Error> {
+    fn edge_fits(&self, way: &Way<'p>, edge: EdgeRef<'_>, row: &[Cell]) -> Result<bool, Error> {
         // An edge is in one place of a pattern only.
         if self.used.contains(&edge.edge_id()) {
             return Ok(false);
         }
-        let kind = edge.type_name();
-        if !pattern.types.is_empty() && pattern.types.iter().all(|t| t.text != kind) {
+        let mut relations = way.relations.iter();
+        if relations.any(|relations| !relations.contains(&edge.relation())) {
             return Ok(false);
         }
-        for (name, value) in &pattern.properties {
+        for (name, value) in &way.edge.properties {
             let wanted = self.scope.eval(value, row)?;
-            let found = self.scope.attribute(edge.edge_id().into(), &name.text);
+            let found = self.scope.attribute(edge.edge_id().into(), name);
             if found.equals(&wanted) != Some(true) {
                 return Ok(false);
             }
@@ -272,21 +268,20 @@ impl<'p> Matcher<'_, 'p> {
     }
 
     /// Walks several edges. No edge is in a path twice, and a path has a greatest length.
-    #[expect(clippy::too_many_arguments, reason = "the state of one recursion")]
     fn walk(
         &mut self,
         at: usize,
-        edge: &'p EdgePattern,
-        to: &'p NodePattern,
-        turned: bool,
+        walk: (&Way<'p>, Place<'p>, bool),
         here: NodeId,
         (least, most): (usize, usize),
-        way: &mut Vec<EdgeId>,
+        path: &mut Vec<EdgeId>,
         row: &mut Vec<Cell>,
     ) -> Result<(), Error> {
         self.budget.step()?;
-        if way.len() >= least {
-            let mut list: Vec<Cell> = way.iter().map(|edge| Cell::Edge(*edge)).collect();
+        let (way, to, turned) = walk;
+        let edge = way.edge;
+        if path.len() >= least {
+            let mut list: Vec<Cell> = path.iter().map(|edge| Cell::Edge(*edge)).collect();
             if turned {
                 list.reverse();
             }
@@ -296,21 +291,21 @@ impl<'p> Matcher<'_, 'p> {
             }
             row[edge.variable] = before;
         }
-        if way.len() >= most {
+        if path.len() >= most {
             return Ok(());
         }
         let graph = self.scope.graph;
-        for (found, other) in neighbours(graph, here, edge, turned) {
+        for (found, other) in neighbours(graph, here, way, turned) {
             self.budget.step()?;
-            if !self.edge_fits(edge, found, row)? {
+            if !self.edge_fits(way, found, row)? {
                 continue;
             }
             let id = found.edge_id();
-            way.push(id);
+            path.push(id);
             self.used.push(id);
-            self.walk(at, edge, to, turned, other, (least, most), way, row)?;
+            self.walk(at, walk, other, (least, most), path, row)?;
             self.used.pop();
-            way.pop();
+            path.pop();
         }
         Ok(())
     }
@@ -320,23 +315,14 @@ impl<'p> Matcher<'_, 'p> {
 fn neighbours<'g>(
     graph: &'g Snapshot,
     node: NodeId,
-    edge: &EdgePattern,
+    way: &Way<'_>,
     turned: bool,
 ) -> impl Iterator<Item = (EdgeRef<'g>, NodeId)> + use<'g> {
-    let relation = match edge.types.as_slice() {
-        [one] => graph.symbol(&one.text),
-        _ => None,
-    };
-    let forth = match edge.direction {
+    let forth = match way.edge.direction {
         Direction::Out => !turned,
         Direction::In => turned,
         Direction::Both => true,
     };
-    let back = edge.direction == Direction::Both || !forth;
-    let out = graph.out_edges(node, relation).filter(move |_| forth);
-    let out = out.map(|edge| (edge, edge.to()));
-    let incoming = graph.in_edges(node, relation).filter(move |_| back);
-    // An edge from a node to itself was among the outgoing ones.
-    let incoming = incoming.filter(move |edge| !(forth && edge.from() == edge.to()));
-    out.chain(incoming.map(|edge| (edge, edge.from())))
+    let back = way.edge.direction == Direction::Both || !forth;
+    graph.steps(node, way.relation, [forth, back])
 }

@@ -1,7 +1,7 @@
 //! The parser: a read-only subset of openCypher.
 
 use crate::ast::{
-    Chain, Clause, Direction, EdgePattern, Expr, Item, Match, Name, NodePattern, Project,
+    Chain, Clause, Direction, EdgePattern, Expr, Item, Match, Name, NodePattern, Project, Property,
 };
 use crate::lexer::{Token, tokens};
 use rc_diagnostics::{Diagnostic, SourceId, Span, foreign};
@@ -23,6 +23,8 @@ pub(crate) struct Parsed {
     pub(crate) clauses: Vec<Clause>,
     /// All variables, with the places where they are named first; unnamed ones have no text.
     pub(crate) variables: Vec<Name>,
+    /// All names of attributes, each once.
+    pub(crate) properties: Vec<String>,
 }
 
 mod expressions;
@@ -36,6 +38,7 @@ struct Parser<'a> {
     nodes: usize,
     operators: usize,
     variables: Vec<Name>,
+    properties: Vec<String>,
     /// The variables that the present clause may name.
     scope: Vec<usize>,
 }
@@ -52,6 +55,7 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
         nodes: 0,
         operators: 0,
         variables: Vec::new(),
+        properties: Vec::new(),
         scope: Vec::new(),
     };
     let clauses = parser.query()?;
@@ -62,6 +66,7 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
     Ok(Parsed {
         clauses,
         variables: parser.variables,
+        properties: parser.properties,
     })
 }
 
@@ -259,13 +264,23 @@ impl Parser<'_> {
         })
     }
 
-    fn properties(&mut self) -> Result<Vec<(Name, Expr)>> {
+    fn property(&mut self) -> Result<Property> {
+        let name = self.name("an attribute")?;
+        let slot = self.properties.iter().position(|own| *own == name.text);
+        let slot = slot.unwrap_or_else(|| {
+            self.properties.push(name.text.clone());
+            self.properties.len() - 1
+        });
+        Ok(Property { name, slot })
+    }
+
+    fn properties(&mut self) -> Result<Vec<(Property, Expr)>> {
         let mut all = Vec::new();
         if !self.sign("{") {
             return Ok(all);
         }
         loop {
-            let name = self.name("an attribute")?;
+            let name = self.property()?;
             self.need(":")?;
             all.push((name, self.condition()?));
             if !self.sign(",") {

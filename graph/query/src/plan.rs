@@ -6,15 +6,67 @@ use property_graph::schema::Relation;
 use property_graph::{Snapshot, Symbol};
 use std::collections::HashSet;
 
+/// The type that a node of a pattern must have.
+#[derive(Clone, Copy)]
+pub(crate) enum Label {
+    Any,
+    Of(Symbol),
+    /// A name that the graph does not know.
+    Nothing,
+}
+
+/// A node of a pattern.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'p> {
+    pub(crate) node: &'p NodePattern,
+    pub(crate) label: Label,
+}
+
+impl<'p> Place<'p> {
+    fn new(graph: &Snapshot, node: &'p NodePattern) -> Self {
+        let label = match &node.label {
+            Some(label) => graph.symbol(&label.text).map_or(Label::Nothing, Label::Of),
+            None => Label::Any,
+        };
+        Self { node, label }
+    }
+}
+
+/// An edge of a pattern.
+pub(crate) struct Way<'p> {
+    pub(crate) edge: &'p EdgePattern,
+    /// The only relation, if there is one.
+    pub(crate) relation: Option<Symbol>,
+    /// All relations, if the pattern names several, or one that the graph does not know.
+    pub(crate) relations: Option<Vec<Symbol>>,
+}
+
+impl<'p> Way<'p> {
+    fn new(graph: &Snapshot, edge: &'p EdgePattern) -> Self {
+        let known = edge.types.iter();
+        let known: Vec<Symbol> = known.filter_map(|kind| graph.symbol(&kind.text)).collect();
+        let (relation, relations) = match (edge.types.as_slice(), known.as_slice()) {
+            ([], _) => (None, None),
+            ([_], [one]) => (Some(*one), None),
+            _ => (None, Some(known)),
+        };
+        Self {
+            edge,
+            relation,
+            relations,
+        }
+    }
+}
+
 /// One step of finding a pattern.
 pub(crate) enum Step<'p> {
     /// The first node of a chain.
-    Start(&'p NodePattern),
+    Start(Place<'p>),
     /// An edge from a node that is known, to the other node.
     Walk {
-        edge: &'p EdgePattern,
+        way: Way<'p>,
         from: usize,
-        to: &'p NodePattern,
+        to: Place<'p>,
         /// Whether the pattern is walked against the order in which it is written.
         turned: bool,
     },
@@ -38,9 +90,9 @@ impl<'p> Plan<'p> {
         let mut set_at: Vec<(usize, usize)> = Vec::new();
         for (at, step) in steps.iter().enumerate() {
             match step {
-                Step::Start(node) => set_at.push((node.variable, at)),
-                Step::Walk { edge, to, .. } => {
-                    set_at.extend([(edge.variable, at), (to.variable, at)]);
+                Step::Start(start) => set_at.push((start.node.variable, at)),
+                Step::Walk { way, to, .. } => {
+                    set_at.extend([(way.edge.variable, at), (to.node.variable, at)]);
                 }
             }
         }
@@ -73,7 +125,10 @@ fn conjuncts<'p>(condition: &'p Expr, parts: &mut Vec<&'p Expr>) {
 
 /// The value that the name of a node must have: by its pattern, or by the condition.
 pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> Option<&'p Expr> {
-    let written = node.properties.iter().find(|(name, _)| name.text == "name");
+    let written = node
+        .properties
+        .iter()
+        .find(|(own, _)| own.name.text == "name");
     if let Some((_, value)) = written {
         return Some(value);
     }
@@ -85,7 +140,8 @@ pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> O
         };
         let is_name = |expr: &Expr| match expr {
             Expr::Property(of, name) => {
-                matches!(**of, Expr::Variable(slot) if slot == node.variable) && name.text == "name"
+                matches!(**of, Expr::Variable(slot) if slot == node.variable)
+                    && name.name.text == "name"
             }
             _ => false,
         };
@@ -174,20 +230,20 @@ fn steps<'p>(graph: &Snapshot, pattern: &'p Match, row: &[Cell]) -> Vec<Step<'p>
             cost(graph, node, condition)
         });
         let Some((start, node)) = start else { continue };
-        steps.push(Step::Start(node));
+        steps.push(Step::Start(Place::new(graph, node)));
         for (at, edge) in chain.edges.iter().enumerate().skip(start) {
             steps.push(Step::Walk {
-                edge,
+                way: Way::new(graph, edge),
                 from: chain.nodes[at].variable,
-                to: &chain.nodes[at + 1],
+                to: Place::new(graph, &chain.nodes[at + 1]),
                 turned: false,
             });
         }
         for (at, edge) in chain.edges.iter().enumerate().take(start).rev() {
             steps.push(Step::Walk {
-                edge,
+                way: Way::new(graph, edge),
                 from: chain.nodes[at + 1].variable,
-                to: &chain.nodes[at],
+                to: Place::new(graph, &chain.nodes[at]),
                 turned: true,
             });
         }

@@ -15,7 +15,7 @@ impl Edit {
         to: NodeId,
     ) -> Result<EdgeId, Error> {
         let id = self.fresh();
-        self.add_edge_as(id, relation, from, to)
+        self.link(id, relation, from, to)
     }
 
     /// Adds an edge that another graph made, or a file.
@@ -26,10 +26,21 @@ impl Edit {
         from: NodeId,
         to: NodeId,
     ) -> Result<EdgeId, Error> {
+        self.claim(id)?;
+        self.link(id, relation, from, to)
+    }
+
+    /// Adds an edge whose id no element has.
+    fn link(
+        &mut self,
+        id: Id,
+        relation: impl Named,
+        from: NodeId,
+        to: NodeId,
+    ) -> Result<EdgeId, Error> {
         self.step()?;
         self.next.place(from)?;
         self.next.place(to)?;
-        self.claim(id)?;
         let relation = self.name(relation);
         if !self.next.types.schema.open && self.next.types.relation(relation).is_none() {
             let known = self.next.types.schema.relations.iter();

@@ -176,7 +176,7 @@ impl Parser<'_> {
                 self.operator()?;
             }
             if self.sign(".") {
-                value = Expr::Property(Box::new(value), self.name("an attribute")?);
+                value = Expr::Property(Box::new(value), self.property()?);
             } else if self.sign("[") {
                 let index = self.expr()?;
                 self.need("]")?;
