@@ -1,20 +1,29 @@
-//! Figures of the property graph beside petgraph and InnerModel.
+//! Figures of the property graph beside petgraph and InnerModel, as lines `NAME SECONDS`.
+//! `cargo xtask bench graph` runs it, and other peers on the files that it leaves.
+
+mod merging;
+mod queries;
 
 use innermodel::{InnerModel, NewNode, Pose};
 use petgraph::stable_graph::StableGraph;
 use property_graph::schema::{PoseOf, Relation, Tree};
 use property_graph::{EdgeId, Error, Graph, NodeId, Point, Schema, Time};
 use std::hint::black_box;
+use std::path::Path;
 use std::time::Instant;
 
-/// The shortest time of one call, in nanoseconds, of several rounds.
+/// The shortest time of one call, in seconds, of several rounds.
 fn best(calls: usize, mut round: impl FnMut()) -> f64 {
     let times = (0..15).map(|_| {
         let start = Instant::now();
         round();
-        start.elapsed().as_secs_f64() * 1e9 / calls as f64
+        start.elapsed().as_secs_f64() / calls as f64
     });
     times.fold(f64::INFINITY, f64::min)
+}
+
+fn print(name: &str, seconds: f64) {
+    println!("{name} {seconds:e}");
 }
 
 fn schema() -> Schema {
@@ -81,10 +90,8 @@ fn hops(count: usize) {
         }
     });
     assert_eq!(ours, other);
-    println!(
-        "one hop of {count} nodes: {hop:.1} ns; petgraph {plain:.1} ns; {:.2}",
-        hop / plain
-    );
+    print(&format!("hop-{count}"), hop);
+    print(&format!("hop-petgraph-{count}"), plain);
 }
 
 /// A pose without a rotation.
@@ -135,7 +142,9 @@ fn changes(count: usize) {
     let joint = best(2000, || {
         for _ in 0..2000 {
             value += 1.0;
-            let set = model.change(Time::ZERO, |edit| edit.set_pose(ids[count / 2], along(value)));
+            let set = model.change(Time::ZERO, |edit| {
+                edit.set_pose(ids[count / 2], along(value))
+            });
             set.expect("a change");
         }
     });
@@ -147,14 +156,15 @@ fn changes(count: usize) {
             set.expect("a change");
         }
     });
-    println!(
-        "one attribute of {count} nodes: {:.2} µs, 64 further {:.2} µs; a pose of InnerModel {:.2}, {:.2} µs; fork {:.2} µs",
-        one / 1e3,
-        far / 1e3,
-        joint / 1e3,
-        joint_far / 1e3,
-        fork / 1e3
-    );
+    for (name, time) in [
+        ("change", one),
+        ("change-far", far),
+        ("pose-innermodel", joint),
+        ("pose-innermodel-far", joint_far),
+        ("fork", fork),
+    ] {
+        print(&format!("{name}-{count}"), time);
+    }
 }
 
 fn transforms(length: usize) {
@@ -189,14 +199,8 @@ fn transforms(length: usize) {
     let ends = [nodes[1], nodes[length]].map(|node| now.frame(node).expect("a frame"));
     let ours = best(10_000, || {
         for _ in 0..10_000 {
-            black_box(now.transform(ends[0], Point::origin(), black_box(ends[1]))).expect("a point");
-        }
-    });
-    let by_node = best(10_000, || {
-        for _ in 0..10_000 {
-            let to = now.frame(black_box(nodes[1])).expect("a frame");
-            let from = now.frame(black_box(nodes[length])).expect("a frame");
-            black_box(now.transform(to, Point::origin(), from)).expect("a point");
+            black_box(now.transform(ends[0], Point::origin(), black_box(ends[1])))
+                .expect("a point");
         }
     });
     let theirs = best(10_000, || {
@@ -226,15 +230,18 @@ fn transforms(length: usize) {
             set.expect("a pose");
         }
     });
-    println!(
-        "transform over {length}: {ours:.1} ns, by node {by_node:.1} ns; InnerModel {theirs:.1} ns; a pose moves: {:.2} µs; InnerModel {:.2} µs",
-        moved / 1e3,
-        model_moved / 1e3
-    );
+    for (name, time) in [
+        ("point", ours),
+        ("point-innermodel", theirs),
+        ("pose", moved),
+        ("pose-innermodel", model_moved),
+    ] {
+        print(&format!("{name}-over-{length}"), time);
+    }
 }
 
 /// Loads a file of 1,000 nodes, which it leaves at `path` for others.
-fn load(path: &str) {
+fn load(path: &Path) {
     let graph = Graph::new(schema().into(), 0);
     let made = graph.change(Time::ZERO, |edit| {
         let root = edit.add_node("root")?;
@@ -261,42 +268,37 @@ fn load(path: &str) {
         let text = std::fs::read_to_string(path).expect("the file");
         let mut sources = rc_diagnostics::SourceMap::new();
         let source = sources.add("a.json", text);
-        let document = graph_exchange::dsr::read(&sources, source).0.expect("a document");
+        let document = graph_exchange::dsr::read(&sources, source)
+            .0
+            .expect("a document");
         black_box(document.kept(&schema, 1).expect("a graph"));
     });
-    println!("load of 1,000 nodes, {} bytes: {:.2} ms", text.len(), read / 1e6);
+    print("load", read);
 }
 
-/// A query over two hops, prepared.
-fn query() {
-    let (graph, _, _) = random(1000);
-    let now = graph.snapshot();
-    let mut sources = rc_diagnostics::SourceMap::new();
-    let none = std::collections::HashMap::new();
-    for (what, condition) in [("one of 1,000 nodes", "a.x = 7.0"), ("a name", "a.name = 'n7'")] {
-        let text = format!("MATCH (a:thing)-[:to]->(b)-[:to]->(c) WHERE {condition} RETURN c.x");
-        let source = sources.add("query", text);
-        let (query, _) = graph_query::Query::prepare(&sources, source, now.schema());
-        let query = query.expect("a query");
-        let time = best(1, || {
-            let rows = query.run(&now, &none, graph_query::Budget::default());
-            assert_eq!(black_box(rows.expect("rows")).cells.len(), 16);
-        });
-        println!("a query over two hops from {what}: {:.1} µs", time / 1e3);
-    }
-}
-
+/// Arguments: a folder for the files, and what is measured, if not all.
 fn main() {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "graph.json".to_owned());
-    load(&path);
-    query();
-    for count in [100, 1_000, 10_000, 100_000] {
-        hops(count);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let folder = Path::new(arguments.first().map_or(".", String::as_str));
+    let only = arguments.get(1).map(String::as_str);
+    let is_wanted = |name: &str| only.is_none_or(|only| only == name);
+    let counts = [100, 1_000, 10_000, 100_000];
+    if is_wanted("load") {
+        load(&folder.join("dsr.json"));
     }
-    for count in [100, 1_000, 10_000, 100_000] {
-        changes(count);
+    if is_wanted("queries") {
+        queries::measure(&folder.join("random.json"));
     }
-    for length in [7, 30] {
-        transforms(length);
+    if is_wanted("merging") {
+        merging::measure();
+    }
+    if is_wanted("hops") {
+        counts.into_iter().for_each(hops);
+    }
+    if is_wanted("changes") {
+        counts.into_iter().for_each(changes);
+    }
+    if is_wanted("transforms") {
+        [7, 30].into_iter().for_each(transforms);
     }
 }
