@@ -26,6 +26,8 @@ impl Edit {
         from: NodeId,
         to: NodeId,
     ) -> Result<EdgeId, Error> {
+        self.next.place(from)?;
+        self.next.place(to)?;
         self.claim(id)?;
         self.link(id, relation, from, to)
     }

@@ -187,3 +187,32 @@ fn what_the_schema_does_not_allow_changes_nothing() {
     );
     assert!(Arc::ptr_eq(&before, &graph.snapshot()));
 }
+
+/// What is a node in one graph is an edge in the other one, with the same id.
+#[test]
+fn elements_with_equal_ids_become_what_they_are_there() {
+    let id = |count| Id::new(1, count);
+    let make = |nodes: [u64; 2], edge: u64| {
+        let graph = Graph::new(Schema::anything().into(), 1);
+        let made = graph.change(Time::ZERO, |edit| {
+            let a = edit.add_node_as(id(nodes[0]), "person")?;
+            let b = edit.add_node_as(id(nodes[1]), "room")?;
+            let edge = edit.add_edge_as(id(edge), "in", a, b)?;
+            edit.set(edge, "since", 3_i64)
+        });
+        made.expect("a change");
+        graph
+    };
+    for (ours, theirs) in [
+        (([1, 2], 3), ([3, 2], 1)),
+        (([1, 2], 3), ([2, 1], 3)),
+        (([1, 2], 3), ([2, 3], 1)),
+    ] {
+        let (own, other) = (make(ours.0, ours.1), make(theirs.0, theirs.1));
+        own.adopt(Time::ZERO, &other.snapshot()).expect("a change");
+        assert_eq!(content(&own.snapshot()), content(&other.snapshot()));
+        let before = own.snapshot();
+        own.adopt(Time::ZERO, &other.snapshot()).expect("no change");
+        assert!(Arc::ptr_eq(&before, &own.snapshot()));
+    }
+}

@@ -6,7 +6,7 @@ use graph_query::{Budget, Cell, Mark, Queries, traverse};
 use property_graph::{EdgeId, Error, Graph, NodeId, Snapshot, Time, Value};
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_quantity::rotation::{EulerOrder, from_rotation_vector};
-use rc_robot::Robot;
+use rc_robot::{Joint, Motion, Robot};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -86,7 +86,13 @@ fn graph(robot: &Robot) -> Graph {
 }
 
 /// A gripper: one finger slides, the other one follows it.
-const GRIPPER: &str = r#"<robot name="gripper"><link name="palm"/><link name="left"/><link name="right"/>
+const GRIPPER: &str = r#"<robot name="gripper">
+<link name="palm"><inertial><origin xyz="0.01 0 0.02" rpy="0.1 0.2 0.3"/><mass value="0.8"/>
+<inertia ixx="0.003" iyy="0.0025" izz="0.002" ixy="0.0002" ixz="0.0001" iyz="-0.0003"/></inertial></link>
+<link name="left"><inertial><origin xyz="0 0.02 0.01" rpy="0 0 0.4"/><mass value="0.1"/>
+<inertia ixx="0.0003" iyy="0.00025" izz="0.0002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="right"><inertial><origin xyz="0 -0.02 0.01" rpy="0.4 0 0"/><mass value="0.1"/>
+<inertia ixx="0.0003" iyy="0.00025" izz="0.0002" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="slide" type="prismatic"><parent link="palm"/><child link="left"/>
 <origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 0.6"/><axis xyz="0 1 0"/>
 <limit lower="0" upper="0.04" effort="20" velocity="0.1"/></joint>
@@ -182,17 +188,35 @@ fn the_pose_of_each_joint_in_its_predecessor_is_found() {
     }
 }
 
-/// Turns the joints of a graph.
-fn turn(graph: &Graph, robot: &Robot, positions: &[f64]) {
+/// The joints that move, with their positions; some follow another one.
+fn moved<'r>(robot: &'r Robot, coordinates: &[f64]) -> Vec<(&'r Joint, f64)> {
+    let joints = robot.bodies.iter().filter_map(|body| body.joint.as_ref());
+    let moved = joints.filter_map(|joint| match joint.motion {
+        Motion::Turns {
+            coordinate,
+            ratio,
+            offset,
+        }
+        | Motion::Slides {
+            coordinate,
+            ratio,
+            offset,
+        } => Some((joint, ratio * coordinates[coordinate] + offset)),
+        Motion::Fixed | Motion::Free => None,
+    });
+    moved.collect()
+}
+
+/// Moves the joints of a graph.
+fn turn(graph: &Graph, positions: &[(&Joint, f64)]) {
     let turned = graph.change(Time::ZERO, |edit| {
-        for joint in robot.bodies.iter().filter_map(|body| body.joint.as_ref()) {
-            let Some((coordinate, _)) = joint.motion.driven() else {
-                continue;
-            };
+        for (joint, position) in positions {
             let now = edit.snapshot();
             let named = now.named(&joint.name);
-            let is_joint =
-                |node: &NodeId| now.node(*node).is_ok_and(|n| n.type_name() == "Revolute");
+            let is_joint = |node: &NodeId| {
+                let node = now.node(*node);
+                node.is_ok_and(|n| ["Revolute", "Prismatic"].contains(&n.type_name()))
+            };
             let node = named.into_iter().find(is_joint).expect("a joint");
             // The edge from the frame of the joint to that of the link behind it.
             let way = traverse(now, [node]).out("my_frame").nodes().next();
@@ -200,11 +224,14 @@ fn turn(graph: &Graph, robot: &Robot, positions: &[f64]) {
                 .out_edges(way.expect("a frame"), now.symbol("RT"))
                 .next();
             let edge = edge.map(|edge| edge.edge_id()).expect("an edge");
-            let vector = joint.axis.map(|part| part * positions[coordinate]);
-            let angles = EulerOrder::XYZ_MOVING
-                .angles(&from_rotation_vector(vector))
-                .angles;
-            let pose = [[0.0; 3], angles].concat();
+            let vector = joint.axis.map(|part| part * position);
+            let pose = if matches!(joint.motion, Motion::Slides { .. }) {
+                [vector, [0.0; 3]].concat()
+            } else {
+                let order = EulerOrder::XYZ_MOVING;
+                let angles = order.angles(&from_rotation_vector(vector)).angles;
+                [[0.0; 3], angles].concat()
+            };
             edit.set(edge, "pose", pose.as_slice())?;
         }
         Ok::<(), Error>(())
@@ -281,13 +308,14 @@ fn masses_and_poses_are_those_of_pinocchio() {
     };
     let mut random = fastrand::Rng::with_seed(7);
     let (mut cases, mut ours) = (Vec::new(), Vec::new());
-    for (text, _) in all() {
+    for (text, _) in all().into_iter().chain([(GRIPPER.to_owned(), 2)]) {
         let robot = read(&text);
         let graph = graph(&robot);
         for _ in 0..5 {
             let count = robot.coordinates.len();
             let positions: Vec<f64> = (0..count).map(|_| random.f64() * 3.0 - 1.5).collect();
-            turn(&graph, &robot, &positions);
+            let positions = moved(&robot, &positions);
+            turn(&graph, &positions);
             let now = graph.snapshot();
             let mut own: Vec<f64> = masses(&now, link(&now, &robot.bodies[0].name)).concat();
             let mut pairs = Vec::new();
@@ -307,7 +335,7 @@ fn masses_and_poses_are_those_of_pinocchio() {
             ours.push(own);
             cases.push(serde_json::json!({
                 "urdf": text,
-                "positions": robot.coordinates.iter().zip(positions).collect::<Vec<_>>(),
+                "positions": positions.iter().map(|(joint, at)| (&joint.name, at)).collect::<Vec<_>>(),
                 "pairs": pairs,
             }));
         }
