@@ -7,13 +7,13 @@ use rc_configuration::condition::{Comparator, Condition, Function, Reference, St
 use rc_configuration::model::{Kind, Parameter, Rule, Type, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::{Literal, LiteralKind, Name};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// Resolves the rule `tree` in the groups and lists `scope` of `declared`. Reports errors and
 /// returns `None` if the rule is invalid. Declarations in `invalid` have been reported.
 pub(crate) fn resolve(
     declared: &Block<'_>,
-    invalid: &HashSet<Vec<String>>,
+    invalid: &BTreeSet<Vec<String>>,
     scope: &[String],
     tree: &ast::Rule,
     found: &mut Diagnostics,
@@ -44,7 +44,7 @@ pub(crate) fn resolve(
 /// one knows what is in it, and rules about it are left out.
 pub fn resolve_rules<'r>(
     parameters: &[Parameter],
-    unknown: &HashSet<Vec<String>>,
+    unknown: &BTreeSet<Vec<String>>,
     rules: impl IntoIterator<Item = (&'r [String], &'r ast::Rule)>,
     found: &mut Diagnostics,
 ) -> Vec<Option<Rule>> {
@@ -88,7 +88,7 @@ struct ConditionResolver<'m> {
     /// The blocks around the rule, the outermost first.
     blocks: Vec<&'m Block<'m>>,
     scope: &'m [String],
-    invalid: &'m HashSet<Vec<String>>,
+    invalid: &'m BTreeSet<Vec<String>>,
     steps: Vec<Step>,
     found: &'m mut Diagnostics,
 }

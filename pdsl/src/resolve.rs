@@ -10,7 +10,7 @@ use rc_configuration::model::{Element, ElementKind, FileKind, Kind, Parameter, P
 use rc_configuration::violations_by_defaults;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Loader, Name};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 /// The deepest nesting of groups and lists. A component can read it from JSON.
 const DEEPEST: usize = 20;
@@ -26,7 +26,7 @@ pub fn load(
     let mut resolver = Resolver {
         found: imports.found,
         rules: Vec::new(),
-        invalid: HashSet::new(),
+        invalid: BTreeSet::new(),
         elements: Vec::new(),
     };
     let Some(params) = params else {
@@ -59,7 +59,7 @@ struct Resolver<'t> {
     /// The rules, each with the groups and lists around it.
     rules: Vec<(Vec<String>, &'t ast::Rule)>,
     /// Declarations with errors. A rule cannot refer to them.
-    invalid: HashSet<Vec<String>>,
+    invalid: BTreeSet<Vec<String>>,
     /// The parameters whose files have elements that other parameters name.
     elements: Vec<&'t Name>,
 }

@@ -8,7 +8,7 @@ use rc_configuration::model::{Kind, Parameter, Parameters, Type, Value};
 use rc_configuration::{Values, violations_by};
 use rc_ddsl::model::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// The name under which rules know the period of a component without a parameter of that name.
 const PERIOD: &str = "period";
@@ -23,7 +23,7 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
         network,
         deployment: &network.deployment,
     };
-    let mut unknown = HashSet::new();
+    let mut unknown = BTreeSet::new();
     let parameters = tree.parameters(None, &[], &mut unknown);
     let rules = declared.iter();
     let rules = rules.map(|declared| (declared.scope.as_slice(), &declared.rule));
@@ -58,7 +58,7 @@ impl Tree<'_> {
         &self,
         group: Option<usize>,
         path: &[String],
-        unknown: &mut HashSet<Vec<String>>,
+        unknown: &mut BTreeSet<Vec<String>>,
     ) -> Vec<Parameter> {
         let within = |name: &str| [path, &[name.to_owned()]].concat();
         let mut all = Vec::new();
