@@ -161,16 +161,29 @@ impl Resolver<'_> {
         let instance = loop {
             match place {
                 InstanceOrGroup::Instance(at) => break Some(at),
-                InstanceOrGroup::Group(_) => match rest.next() {
-                    Some(name) => {
-                        place = self.inside(place, last, name)?;
-                        last = name;
-                    }
-                    None => break None,
+                InstanceOrGroup::Group(at) => match self.chain_proxy(at, rest.as_slice()) {
+                    Some(proxy) => break Some(proxy),
+                    None => match rest.next() {
+                        Some(name) => {
+                            place = self.inside(place, last, name)?;
+                            last = name;
+                        }
+                        None => break None,
+                    },
                 },
             }
         };
         Some((instance, rest.as_slice()))
+    }
+
+    /// The proxy of a group, unless the path goes on with a name inside.
+    fn chain_proxy(&self, group: usize, rest: &[Name]) -> Option<usize> {
+        let inside = &self.scopes[group + 1].places.known;
+        let proxy = self.deployment.groups[group].proxy.as_ref()?;
+        let goes_on = rest
+            .first()
+            .is_some_and(|name| inside.contains_key(&name.text));
+        (!goes_on).then_some(proxy.instance)
     }
 
     /// Resolves a component, and the names behind it. It may be inside a group that does not export

@@ -393,7 +393,7 @@ fn a_missing_program_of_adaptors_is_reported() {
     assert_ne!(refused.code, 0, "{refused:?}");
     let said = format!("{}{}", refused.stdout, refused.stderr);
     for part in [
-        "error[missing-executable]: the program of adaptors, ",
+        "error[missing-executable]: the program of adaptors and proxies, ",
         "patrol.ddsl:5:64",
         "`cargo xtask install --with rcforward`",
     ] {

@@ -154,3 +154,47 @@ fn rclpy_sees_a_group_as_one_node_and_calls_it() {
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }
+
+/// A proxy in a proxy, over two middlewares, with a slot array.
+const NESTED: &str = r#"
+Deployment patrol
+{
+    Group outer
+    {
+        middleware auto;
+        Group inner
+        {
+            Component rack { cdsl "../../deploy/tests/programs/rack/rack.cdsl"; slots { lasers "front", "back"; }; };
+            export lasers;
+            proxy;
+        };
+        export lasers;
+        proxy dds { domain 13; interfaces "lo"; };
+    };
+};
+"#;
+
+#[test]
+fn a_proxy_stands_for_arrays_and_for_another_proxy() {
+    let site = Site::new("nested");
+    site.write_ddsl(NESTED);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let operation = "outer.lasers.back.getLaserConfData";
+    let called = site.rcdeploy(&["call", &site.network, operation], false);
+    assert_eq!(called.code, 0, "{called:?}");
+    for part in ["outer-inner-rack", "back"] {
+        assert!(called.stdout.contains(part), "{called:?}");
+    }
+    let status = site.status();
+    assert_eq!(component(&status, "outer")["middleware"], "dds");
+    let forwarded =
+        |name: &str| component(&status, name)["forwarded"]["lasers.back"]["messages"].clone();
+    assert_eq!(
+        (forwarded("outer"), forwarded("outer.inner")),
+        (1.into(), 1.into()),
+        "{status}"
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
