@@ -11,7 +11,7 @@ try:
     import numpy as _numpy  # noqa: F401
 except ImportError as error:
     raise ImportError(
-        f"robocomp needs NumPy, which {sys.executable} does not find; "
+        f"robocomp needs NumPy, which {sys.executable} cannot import ({' '.join(str(error).split())}); "
         f"install it with: {sys.executable} -m pip install numpy"
     ) from error
 

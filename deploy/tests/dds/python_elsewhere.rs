@@ -1,8 +1,12 @@
 //! A component in Python on another host, which has copies of all that it reads.
 
+use crate::hosts::cable;
 use crate::python_site::{up, workspace};
+use crate::remote::{Robot, component};
 use rc_test_site::other_host;
 use rc_test_site::site::Site;
+use rc_test_support::python::skipped;
+use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
 use std::path::PathBuf;
 
@@ -107,4 +111,52 @@ fn a_component_in_python_runs_on_another_host() {
     let missing = "there is no Python 3.";
     assert!(third.stderr.contains(missing), "{third:?}");
     site.await_nothing_left();
+}
+
+/// The same behind a real ssh server, on a host of its own.
+#[test]
+fn a_component_in_python_runs_behind_an_ssh_server() {
+    let test = "a_component_in_python_runs_behind_an_ssh_server";
+    let Some(cable) = cable(test) else { return };
+    let files = [
+        ("roamer.cdsl", CDSL),
+        ("src/specific_worker.py", WORKER),
+        ("src/lens.py", ""),
+    ];
+    let Some(mut site) = workspace("python_sshd", "roamer", &files, test) else {
+        return;
+    };
+    site.write_ddsl(
+        "Deployment patrol\n{\n    Host robot { address \"10.77.0.2\"; user \"root\"; };\n    \
+         Component roamer { cdsl \"roamer/roamer.cdsl\"; host robot; restart on_failure backoff 100ms; };\n};\n",
+    );
+    let robot = match Robot::start(&site, &cable) {
+        Ok(robot) => robot,
+        Err(reason) => return skipped(test, &reason),
+    };
+    let within = ["ip", "netns", "exec", cable.name(0)];
+    site.within = within.map(str::to_owned).to_vec();
+    let ssh = PathBuf::from(robot.ssh());
+    for copied in ["files were copied", "nothing had to be copied"] {
+        let up = up(&site, &[("RC_SSH", &ssh)]);
+        assert_eq!(up.code, 0, "{up:?}\n{}", site.log("roamer"));
+        site.await_in_log("rcdeploy", copied);
+        Site::until("its places", || places(&site).len() >= 6);
+        let copies = robot.path("cache/robocomp/networks").join(&site.network);
+        for place in places(&site) {
+            assert!(place.starts_with(&copies), "{}", place.display());
+        }
+        // Its socket is here, and it is restarted there.
+        assert_eq!(site.ask("roamer", "status")["state"], "running");
+        let pid = || component(&site, "roamer")["pid"].clone();
+        let before = pid();
+        let process = before.as_i64().and_then(|pid| Pid::from_raw(pid as i32));
+        kill_process(process.expect("a process"), Signal::KILL).expect("to kill it");
+        site.await_component("roamer", |one| {
+            one["state"] == "running" && one["pid"] != before
+        });
+        assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+        site.await_nothing_left();
+        robot.await_nothing_left(&site);
+    }
 }

@@ -5,7 +5,6 @@ use rc_test_support::python;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::Command;
 
 /// What the Python runtime needs, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
@@ -43,7 +42,7 @@ pub(crate) fn workspace(
 
 /// `rcdeploy up` without an active environment and without a display, with these variables.
 pub(crate) fn up(site: &Site, variables: &[(&str, &Path)]) -> CommandOutput {
-    let mut up = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     up.args(["up", "--build", "--detach", "--profile", "dev"]);
     up.arg(site.ddsl()).env("CARGO_NET_OFFLINE", "true");
     for name in ["VIRTUAL_ENV", "PYTHONPATH", "DISPLAY"] {

@@ -16,14 +16,14 @@ use std::process::{Child, Command, Stdio};
 const SSHD: &str = "/usr/sbin/sshd";
 
 /// A host with an ssh server that accepts one key.
-struct Robot {
+pub(crate) struct Robot {
     sshd: Child,
     folder: PathBuf,
 }
 
 impl Robot {
     /// Starts the server on the second host. The error says why this machine cannot.
-    fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
+    pub(crate) fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
         if !Path::new(SSHD).exists() {
             install(&["openssh-server", "openssh-client"])?;
         }
@@ -50,12 +50,14 @@ impl Robot {
         let config = format!(
             "Port 22\nListenAddress 10.77.0.2\nHostKey {}\nAuthorizedKeysFile {}\nPidFile none\n\
              UsePAM no\nStrictModes no\nPasswordAuthentication no\nPermitRootLogin yes\n\
-             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={}\n",
+             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={} \"PATH={}\"\n",
             path("host_key"),
             path("authorized_keys"),
             path("run"),
             path("state"),
             path("cache"),
+            // That of a login may have another Python.
+            std::env::var("PATH").expect("a path"),
         );
         fs::write(path("sshd_config"), config).expect("written");
         let log = fs::File::create(path("sshd.log")).expect("a log");
@@ -82,7 +84,7 @@ impl Robot {
         let _ = self.sshd.wait();
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
@@ -97,12 +99,19 @@ impl Robot {
         fs::write(self.path("ssh_config"), config).expect("written");
     }
 
-    fn ssh(&self) -> String {
+    pub(crate) fn ssh(&self) -> String {
         format!("ssh -F {}", self.path("ssh_config").display())
     }
 
     fn run_directory(&self, site: &Site) -> PathBuf {
         self.path("run/robocomp").join(&site.network)
+    }
+
+    /// Waits for the end of its agent, of which the supervisor waits for the last word only.
+    pub(crate) fn await_nothing_left(&self, site: &Site) {
+        Site::until("the end of the agent", || {
+            !self.run_directory(site).exists() && processes(&self.path("cache")).is_empty()
+        });
     }
 
     fn assert_nothing_left(&self, site: &Site) {
@@ -204,7 +213,7 @@ impl Drop for Up {
     }
 }
 
-fn component(site: &Site, name: &str) -> Value {
+pub(crate) fn component(site: &Site, name: &str) -> Value {
     let status = site.status();
     let components = status["components"].as_array().expect("a list");
     components

@@ -1,8 +1,9 @@
 //! `cargo xtask chaos`: kills processes of a network at random moments, many times. It checks that
 //! everything starts again and works, and that nothing is left at the end.
 //!
-//! Half of the kills are in networks without a supervisor, half under rcdeploy. The network is the
-//! one of the components simulator, avoider and `pose_monitor`: a query, a command and a topic.
+//! A third of the kills is in networks without a supervisor, a third under rcdeploy, and a third
+//! there where all components are threads of one process. The network is the one of the components
+//! simulator, avoider and `pose_monitor`: a query, a command and a topic.
 //! `--minutes` runs some twenty components under rcdeploy, kills one a second, and makes other
 //! troubles, see `minutes` and `trouble`. `--smoke` builds nothing: the test run has built all
 //! programs, and a build would replace them while other tests run them.
@@ -17,6 +18,7 @@ mod supervised;
 mod trouble;
 
 use crate::programs::{Failure, cargo};
+use crate::variant;
 use ground::Ground;
 use std::time::{Duration, Instant};
 
@@ -83,14 +85,21 @@ pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     let start = Instant::now();
     let mut dice = Dice(seed);
     let spread = by_hand::time_to_start(&Ground::new()?)?;
-    let halves: [(&str, Half, u32); 2] = [
-        ("by hand", by_hand::run, kills / 2),
-        ("under rcdeploy", supervised::run, kills - kills / 2),
+    let third = kills / 3;
+    let parts: [(&str, Part, u32, Place); 3] = [
+        ("by hand", by_hand::run, third, Ground::new),
+        ("under rcdeploy", supervised::run, third, Ground::new),
+        (
+            "as one process",
+            supervised::run,
+            kills - 2 * third,
+            Ground::in_one,
+        ),
     ];
-    for (name, half, kills) in halves {
-        let ground = Ground::new()?;
+    for (name, part, kills, ground) in parts {
+        let ground = ground()?;
         let mut tally = Tally::default();
-        let outcome = half(&ground, &mut dice, Kills { kills, spread }, &mut tally);
+        let outcome = part(&ground, &mut dice, Kills { kills, spread }, &mut tally);
         let outcome = outcome.and_then(|()| ground.nothing_is_left());
         println!("{name}: {tally}");
         if let Err(error) = outcome {
@@ -109,7 +118,7 @@ pub(crate) fn run(orders: &Orders) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Parameters of one half of the kills.
+/// Parameters of one part of the kills.
 #[derive(Clone, Copy)]
 struct Kills {
     kills: u32,
@@ -117,8 +126,11 @@ struct Kills {
     spread: Duration,
 }
 
-/// One half of the kills.
-type Half = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
+/// Makes the place of a part of the kills.
+type Place = fn() -> Result<Ground, Failure>;
+
+/// One part of the kills.
+type Part = fn(&Ground, &mut Dice, Kills, &mut Tally) -> Result<(), Failure>;
 
 /// Builds the programs. `--workspace` makes cargo choose the features of the whole workspace, so
 /// that it compiles no library a second time.
@@ -127,7 +139,7 @@ fn build() -> Result<(), Failure> {
     let mut words = vec!["build", "--quiet", "--workspace"];
     words.extend(programs.split(' ').flat_map(|program| ["--bin", program]));
     if cargo(&words)?.status()?.success() {
-        Ok(())
+        variant::build_in_one()
     } else {
         Err("the components could not be built".into())
     }

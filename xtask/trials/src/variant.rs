@@ -87,12 +87,19 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
     for middleware in [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2] {
         build("bench_python", middleware, Profile::Dev)?;
     }
-    // Several components of them are threads of one process.
-    for name in ["shared.ddsl", "in_one.ddsl"] {
-        let path = root().join("deploy/tests/programs").join(name);
-        network(&path, None, Profile::Dev, true, |_| true)?;
-    }
-    Ok(())
+    build_of_process("shared.ddsl")?;
+    build_in_one()
+}
+
+/// Builds the program of the patrol as threads of one process.
+pub(crate) fn build_in_one() -> Result<(), Failure> {
+    build_of_process("in_one.ddsl")
+}
+
+/// Builds the programs of a network of the tests with processes of several components.
+fn build_of_process(name: &str) -> Result<(), Failure> {
+    let path = root().join("deploy/tests/programs").join(name);
+    network(&path, None, Profile::Dev, true, |_| true).map(drop)
 }
 
 /// Builds the component of the interoperability tests for ROS 2; its own middleware is DDS.

@@ -4,7 +4,8 @@
 use rc_codegen::FileLoader;
 use rc_deploy_network::{self as network, Network, Profile};
 use rc_diagnostics::{Format, SourceMap, render};
-use rc_test_site::site::Site;
+use rc_test_site::other_host;
+use rc_test_site::site::{Site, rcdeploy};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 
@@ -38,7 +39,12 @@ fn patrol(site: &Site, all: &str, clock: &str) {
 }
 
 fn up(site: &Site) {
-    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    let mut up = site.command(&rcdeploy());
+    up.args(["up", "--detach", "--profile", "dev"])
+        .arg(site.ddsl());
+    // Of another host, if there is one.
+    up.env("RC_SSH", other_host::ssh(&site.path("")));
+    let up = site.run(up);
     assert_eq!(up.code, 0, "{up:?}");
 }
 
@@ -48,9 +54,9 @@ fn down(site: &Site) {
 }
 
 /// The poses of a run, with every digit.
-fn run(site: &Site, head: &str, inside: &[&str]) -> String {
+fn run(site: &Site, head: &str, inside: &[&str], all: &str) -> String {
     site.monitor("trace", POSES);
-    placed(site, head, inside, "", "");
+    placed(site, head, inside, all, "");
     up(site);
     site.await_end_of("monitor");
     // The monitor has left in order: time goes on without it.
@@ -73,30 +79,68 @@ fn run(site: &Site, head: &str, inside: &[&str]) -> String {
 
 #[test]
 fn the_patrol_in_lockstep_repeats_exactly() {
-    let first = run(&Site::new("time_one"), "", &[]);
+    let first = run(&Site::new("time_one"), "", &[], "");
     assert_eq!(first.lines().count(), POSES as usize);
-    assert_eq!(first, run(&Site::new("time_two"), "", &[]));
+    assert_eq!(first, run(&Site::new("time_two"), "", &[], ""));
 }
 
 /// `cargo xtask test` has built the program from `programs/in_one.ddsl`; its name has that of the
 /// network.
 #[test]
 fn the_patrol_in_lockstep_is_the_same_wherever_its_components_run() {
-    let apart = run(&Site::new("time_apart"), "", &[]);
+    let apart = run(&Site::new("time_apart"), "", &[], "");
     let mut site = Site::new("patrol_in_one");
     site.network = "patrol_in_one".into();
     let all = ["simulator", "monitor", "avoider", "clock"];
-    for (head, inside) in [
-        ("", &all[..]),
+    let elsewhere = "middleware auto; Host away { address \"away\"; };";
+    for (head, inside, placed) in [
+        ("", &all[..], ""),
         // In the process, and over shared memory to those outside.
-        ("middleware auto;", &all),
-        ("middleware auto;", &["simulator", "avoider"]),
-        ("middleware auto;", &["simulator", "monitor"]),
+        ("middleware auto;", &all, ""),
+        ("middleware auto;", &["simulator", "avoider"], ""),
+        ("middleware auto;", &["simulator", "monitor"], ""),
+        // The process on another host.
+        (elsewhere, &all, "host away;"),
     ] {
-        let together = run(&site, head, inside);
+        let together = run(&site, head, inside, placed);
         assert_eq!(together.lines().count(), POSES as usize);
         assert_eq!(apart, together, "{head} {inside:?}");
     }
+    each_middleware_has_its_counter(&site);
+}
+
+/// A topic with a subscriber in the process of its publisher, and one outside.
+fn each_middleware_has_its_counter(site: &Site) {
+    const TOPIC: &str = "FullPoseEstimationPub";
+    site.monitor("trace", 0);
+    let screen = "middleware auto;\n    Component screen { cdsl \"../pose_monitor/pose_monitor.cdsl\"; };\n    \
+                  bind screen.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;";
+    placed(site, screen, &["simulator", "monitor"], "", "");
+    up(site);
+    let counted = || {
+        let status = site.ask("simulator", "status");
+        let slots = status["slots"].as_array().expect("slots").clone();
+        let slot = slots.into_iter().find(|slot| slot["name"] == TOPIC);
+        slot.expect("the topic")
+    };
+    let over = |slot: &serde_json::Value, middleware: &str| {
+        let all = slot["transports"].as_array().cloned().unwrap_or_default();
+        let own = all.iter().find(|one| one["middleware"] == middleware);
+        own.and_then(|own| own["messages"].as_u64()).unwrap_or(0)
+    };
+    Site::until("samples over both", || {
+        let slot = counted();
+        over(&slot, "local") > 10 && over(&slot, "iceoryx2") > 10
+    });
+    // Each sample goes over each of them; one may be under way.
+    let slot = counted();
+    let sent = slot["sent"].as_u64().expect("a number");
+    for middleware in ["local", "iceoryx2"] {
+        assert!(over(&slot, middleware).abs_diff(sent) <= 1, "{slot}");
+    }
+    let status = site.rcdeploy(&["status", &site.network], false);
+    assert!(status.stdout.contains("iceoryx2"), "{status:?}");
+    down(site);
 }
 
 fn pid(site: &Site, name: &str) -> Pid {

@@ -15,6 +15,9 @@ use tempfile::TempDir;
 
 /// The name of the network and of its deployment.
 pub(super) const NETWORK: &str = "chaos";
+/// The name of the network whose components are threads of one process. The tests have its program,
+/// of `deploy/tests/programs/in_one.ddsl`.
+const IN_ONE: &str = "patrol_in_one";
 /// The components, in the order of their start.
 pub(super) const NAMES: [&str; 3] = ["simulator", "monitor", "avoider"];
 /// The source of simulated time of a network under load.
@@ -42,6 +45,7 @@ pub(super) struct Ground {
     logs: Option<&'static Path>,
     /// Library that moves the clock and slows the disk of all programs.
     shim: Option<Shim>,
+    network: &'static str,
 }
 
 impl Ground {
@@ -59,6 +63,7 @@ impl Ground {
             folder,
             logs,
             shim: None,
+            network: NETWORK,
         };
         for name in ["run", "state", "work"] {
             std::fs::create_dir(ground.path(name))?;
@@ -66,6 +71,22 @@ impl Ground {
         let components = root().canonicalize()?.join("components");
         std::fs::write(ground.deployment(), deployment(&components))?;
         Ok(ground)
+    }
+
+    /// A folder in memory with the network whose components are threads of one process.
+    pub(super) fn in_one() -> Result<Self, Failure> {
+        let ground = Self {
+            network: IN_ONE,
+            ..Self::new()?
+        };
+        let components = root().canonicalize()?.join("components");
+        std::fs::write(ground.deployment(), in_one(&components))?;
+        Ok(ground)
+    }
+
+    /// Whether the components are threads of one process, so that each kill is one of all.
+    pub(super) fn is_one(&self) -> bool {
+        self.network == IN_ONE
     }
 
     /// Gives the programs a clock that can be moved and a disk that can be slowed down, or says why
@@ -119,7 +140,7 @@ impl Ground {
     }
 
     fn directory(&self) -> RunDirectory {
-        RunDirectory::below(&self.path("run/robocomp"), NETWORK)
+        RunDirectory::below(&self.path("run/robocomp"), self.network)
     }
 
     /// Requests the status over `NAME.sock`.
@@ -285,13 +306,38 @@ fn deployment(components: &Path) -> String {
     for (name, program) in NAMES.iter().zip(PROGRAMS) {
         text.component(name, program, "");
     }
-    text.bind("avoider.Laser", "simulator.Laser");
-    text.bind("avoider.DifferentialRobot", "simulator.DifferentialRobot");
-    text.bind(
+    for (user, provider) in BINDS {
+        text.bind(user, provider);
+    }
+    text.end()
+}
+
+/// The connections between the components.
+const BINDS: [(&str, &str); 3] = [
+    ("avoider.Laser", "simulator.Laser"),
+    ("avoider.DifferentialRobot", "simulator.DifferentialRobot"),
+    (
         "monitor.FullPoseEstimationPub",
         "simulator.FullPoseEstimationPub",
-    );
-    text.end()
+    ),
+];
+
+/// The same components as threads of one process, which restarts at once, with a source of time.
+fn in_one(components: &Path) -> String {
+    let names = NAMES.iter().zip(PROGRAMS).chain([(&CLOCK, CLOCK)]);
+    let components = names.map(|(name, program)| {
+        let cdsl = components.join(program).join(program);
+        let cdsl = cdsl.display();
+        format!("        Component {name} {{ cdsl \"{cdsl}.cdsl\"; ready {READY}; }};\n")
+    });
+    let binds = BINDS.iter();
+    let binds = binds.map(|(user, provider)| format!("    bind {user} -> {provider};\n"));
+    format!(
+        "Deployment {IN_ONE}\n{{\n    middleware auto;\n    time simulated by {CLOCK};\n    Process robot\n    {{\n        \
+         restart on_failure backoff 1ms;\n{}    }};\n{}}};\n",
+        components.collect::<String>(),
+        binds.collect::<String>()
+    )
 }
 
 /// The `.ddsl` of a network whose components restart at once.

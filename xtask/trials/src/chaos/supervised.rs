@@ -1,7 +1,7 @@
 //! The network of `ground` under rcdeploy, which restarts killed components. Sometimes the supervisor or
 //! its guard is killed.
 
-use super::ground::{END, Ground, LOOK, NAMES, NETWORK, RECOVERY};
+use super::ground::{END, Ground, LOOK, NAMES, RECOVERY};
 use super::{Dice, Kills, Tally};
 use crate::programs::Failure;
 use rustix::process::{Pid, Signal, kill_process};
@@ -56,7 +56,11 @@ fn session(
                 let wait = dice.time(orders.spread);
                 let (process, was_ready) = kill_one(ground, NAMES[at], last, wait)?;
                 tally.kill(!was_ready);
-                killed[at] += 1;
+                if ground.is_one() {
+                    killed.iter_mut().for_each(|count| *count += 1);
+                } else {
+                    killed[at] += 1;
+                }
                 since = Instant::now();
                 last = Some(process);
                 if dice.falls(40) {
@@ -169,11 +173,11 @@ impl Supervisor {
                 return if status.success() {
                     Ok(())
                 } else {
-                    Err(format!("rcdeploy up {NETWORK} was stopped and ended with {status}").into())
+                    Err(format!("rcdeploy up was stopped and ended with {status}").into())
                 };
             }
             if Instant::now() > end {
-                return Err(format!("rcdeploy up {NETWORK} does not end").into());
+                return Err("rcdeploy up does not end".into());
             }
             std::thread::sleep(LOOK);
         }
