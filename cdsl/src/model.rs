@@ -206,6 +206,8 @@ pub struct Slot {
     pub asynchronous: bool,
     /// The states in which requests are served; in all states if there is none.
     pub available: Vec<Name>,
+    /// Whether it is one by which the replicas of a world meet: no slot of the worker.
+    pub of_world: bool,
     /// The location of its declaration.
     pub span: Span,
     /// The location of its interface's name.

@@ -44,6 +44,10 @@ pub fn load(
             None => failed_imports.push(stem(&import.text).to_owned()),
         }
     }
+    // Replicas of a world meet at the topics of an interface that comes with the tools.
+    for world in file.component.iter().flat_map(shared) {
+        session.import(&path, "World.idsl", world.schema.span);
+    }
     found.extend(session.found);
     let library = session.library;
     let component = file.component.map(|tree| {
@@ -62,6 +66,14 @@ pub fn load(
         }
     });
     (component, found)
+}
+
+/// The clauses `world` of a component.
+fn shared(tree: &ast::Component) -> impl Iterator<Item = &ast::World> {
+    tree.clauses.iter().filter_map(|(_, clause)| match clause {
+        Clause::World(world) => Some(world),
+        _ => None,
+    })
 }
 
 const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
@@ -162,6 +174,9 @@ impl Resolver<'_> {
                     }
                 }
             }
+        }
+        if let Some(world) = &world {
+            slots.extend(world::slots(world, &slots, &self.library, self.found));
         }
         if state_machine.is_none() {
             self.check_no_states(&slots, &seen);

@@ -7,7 +7,7 @@ use crate::templates::TemplateError;
 use crate::{generator, markdown, parallel, view};
 use rc_cdsl::model::Middleware;
 use rc_configuration::Parameters;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_idsl::Library;
 use rc_vocabulary::{Language, Middlewares};
 use std::io;
@@ -79,11 +79,6 @@ pub fn component(
         return Ok((Files::default(), found));
     };
     (generator.names)(&project.component, &mut found);
-    if let Some(world) = &project.component.world {
-        let message = "no code is generated for a `world` yet: it is only checked";
-        let error = Diagnostic::error("world-not-generated", world.schema.span, message);
-        found.push(error.help("remove the clause to generate the component"));
-    }
     if found.has_errors() {
         return Ok((Files::default(), found));
     }

@@ -43,7 +43,7 @@ mod type_names;
 pub mod view;
 mod viewer;
 pub mod workspace;
-mod world;
+pub mod world;
 
 pub use files::Files;
 pub use load::FileLoader;

@@ -12,7 +12,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 24] = [
+const SHIPPED: [(&str, &str); 25] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
@@ -108,6 +108,10 @@ const SHIPPED: [(&str, &str); 24] = [
     (
         "Ultrasound.idsl",
         include_str!("../../components/interfaces/Ultrasound.idsl"),
+    ),
+    (
+        "World.idsl",
+        include_str!("../../components/interfaces/World.idsl"),
     ),
 ];
 

@@ -4,8 +4,8 @@ use crate::cargo_workspace::Workspace;
 use crate::files::GENERATED;
 use crate::note::{self, Note};
 use crate::origin::Origin;
-use crate::{machine_names, names, packages, paths, ros, rust, viewer, world};
-use graph_language::Schema;
+use crate::world::{self, World};
+use crate::{machine_names, names, packages, paths, ros, rust, viewer};
 use rc_cdsl::Component;
 use rc_cdsl::model::Middleware;
 use rc_configuration::model::Parameters;
@@ -16,7 +16,7 @@ use rc_syntax::{Loader, Name, Trivia};
 use rc_vocabulary::Language;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// A component that was loaded.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub struct Project {
     /// Its robots, each with the name that the worker calls it.
     pub kinematics: Vec<(Name, Cell)>,
     /// The schema of its world, if it shares one.
-    pub world: Option<Arc<Schema>>,
+    pub world: Option<World>,
     /// States, where its `.cdsl` names a `.smdsl` or `.scxml`.
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.

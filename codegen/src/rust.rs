@@ -29,6 +29,7 @@ mod testing;
 mod types;
 pub mod worker;
 pub(crate) mod worker_traits;
+mod world;
 
 use crate::collisions::{self, Naming};
 use rc_diagnostics::Diagnostics;

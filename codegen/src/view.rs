@@ -13,6 +13,7 @@ pub mod members;
 pub mod parameters;
 pub(crate) mod rpc_hash;
 pub mod types;
+pub mod world;
 
 pub use component::{Component, Slot};
 pub use machine::Machine;

@@ -10,6 +10,15 @@ use rc_syntax::{Loader, Name};
 use std::path::Path;
 use std::sync::Arc;
 
+/// The schema of a component's world.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The types.
+    pub schema: Arc<Schema>,
+    /// Its files, the one that the component names first: names without folders, and texts.
+    pub files: Vec<(String, String)>,
+}
+
 /// Reads the schema of a component's world, and checks what the component says about it.
 pub(crate) fn load(
     cdsl: &Path,
@@ -17,8 +26,9 @@ pub(crate) fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
     found: &mut Diagnostics,
-) -> Option<Arc<Schema>> {
+) -> Option<World> {
     let world = component.world.as_ref()?;
+    let first = sources.ids().count();
     let (schema, more) = graph_language::import(sources, loader, cdsl, &world.schema);
     found.extend(more);
     let schema = schema?;
@@ -30,7 +40,15 @@ pub(crate) fn load(
             check(&schema, write, found);
         }
     }
-    Some(Arc::new(schema))
+    let files = sources.ids().skip(first).map(|id| {
+        let name = sources.path(id).file_name().unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        (name, sources.text(id).to_owned())
+    });
+    Some(World {
+        files: files.collect(),
+        schema: Arc::new(schema),
+    })
 }
 
 /// The attributes of a type, or a finding that there is no such type.

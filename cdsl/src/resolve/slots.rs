@@ -57,6 +57,7 @@ impl Resolver<'_> {
                     in_place: settings.in_place,
                     asynchronous: settings.asynchronous,
                     available,
+                    of_world: false,
                     span: decl.span,
                     interface_span: decl.interface.span,
                     name_span: decl.name.as_ref().map(|name| name.span),

@@ -1,9 +1,12 @@
 //! The clause `world`: what a component writes and reads of a shared graph.
 
 use crate::ast;
-use crate::model::{Access, World, Write};
+use crate::model::{Access, Role, Slot, World, Write};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_idsl::Library;
+use rc_idsl::model::InterfaceId;
 use rc_syntax::Name;
+use rc_vocabulary::qos::{Policies, Policy, Reliability};
 use std::collections::HashMap;
 use std::time::Duration;
 
@@ -15,6 +18,68 @@ pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
         name: tree.name.clone(),
         access: access.map(|all| Clause { found }.access(all)),
     }
+}
+
+/// The topics by which replicas meet: interface, role, the end of the name of their slot.
+const SLOTS: [(&str, Role, &str); 4] = [
+    ("World", Role::Publishes, ""),
+    ("WorldStream", Role::Publishes, "_stream"),
+    ("World", Role::SubscribesTo, "_peers"),
+    ("WorldStream", Role::SubscribesTo, "_streams"),
+];
+
+/// The slots by which the replicas of a world meet. `own` are those of the component.
+pub(super) fn slots(
+    world: &World,
+    own: &[Slot],
+    library: &Library,
+    found: &mut Diagnostics,
+) -> Vec<Slot> {
+    let module = library.modules.iter();
+    let module = module.filter(|module| module.name.text == "RcWorld");
+    let ids: Vec<InterfaceId> = module.flat_map(|m| m.interfaces.iter().copied()).collect();
+    let interface = |name: &str| {
+        let mut ids = ids.iter();
+        ids.find(|id| library.interface(**id).name.text == name)
+    };
+    let mut all = Vec::new();
+    for (name, role, end) in SLOTS {
+        // Without the file, there is a finding already.
+        let Some(interface) = interface(name) else {
+            continue;
+        };
+        let slot = format!("{}{end}", world.name.text);
+        if let Some(taken) = own.iter().find(|own| own.name.eq_ignore_ascii_case(&slot)) {
+            let message = format!("the world has the slot `{slot}`, which is there already");
+            let error = Diagnostic::error("duplicate-slot", world.name.span, message);
+            let error = error.label(taken.span, "the other one");
+            found.push(error.help("write another name behind `as`"));
+        }
+        let reliability = if name == "World" {
+            Reliability::Reliable
+        } else {
+            Reliability::BestEffort
+        };
+        let mut qos = Policies::default();
+        qos.extend([Policy::Reliability(reliability), Policy::Depth(64)]);
+        all.push(Slot {
+            name: slot,
+            role,
+            interface: *interface,
+            is_array: false,
+            backend: None,
+            optional: role == Role::SubscribesTo,
+            qos,
+            in_place: false,
+            asynchronous: false,
+            available: Vec::new(),
+            of_world: true,
+            span: world.schema.span,
+            interface_span: world.schema.span,
+            name_span: Some(world.name.span),
+        });
+    }
+    all
 }
 
 struct Clause<'a> {

@@ -13,7 +13,8 @@ fn check(clauses: &str, expected: &Expect) -> Option<World> {
     let text = format!("Component C {{ Communications {{ }}; language rust;\n\n{clauses}\n}};\n");
     let mut sources = SourceMap::new();
     let source = sources.add("c.cdsl", text.as_str());
-    let loader = MemoryLoader::default();
+    let meet = include_str!("../../../components/interfaces/World.idsl");
+    let loader = MemoryLoader::new([("World.idsl", meet)]);
     let (component, found) = rc_cdsl::load(&mut sources, &loader, source);
     expected.assert_eq(&render(&sources, &found, Format::Short));
     component?.world

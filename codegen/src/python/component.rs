@@ -417,6 +417,11 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         );
         found.push(Diagnostic::error("name-collision", name.span, message));
     }
+    if let Some(world) = &component.world {
+        let message = "a component in Python has no world yet";
+        let error = Diagnostic::error("not-in-python", world.schema.span, message);
+        found.push(error.help("write the component in Rust"));
+    }
     for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
         let message = format!(
             "a component in Python cannot start queries of `{}`: it waits for each reply",

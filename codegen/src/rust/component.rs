@@ -7,7 +7,7 @@ use super::reexports::{self, Reexport};
 use super::slot::{self, Slot};
 use super::worker::WORKER;
 use super::worker_traits::{self, WorkerTrait};
-use super::{names, parameters, qos, testing, those};
+use super::{names, parameters, qos, testing, those, world};
 use crate::kinematics::Kinematics;
 use crate::view;
 use crate::view::component::Time;
@@ -52,6 +52,9 @@ pub(crate) struct Component<'a> {
     pub(crate) parameters: Option<parameters::Parameters>,
     /// The fields of the context that have the solvers of robots, which are modules as well.
     pub(crate) kinematics: Vec<Kinematics<'a>>,
+    world: Option<world::World<'a>>,
+    /// Whether the worker gets changes of the world.
+    reads_world: bool,
     pub(crate) machine: Option<Machine<'a>>,
     /// The slots whose queries can be started.
     asynchronous: Vec<Asynchronous<'a>>,
@@ -85,6 +88,11 @@ impl Component<'_> {
         !self.asynchronous.is_empty()
     }
 
+    /// Whether it shares a world.
+    pub(crate) fn has_world(&self) -> bool {
+        self.world.is_some()
+    }
+
     /// Whether a slot receives.
     pub(crate) fn receives(&self) -> bool {
         self.receives
@@ -98,8 +106,11 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let exports = Exports::of(view);
     let mut asynchronous = asynchronous::all(view, &exports);
     let slots = slot::all(view);
-    let implemented = worker_traits::all(view, &slots, &mut asynchronous, &exports);
-    let sends = slots.iter().any(|slot| slot.sends);
+    let mut world = world::of(view);
+    let mut implemented = worker_traits::all(view, &slots, &mut asynchronous, &exports);
+    implemented.extend(world.as_mut().and_then(world::handlers));
+    let sends = slots.iter().any(|slot| slot.sends) || world.is_some();
+    let reads_world = world.as_ref().is_some_and(world::World::reads);
     let receives = slots.iter().any(|slot| slot.receives);
     let has_nodes = |middleware: &Middleware| middleware.can().has_nodes;
     Component {
@@ -122,16 +133,18 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: reexports::type_modules(view, &exports),
         interface_modules: reexports::interface_modules(view, &exports),
         worker_table: if view.managed { "managed" } else { "plain" },
-        bounds: bounds(view, &slots, &asynchronous),
-        bounds_without_slots: bounds(view, &[], &asynchronous),
+        bounds: bounds(view, &slots, &asynchronous, reads_world),
+        bounds_without_slots: bounds(view, &[], &asynchronous, false),
         parameters: view.parameters.as_ref().map(parameters::of),
         kinematics: view
             .kinematics
             .iter()
             .map(|one| Kinematics::of(one, names::snake(&one.name), &one.rust))
             .collect(),
+        reads_world,
+        world,
         machine: view.machine.as_ref().map(machine::of),
-        reexports: reexports::of_root(view, &slots, &asynchronous),
+        reexports: reexports::of_root(view, &slots, &asynchronous, reads_world),
         context_imports: context_imports(view),
         unused: unused(view, sends),
         imports: reexports::of_worker(&implemented),
@@ -174,6 +187,7 @@ fn modules(view: &view::Component, receives: bool) -> Vec<&'static str> {
         ("pub mod machine", view.machine.is_some()),
         ("pub mod parameters", view.parameters.is_some()),
         ("mod slots", receives),
+        ("pub mod world", view.world.is_some()),
     ];
     those(&all)
 }
@@ -210,7 +224,7 @@ fn context_imports(view: &view::Component) -> Vec<String> {
 
 /// Arguments that the context does not need when it is opened.
 fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
-    let needs_ports = sends || view.has_arrays() || view.simulates_time;
+    let needs_ports = sends || view.world.is_some() || view.has_arrays() || view.simulates_time;
     those(&[
         ("ports", !needs_ports),
         ("values", view.parameters.is_none()),
@@ -218,7 +232,12 @@ fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
 }
 
 /// What the worker implements, with the traits that serve `slots`.
-fn bounds(view: &view::Component, slots: &[Slot], asynchronous: &[Asynchronous]) -> Vec<String> {
+fn bounds(
+    view: &view::Component,
+    slots: &[Slot],
+    asynchronous: &[Asynchronous],
+    reads_world: bool,
+) -> Vec<String> {
     let worker = if view.managed {
         "rc_runtime::ManagedWorker<Context>"
     } else {
@@ -230,6 +249,9 @@ fn bounds(view: &view::Component, slots: &[Slot], asynchronous: &[Asynchronous])
     bounds.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let ends = asynchronous.iter();
     bounds.extend(ends.map(|slot| format!("asynchronous::{}", slot.handler)));
+    if reads_world {
+        bounds.push(format!("crate::world::{}", world::TRAIT));
+    }
     bounds.push("'static".to_owned());
     bounds
 }

@@ -12,7 +12,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         found.push(Diagnostic::error("name-collision", name.span, message));
     }
     let mut seen: Vec<(&str, String)> = Vec::new();
-    for slot in &component.slots {
+    for slot in component.slots.iter().filter(|slot| !slot.of_world) {
         let field = names::snake(&slot.name);
         if let Some((other, _)) = seen.iter().find(|(_, other)| *other == field) {
             let message = format!(
@@ -38,13 +38,15 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         }
         seen.push((&slot.name, field));
     }
-    for (_, robot) in &component.kinematics {
+    let robots = component.kinematics.iter().map(|(_, name)| (name, "robot"));
+    let world = component.world.iter().map(|world| (&world.name, "world"));
+    for (robot, what) in robots.chain(world) {
         let field = names::snake(&robot.text);
         let is_own = OWN.contains(&field.as_str())
             || ["time", "tree", "viewer", "machine", "state_machine"].contains(&field.as_str());
         if is_own || seen.iter().any(|(_, other)| *other == field) {
             let message = format!(
-                "a robot cannot be called `{}`: the context has `{field}` already",
+                "a {what} cannot be called `{}`: the context has `{field}` already",
                 robot.text
             );
             let error = Diagnostic::error("name-collision", robot.span, message);

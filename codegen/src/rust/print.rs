@@ -52,7 +52,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 21] = [
+static TEMPLATES: [Template; 22] = [
     Template::code(templates!["rust": "module.rs", "type", "in_place", "interface", "words"]),
     Template::code(templates!["rust": "testing.rs"]),
     Template::code(templates!["rust": "adapter.rs"]),
@@ -66,6 +66,7 @@ static TEMPLATES: [Template; 21] = [
     Template::code(templates!["rust": "root.rs"]),
     Template::code(templates!["rust": "parameters.rs", "words"]),
     Template::new(templates!["rust": "machine.rs"], true, false),
+    Template::new(templates!["rust": "world.rs"], true, false),
     Template::new(templates!["rust": "asynchronous.rs"], true, false),
     Template::text(templates!["rust": "cargo.toml"]),
     Template::text(templates!["rust": "user_cargo.toml"]),
@@ -217,6 +218,7 @@ fn jobs(component: &Component) -> Vec<Job> {
         ("machine.rs", component.machine.is_some()),
         ("slots.rs", component.receives()),
         ("asynchronous.rs", component.has_asynchronous()),
+        ("world.rs", component.has_world()),
     ];
     let sometimes = sometimes.iter().filter(|(_, there)| *there);
     let generic = [

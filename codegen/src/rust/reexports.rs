@@ -95,6 +95,7 @@ pub(super) fn of_root(
     view: &view::Component,
     slots: &[Slot],
     asynchronous: &[Asynchronous],
+    reads_world: bool,
 ) -> Vec<String> {
     let mut paths: Vec<String> = [
         "adapter::{Handlers, embed, run}",
@@ -122,6 +123,7 @@ pub(super) fn of_root(
         ),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
+        ("world::WorldHandlers", reads_world),
     ];
     paths.push(if view.managed {
         "rc_runtime::ManagedWorker as Worker".to_owned()

@@ -107,6 +107,18 @@ fn mark(slots: &mut [Slot]) {
 
 /// The entry of a slot in the table of the worker.
 fn entry(view: &view::Component, of: &view::Slot, slot: &Slot) -> String {
+    if let Some(world) = view.world.as_ref().filter(|_| of.of_world)
+        && of.role == Role::SubscribesTo
+    {
+        let field = names::snake(&world.name);
+        let function = match of.interface.as_str() {
+            "WorldStream" => "receive_stream",
+            _ => "receive_state",
+        };
+        return format!(
+            "SlotEntry::receives(|_, ctx, topic, reader| ctx.{field}.{function}(topic, reader))"
+        );
+    }
     if !slot.receives {
         return "SlotEntry::sends()".to_owned();
     }
@@ -137,7 +149,13 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
     let handler = handler.unwrap_or_default();
     let type_name = trait_name(view, &slot.name);
     let end = end(view, slot, &module);
-    let (open, peers) = context(slot, index, &end);
+    let (open, mut peers) = context(slot, index, &end);
+    if let Some(world) = view.world.as_ref().filter(|_| slot.of_world)
+        && slot.role == Role::Publishes
+    {
+        let field = names::snake(&world.name);
+        peers = format!("peers[{index}] = self.{field}.subscribers()");
+    }
     let shout = names::shout(&slot.name);
     let (role, default_qos) = match slot.role {
         Role::Implements => ("Implements", "CALL"),

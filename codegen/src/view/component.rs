@@ -3,6 +3,7 @@
 use super::library::{self, Module};
 use super::machine::{self, Machine};
 use super::parameters::{self, Parameters};
+use super::world::{self, World};
 use crate::note::Note;
 use crate::project::Project;
 use crate::{ros, viewer};
@@ -55,6 +56,9 @@ pub struct Component {
     /// The solvers of robots that the component has.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kinematics: Vec<Kinematics>,
+    /// The graph that the component shares with others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world: Option<World>,
     /// The state machine, if the component has one.
     pub machine: Option<Machine>,
     /// The JSON Schema of a configuration.
@@ -195,6 +199,9 @@ pub struct Slot {
     pub in_place: bool,
     /// Whether queries can also be started, and end later.
     pub asynchronous: bool,
+    /// Whether it is one by which the replicas of a world meet: the worker has nothing to do with it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub of_world: bool,
     /// The names that the middleware has for the types of the operations, if it has its own.
     pub external_types: Vec<String>,
 }
@@ -277,6 +284,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         modules: library::of(library),
         parameters: project.parameters.as_ref().map(parameters::of),
         kinematics: project.kinematics.iter().map(Kinematics::of).collect(),
+        world: world::of(project),
         machine: machine(project, &mut found),
         schema: schema(project),
         python: component.python.map(|python| Python {
@@ -328,7 +336,7 @@ fn one(library: &Library, slot: &model::Slot, generated_for: Middlewares) -> Slo
     let middleware = generated_for.main();
     let interface = library.interface(slot.interface);
     // An interface without operations is a connection, but there is nothing to handle or publish.
-    let any = !interface.operations.is_empty();
+    let any = !interface.operations.is_empty() && !slot.of_world;
     let backend = slot.backend.unwrap_or(middleware);
     Slot {
         name: slot.name.clone(),
@@ -348,6 +356,7 @@ fn one(library: &Library, slot: &model::Slot, generated_for: Middlewares) -> Slo
         available: slot.available.iter().map(|s| s.text.clone()).collect(),
         in_place: slot.in_place,
         asynchronous: slot.asynchronous,
+        of_world: slot.of_world,
         external_types: if backend.can().has_nodes
             || slot.backend.is_none() && generated_for.iter().any(|one| one.can().has_nodes)
         {

@@ -44,4 +44,21 @@ fn warn_of_what_has_no_effect(network: &Network, found: &mut Diagnostics) {
             found.push(Diagnostic::warning("not-supported-yet", span, message));
         }
     }
+    let world = network.deployment.world.iter();
+    let files = world.flat_map(|world| {
+        let keep = world.keep.as_ref().map(|(file, _)| ("keep", file));
+        let start = world.start.as_ref().map(|file| ("start", file));
+        start.into_iter().chain(keep)
+    });
+    let mut projects = network.projects.iter().flatten();
+    if projects.any(|project| project.component.name.text == "world_keeper") {
+        return;
+    }
+    for (word, file) in files {
+        let message = format!("`{word}` is checked, but has no effect by itself in this version");
+        let warning = Diagnostic::warning("not-supported-yet", file.span, message);
+        found.push(warning.help(format!(
+            "add the component `world_keeper`, whose parameter `{word}` names the file"
+        )));
+    }
 }

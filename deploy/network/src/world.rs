@@ -46,7 +46,7 @@ pub(crate) fn check(
             Some(Member {
                 instance,
                 clause: project.component.world.as_ref()?,
-                schema: project.world.as_deref()?,
+                schema: &project.world.as_ref()?.schema,
             })
         })
         .collect();

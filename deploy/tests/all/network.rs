@@ -54,3 +54,4 @@ mod time;
 mod track;
 mod variant;
 mod watched;
+mod world;

@@ -1,0 +1,148 @@
+//! The world of a component: the types of its schema, and what the component does with them.
+
+use crate::project::Project;
+use graph_language::Schema;
+use graph_language::model::{Attribute as Declared, Kind, Port};
+use rc_cdsl::model::Access;
+use serde::Serialize;
+use std::time::Duration;
+
+/// The graph that a component shares with others.
+#[derive(Debug, Serialize)]
+pub struct World {
+    /// What the worker calls it.
+    pub name: String,
+    /// The file of its schema, as written.
+    pub schema: String,
+    /// The domain that the file declares.
+    pub domain: String,
+    /// The types and attributes that it sets. `None` for everything.
+    pub writes: Option<Vec<Written>>,
+    /// The types of which it gets each change. `None` for everything.
+    pub reads: Option<Vec<String>>,
+    /// The types of the schema.
+    #[serde(skip)]
+    pub types: Vec<Type>,
+    /// The files of the schema, the one that the component names first: names and texts.
+    #[serde(skip)]
+    pub files: Vec<(String, String)>,
+}
+
+/// A type or an attribute that a component sets.
+#[derive(Debug, Serialize)]
+pub struct Written {
+    /// Type of nodes or edges.
+    pub kind: String,
+    /// The attribute. `None` for all of them.
+    pub attribute: Option<String>,
+    /// The least time between two values of a stream, in nanoseconds.
+    pub stream_ns: Option<u64>,
+    /// Whether others write it, too.
+    pub shared: bool,
+}
+
+/// A type of nodes or edges.
+#[derive(Debug)]
+pub struct Type {
+    /// Name in the schema.
+    pub name: String,
+    /// Names of the ports of an edge: where it starts, where it ends. `None` for nodes.
+    pub ports: Option<[String; 2]>,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// Attributes, inherited ones first.
+    pub attributes: Vec<Attribute>,
+    /// Whether the component adds and removes elements of the type.
+    pub is_written: bool,
+    /// Whether the component gets its changes.
+    pub is_read: bool,
+}
+
+/// An attribute of a type.
+#[derive(Debug)]
+pub struct Attribute {
+    /// Name in the schema.
+    pub name: String,
+    /// Its values.
+    pub kind: Kind,
+    /// What it is, in words: type, unit and range.
+    pub text: String,
+    /// Lines of documentation.
+    pub doc: Vec<String>,
+    /// Whether the component sets it.
+    pub is_written: bool,
+}
+
+/// The world of a project, if it has one.
+pub(super) fn of(project: &Project) -> Option<World> {
+    let declared = project.component.world.as_ref()?;
+    let world = project.world.as_ref()?;
+    let access = declared.access.as_ref();
+    Some(World {
+        name: declared.name.text.clone(),
+        schema: declared.schema.text.clone(),
+        domain: world.schema.name.clone(),
+        writes: access.map(|access| access.writes.iter().map(written).collect()),
+        reads: access.map(|access| {
+            let reads = access.reads.iter();
+            reads.map(|kind| kind.text.clone()).collect()
+        }),
+        types: types(&world.schema, access),
+        files: world.files.clone(),
+    })
+}
+
+fn written(write: &rc_cdsl::model::Write) -> Written {
+    let nanoseconds = |time: Duration| time.as_nanos().try_into().unwrap_or(u64::MAX);
+    Written {
+        kind: write.kind.text.clone(),
+        attribute: write.attribute.as_ref().map(|name| name.text.clone()),
+        stream_ns: write.stream.map(nanoseconds),
+        shared: write.shared,
+    }
+}
+
+fn types(schema: &Schema, access: Option<&Access>) -> Vec<Type> {
+    let one = |name: &str, doc: &[String], ports: Option<[String; 2]>, all: &[Declared]| {
+        // What holds for a type holds for those that inherit from it.
+        let writes = |attribute: Option<&str>| {
+            access.is_none_or(|access| {
+                access.writes.iter().any(|write| {
+                    let own = write.attribute.as_ref().map(|name| name.text.as_str());
+                    schema.is_a(name, &write.kind.text) && (own.is_none() || own == attribute)
+                })
+            })
+        };
+        Type {
+            name: name.to_owned(),
+            ports,
+            doc: doc.to_vec(),
+            attributes: all
+                .iter()
+                .map(|attribute| Attribute {
+                    name: attribute.name.clone(),
+                    kind: attribute.kind.clone(),
+                    text: attribute.text(),
+                    doc: attribute.doc.clone(),
+                    is_written: writes(Some(&attribute.name)),
+                })
+                .collect(),
+            is_written: writes(None),
+            is_read: access.is_none_or(|access| access.reads.iter().any(|kind| kind.text == name)),
+        }
+    };
+    let entities = schema
+        .entities
+        .iter()
+        .map(|entity| one(&entity.name, &entity.doc, None, &entity.attributes));
+    let relations = schema.relations.iter().map(|relation| {
+        let port = |at: usize| relation.ports.get(at).map_or("?", name_of).to_owned();
+        let ports = Some([port(0), port(1)]);
+        one(&relation.name, &relation.doc, ports, &relation.attributes)
+    });
+    entities.chain(relations).collect()
+}
+
+fn name_of(port: &Port) -> &str {
+    &port.name
+}

@@ -1,0 +1,5 @@
+//! The component `door_finder`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

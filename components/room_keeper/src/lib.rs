@@ -1,0 +1,5 @@
+//! The component `room_keeper`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

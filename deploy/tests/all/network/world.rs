@@ -1,0 +1,32 @@
+//! Components that share a world, in processes of their own.
+
+use rc_test_site::site::Site;
+
+/// The network of `components/networks/home.ddsl`.
+const HOME: &str = include_str!("../../../../components/networks/home.ddsl");
+
+#[test]
+fn what_one_component_writes_another_one_gets_and_a_restarted_one_catches_up() {
+    let site = Site::new("world_home");
+    site.write_ddsl(&HOME.replace("Deployment home", "Deployment patrol"));
+    let plan = site.rcdeploy(&["plan", "--profile", "dev"], true);
+    let text = "door_finder  writes door, RT, door.opened stream 20ms; reads room";
+    assert!(plan.stdout.contains(text), "{plan:?}");
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    // The room goes to the finder, its door comes back with a pose in that room, then the stream.
+    site.await_in_log("door_finder", "a door is found");
+    site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
+    site.await_in_log("room_keeper", "door front is open by");
+
+    // A keeper that is new gets the door, and the values of the stream after that.
+    let doors = site.count_in_log("room_keeper", "door front of");
+    let restarted = site.rcdeploy(&["restart", &site.network, "room_keeper"], false);
+    assert_eq!(restarted.code, 0, "{restarted:?}");
+    Site::until("the door comes again", || {
+        site.count_in_log("room_keeper", "door front of") > doors
+    });
+    let down = site.rcdeploy(&["down", &site.network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+}

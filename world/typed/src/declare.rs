@@ -1,0 +1,204 @@
+//! The macros with which generated code declares the types of a schema.
+
+/// Declares the world of a component, one version of it, and a change of it, which generated code gives
+/// functions of the types.
+#[macro_export]
+macro_rules! world {
+    () => {
+        /// The world that the component shares with others.
+        pub struct World(pub(crate) $crate::Member);
+
+        impl World {
+            /// The present version. It never changes, and reading it takes no lock.
+            pub fn snapshot(&self) -> View {
+                View($crate::View(self.0.snapshot()))
+            }
+
+            /// Makes several changes, which others see as one. The token names them.
+            ///
+            /// # Errors
+            /// The closure fails, the schema does not allow the change, or the component does not write what
+            /// is changed. Nothing has changed then.
+            pub fn change(
+                &mut self,
+                make: impl ::core::ops::FnOnce(
+                    &mut Edit<'_>,
+                ) -> ::core::result::Result<(), $crate::Error>,
+            ) -> ::core::result::Result<$crate::Token, $crate::Error> {
+                $crate::change(&mut self.0, |edit| make(&mut Edit(edit)))
+            }
+
+            /// The coordinates in `to` of a point with these coordinates in `from`, at `time` of the
+            /// network's clock. Between two changes of a pose, it is interpolated.
+            ///
+            /// # Errors
+            /// A name is none of one node, no edges with poses connect the nodes, the history begins later,
+            /// or the newest change is older than `time`.
+            pub fn transform(
+                &self,
+                to: impl $crate::End,
+                point: $crate::Point,
+                from: impl $crate::End,
+                time: $crate::Time,
+            ) -> ::core::result::Result<$crate::Point, $crate::Error> {
+                $crate::transform(&self.0, to, point, from, time)
+            }
+        }
+
+        impl ::core::ops::Deref for World {
+            type Target = $crate::Member;
+
+            fn deref(&self) -> &$crate::Member {
+                &self.0
+            }
+        }
+
+        impl ::core::ops::DerefMut for World {
+            fn deref_mut(&mut self) -> &mut $crate::Member {
+                &mut self.0
+            }
+        }
+
+        /// One version of the world, which never changes.
+        #[derive(Clone, Debug)]
+        pub struct View(pub $crate::View);
+
+        impl ::core::ops::Deref for View {
+            type Target = $crate::View;
+
+            fn deref(&self) -> &$crate::View {
+                &self.0
+            }
+        }
+
+        /// A change of the world. It dereferences to the change of a graph without types.
+        #[derive(Debug)]
+        pub struct Edit<'e>(pub &'e mut $crate::Edit);
+
+        impl ::core::ops::Deref for Edit<'_> {
+            type Target = $crate::Edit;
+
+            fn deref(&self) -> &$crate::Edit {
+                self.0
+            }
+        }
+
+        impl ::core::ops::DerefMut for Edit<'_> {
+            fn deref_mut(&mut self) -> &mut $crate::Edit {
+                self.0
+            }
+        }
+    };
+}
+
+/// Declares a type of nodes.
+#[macro_export]
+macro_rules! node {
+    ($(#[$doc:meta])* $name:ident, $kind:literal) => {
+        $crate::element!($(#[$doc])* $name, $kind, NodeRef);
+
+        impl $crate::End for $name<'_> {
+            fn node(
+                self,
+                _: &$crate::Snapshot,
+            ) -> ::core::result::Result<$crate::NodeId, $crate::Error> {
+                ::core::result::Result::Ok(self.0.node_id())
+            }
+        }
+
+        impl $crate::Kind for $name<'static> {
+            const NAME: &'static str = $kind;
+            type In<'s> = $name<'s>;
+
+            fn of(
+                snapshot: &$crate::Snapshot,
+                element: $crate::Element,
+            ) -> ::core::option::Option<$name<'_>> {
+                let $crate::Element::Node(node) = element else {
+                    return ::core::option::Option::None;
+                };
+                let node = snapshot.node(node).ok()?;
+                snapshot.schema().is_a(node.type_name(), $kind).then_some($name(node))
+            }
+
+            fn all(
+                snapshot: &$crate::Snapshot,
+            ) -> ::std::boxed::Box<dyn ::core::iter::Iterator<Item = $name<'_>> + '_> {
+                let nodes = snapshot.instances($kind);
+                ::std::boxed::Box::new(nodes.filter_map(|node| snapshot.node(node).ok().map($name)))
+            }
+        }
+    };
+}
+
+/// Declares a type of edges.
+#[macro_export]
+macro_rules! edge {
+    ($(#[$doc:meta])* $name:ident, $kind:literal) => {
+        $crate::element!($(#[$doc])* $name, $kind, EdgeRef);
+
+        impl $crate::Kind for $name<'static> {
+            const NAME: &'static str = $kind;
+            type In<'s> = $name<'s>;
+
+            fn of(
+                snapshot: &$crate::Snapshot,
+                element: $crate::Element,
+            ) -> ::core::option::Option<$name<'_>> {
+                let $crate::Element::Edge(edge) = element else {
+                    return ::core::option::Option::None;
+                };
+                let edge = snapshot.edge(edge).ok()?;
+                (edge.type_name() == $kind).then_some($name(edge))
+            }
+
+            fn all(
+                snapshot: &$crate::Snapshot,
+            ) -> ::std::boxed::Box<dyn ::core::iter::Iterator<Item = $name<'_>> + '_> {
+                let edges = snapshot.edges();
+                ::std::boxed::Box::new(
+                    edges.filter(|edge| edge.type_name() == $kind).map($name),
+                )
+            }
+        }
+    };
+}
+
+/// Declares the structure of a type of nodes or edges.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! element {
+    ($(#[$doc:meta])* $name:ident, $kind:literal, $of:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name<'s>(pub $crate::$of<'s>);
+
+        impl<'s> ::core::ops::Deref for $name<'s> {
+            type Target = $crate::$of<'s>;
+
+            fn deref(&self) -> &$crate::$of<'s> {
+                &self.0
+            }
+        }
+    };
+}
+
+/// Declares what a component changes of nodes or edges of a type.
+#[macro_export]
+macro_rules! edit_element {
+    ($(#[$doc:meta])* $name:ident, $id:ident) => {
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub struct $name<'e> {
+            edit: &'e mut $crate::Edit,
+            id: $crate::$id,
+        }
+
+        impl $name<'_> {
+            /// Names the element in all versions.
+            pub fn id(&self) -> $crate::$id {
+                self.id
+            }
+        }
+    };
+}

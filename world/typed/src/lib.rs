@@ -1,0 +1,30 @@
+//! A world with the types of its schema: what the code that `rcgen` generates for a clause `world` is
+//! made of.
+//!
+//! Generated code declares a type for each type of the schema ([`node!`], [`edge!`]) with its
+//! attributes, and what the component writes ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
+//! which never changes. A [`Change`] is what has changed of one type between two versions.
+
+mod change;
+mod declare;
+mod edit;
+mod error;
+mod kind;
+pub mod read;
+mod schema;
+mod view;
+mod world;
+
+pub use change::Change;
+pub use edit::{added, edge, existing, existing_edge};
+pub use error::Error;
+pub use kind::Kind;
+pub use property_graph::{
+    EdgeId, EdgeRef, Edit, Element, NodeId, NodeRef, Point, Pose, Sample, Snapshot, Time,
+    Transform, Value,
+};
+pub use rc_world::{News, Rights, Token};
+pub use rc_world_member::Member;
+pub use schema::schema;
+pub use view::{End, View};
+pub use world::{change, transform};
