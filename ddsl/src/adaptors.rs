@@ -21,7 +21,7 @@ const ADAPTOR: &str = "adaptor";
 const PROVIDER: &str = "provider";
 /// The slot that the consumer is connected with.
 const CONSUMER: &str = "consumer";
-/// The slot that knows where frames are.
+/// The slots that know where frames are: `frames`, `frames2`…
 const FRAMES: &str = "frames";
 /// An adaptor does nothing in a period.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -43,7 +43,7 @@ struct Found<'a> {
     consumer: (Endpoint, &'a Slot),
     provider: (Endpoint, &'a Slot),
     component: &'a Component,
-    tree: Option<Tree<'a>>,
+    trees: Vec<Tree<'a>>,
 }
 
 /// The slot of a consumer that knows where frames are.
@@ -54,7 +54,7 @@ struct Tree<'a> {
 
 /// What the file says of the peer of a slot.
 enum Peer {
-    Bound(SlotPath),
+    Bound(Vec<SlotPath>),
     /// With the address, if the file names one.
     External(Option<Name>),
     Unsaid,
@@ -126,23 +126,24 @@ fn all<'a>(
         let is_pair = is_pair(consumer.1.role, provider.1.role)
             && path(component, consumer.1) == path(of_provider, provider.1);
         // A slot that the consumer does not have is reported.
-        let tree = match bind.frames.as_ref().filter(|_| is_pair) {
-            Some(name) => Some(tree(
+        let names = bind.frames.iter().filter(|_| is_pair);
+        let trees = names.map(|name| {
+            tree(
                 deployment,
                 component,
                 &find,
                 (consumer.0, name),
                 diagnostics,
-            )?),
-            None => None,
-        };
+            )
+        });
+        let trees = trees.collect::<Option<Vec<_>>>()?;
         is_pair.then_some(Found {
             bind: at,
             span,
             consumer,
             provider,
             component,
-            tree,
+            trees,
         })
     });
     found.collect()
@@ -169,14 +170,15 @@ fn tree<'a>(
         return None;
     };
     let end = Endpoint { slot, ..consumer };
-    let mut binds = deployment.binds.iter();
-    let bound = binds.find(|bind| find(&bind.consumer) == Some(end));
+    let binds = deployment.binds.iter();
+    let bound = binds.filter(|bind| find(&bind.consumer) == Some(end));
+    let bound: Vec<SlotPath> = bound.filter_map(|bind| bind.provider.clone()).collect();
     let mut externals = deployment.externals.iter();
     let external = externals.find(|external| find(&external.slot) == Some(end));
-    let peer = match (bound.and_then(|bind| bind.provider.clone()), external) {
-        (Some(provider), _) => Peer::Bound(provider),
-        (None, Some(external)) => Peer::External(external.address.clone()),
-        (None, None) => Peer::Unsaid,
+    let peer = match external {
+        Some(external) => Peer::External(external.address.clone()),
+        None if bound.is_empty() => Peer::Unsaid,
+        None => Peer::Bound(bound),
     };
     Some(Tree {
         slot: &component.slots[slot],
@@ -294,8 +296,8 @@ fn component(deployment: &Deployment, found: &Found<'_>) -> Component {
             budget: None,
         }
     });
-    let tree = found.tree.iter().map(|tree| Slot {
-        name: FRAMES.to_owned(),
+    let trees = found.trees.iter().enumerate().map(|(at, tree)| Slot {
+        name: frames(at),
         ..plain(tree.slot)
     });
     Component {
@@ -304,7 +306,7 @@ fn component(deployment: &Deployment, found: &Found<'_>) -> Component {
         language: Name::new("rust", found.span),
         slots: [towards_provider, towards_consumer]
             .into_iter()
-            .chain(tree)
+            .chain(trees)
             .collect(),
         parameters: None,
         kinematics: Vec::new(),
@@ -348,23 +350,40 @@ fn connect(deployment: &mut Deployment, found: &Found<'_>) {
         consumer: path(PROVIDER, span),
         provider: bind.provider.replace(path(CONSUMER, span)),
         convert: bind.convert.take(),
-        frames: bind.frames.take().map(|name| Name::new(FRAMES, name.span)),
+        frames: std::mem::take(&mut bind.frames)
+            .iter()
+            .enumerate()
+            .map(|(at, name)| Name::new(frames(at), name.span))
+            .collect(),
         process: None,
     };
     deployment.binds.push(own);
-    let Some(tree) = &found.tree else { return };
-    match &tree.peer {
-        Peer::Bound(provider) => deployment.binds.push(Bind {
-            consumer: path(FRAMES, span),
-            provider: Some(provider.clone()),
-            convert: None,
-            frames: None,
-            process: None,
-        }),
-        Peer::External(address) => deployment.externals.push(External {
-            slot: path(FRAMES, span),
-            address: address.clone(),
-        }),
-        Peer::Unsaid => {}
+    for (at, tree) in found.trees.iter().enumerate() {
+        let slot = path(&frames(at), span);
+        match &tree.peer {
+            Peer::Bound(providers) => {
+                let binds = providers.iter().map(|provider| Bind {
+                    consumer: slot.clone(),
+                    provider: Some(provider.clone()),
+                    convert: None,
+                    frames: Vec::new(),
+                    process: None,
+                });
+                deployment.binds.extend(binds);
+            }
+            Peer::External(address) => deployment.externals.push(External {
+                slot,
+                address: address.clone(),
+            }),
+            Peer::Unsaid => {}
+        }
+    }
+}
+
+/// The name of a slot that knows where frames are.
+fn frames(at: usize) -> String {
+    match at {
+        0 => FRAMES.to_owned(),
+        at => format!("{FRAMES}{}", at + 1),
     }
 }

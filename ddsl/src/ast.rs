@@ -249,8 +249,8 @@ pub struct Bind {
     pub provider: SlotPath,
     /// Where `convert;` stands in its block.
     pub convert: Option<Span>,
-    /// The slot that `convert { frames SLOT; }` names.
-    pub frames: Option<Name>,
+    /// The slots that `convert { frames SLOT; }` names.
+    pub frames: Vec<Name>,
     /// Where `via process` stands.
     pub process: Option<Span>,
 }

@@ -118,7 +118,7 @@ pub(crate) struct Connector<'a> {
     connections: Vec<Connection>,
     conversions: BTreeMap<Connection, Conversion>,
     /// The slots that know where frames are, of connections that need them.
-    trees: Vec<(Connection, Name)>,
+    trees: Vec<(Connection, Vec<Name>)>,
     transports: BTreeMap<Connection, Middleware>,
     /// The explicit connections, each with the location of its consumer.
     pub(crate) bound_by: Vec<(Connection, Span)>,
@@ -335,7 +335,7 @@ impl<'a> Connector<'a> {
             self.report(consumer, Some(provider), error);
             return;
         }
-        let convert = (bind.convert, bind.frames.as_ref());
+        let convert = (bind.convert, bind.frames.as_slice());
         self.join(written.0.span, convert, consumer, provider);
     }
 
@@ -394,7 +394,7 @@ impl<'a> Connector<'a> {
                     read.extend(seen.iter().copied());
                     let span = self.instance(consumer).name.span;
                     for provider in seen {
-                        self.join(span, (None, None), consumer, provider);
+                        self.join(span, (None, &[]), consumer, provider);
                     }
                 }
             }

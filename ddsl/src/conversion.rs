@@ -21,7 +21,7 @@ pub struct Conversion {
     pub members: Vec<Converted>,
     /// The plan that the consumer gets.
     pub plan: Plan,
-    /// The slot of the consumer that knows where frames are, if the plan needs one.
+    /// The slots of the consumer that know where frames are, with commas, if the plan needs them.
     pub tree: Option<String>,
 }
 

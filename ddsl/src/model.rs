@@ -316,8 +316,8 @@ pub struct Bind {
     pub provider: Option<SlotPath>,
     /// Where `convert;` stands: the consumer converts units that differ.
     pub convert: Option<Span>,
-    /// The slot of the consumer that knows where frames are: `convert { frames SLOT; }`.
-    pub frames: Option<Name>,
+    /// The slots of the consumer that know where frames are: `convert { frames SLOT; }`.
+    pub frames: Vec<Name>,
     /// Where `via process` stands: a process of its own converts. [`crate::add_adaptors`] adds it.
     pub process: Option<Span>,
 }

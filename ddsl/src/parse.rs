@@ -178,7 +178,7 @@ fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<rc_pdsl::as
 
 fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
     let (mut paths, mut convert) = (Vec::new(), None);
-    let (mut frames, mut process) = (None, None);
+    let (mut frames, mut process) = (Vec::new(), None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::slot_path => paths.extend(slot_path(r, part)),
@@ -189,7 +189,7 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
                         Rule::convert => {
                             convert = convert.or(Some(r.first_word(&part).span));
                             process = process.or(via_process(r, &part));
-                            frames = frames.or(frames_of(r, part));
+                            frames.extend(frames_of(r, part));
                         }
                         Rule::skipped => report_skipped(r, &part, &BIND, "`convert`"),
                         _ => {}
@@ -224,19 +224,16 @@ fn via_process(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Span> 
     None
 }
 
-/// The slot that `convert { frames SLOT; }` names.
-fn frames_of(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
-    let mut slot = None;
+/// The slots that `convert { frames SLOT; }` names.
+fn frames_of(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
+    let mut slots = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::semicolon => r.semicolon(&part),
             Rule::convert_block => {
                 for part in part.into_inner() {
                     match part.as_rule() {
-                        Rule::frames => {
-                            let name = r.texts(part).into_iter().next();
-                            slot = slot.or(name);
-                        }
+                        Rule::frames => slots.extend(r.texts(part)),
                         Rule::skipped => report_skipped(r, &part, &CONVERT, "`frames`"),
                         _ => {}
                     }
@@ -245,7 +242,7 @@ fn frames_of(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Name> {
             _ => {}
         }
     }
-    slot
+    slots
 }
 
 fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> External {

@@ -58,7 +58,7 @@ impl Connector<'_> {
                 bound.insert(consumer, span);
                 self.bound_by
                     .push((Connection { consumer, provider }, span));
-                self.join(span, (None, None), consumer, provider);
+                self.join(span, (None, &[]), consumer, provider);
             }
         }
         bound

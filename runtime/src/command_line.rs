@@ -270,15 +270,15 @@ fn conversion(description: &Description, text: &str) -> Result<(String, Plan), l
     Ok((slot, plan))
 }
 
-/// Parses `lidar=tree`.
+/// Parses `lidar=tree`, or `lidar=tf,tf_static`.
 fn frames(description: &Description, text: &str) -> Result<(String, String), lexopt::Error> {
     let Some((slot, tree)) = text.split_once('=') else {
         return Err("--frames takes SLOT=TREE, as in `--frames lidar=tree`".into());
     };
-    Ok((
-        check_slot(description, slot)?,
-        check_slot(description, tree)?,
-    ))
+    for name in tree.split(',') {
+        check_slot(description, name)?;
+    }
+    Ok((check_slot(description, slot)?, tree.to_owned()))
 }
 
 /// Parses `lasers=front,back`. A list may be empty.
@@ -397,7 +397,7 @@ fn help(description: &Description) -> String {
          middlewares of a slot, with commas, as `middleware auto;` chooses them; one that serves or publishes may have several\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
-         --frames SLOT=TREE    the slot of an InnerModel that knows where the frames of these values are\n  \
+         --frames SLOT=TREE    the slot of an InnerModel, or those of tf, that know where the frames of these values are\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

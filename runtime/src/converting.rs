@@ -4,7 +4,7 @@
 
 mod frames;
 
-pub(crate) use frames::{Frames, IdleFlag, Tree};
+pub(crate) use frames::{Fed, Frames, IdleFlag, Shared, Source, Tf, TfSlot, Tree, history};
 
 use frames::NoTransform;
 use rc_conversion::{Fault, Place, Plan, Program};
@@ -29,7 +29,7 @@ use std::time::Duration;
 pub(crate) struct Conversions {
     /// The plan of each slot, by name.
     pub(crate) plans: BTreeMap<String, Plan>,
-    /// The slot that knows where frames are, for slots whose plans need one.
+    /// The slots that know where frames are, with commas, for slots whose plans need them.
     pub(crate) trees: BTreeMap<String, String>,
 }
 

@@ -7,7 +7,7 @@ mod frames;
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
 use crate::converting::{
-    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, IdleFlag,
+    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, IdleFlag, Shared,
 };
 use crate::description::Description;
 use crate::error::StartError;
@@ -34,7 +34,7 @@ use rc_middleware::{
     OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
 };
 use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
@@ -69,6 +69,8 @@ pub struct Connections {
     withheld: RefCell<Vec<(usize, Counter)>>,
     /// What slots convert.
     conversions: Conversions,
+    /// The transforms that slots of tf have received, by their names.
+    histories: RefCell<BTreeMap<String, Shared>>,
     /// Whether the component is not active: then no sample asks where frames are.
     idle: IdleFlag,
     /// The counts of slots that convert, each with the index of its slot.
@@ -168,6 +170,7 @@ impl Connections {
             sent: RefCell::default(),
             withheld: RefCell::default(),
             conversions: Conversions::default(),
+            histories: RefCell::default(),
             idle: IdleFlag::default(),
             converted: RefCell::default(),
             forwarded: RefCell::default(),
@@ -453,6 +456,7 @@ impl Connections {
                     let endpoint = self.topic_endpoint(&slot, operation, slot.middleware())?;
                     let port = self.backend(&slot)?.subscriber(&endpoint)?;
                     self.watch(at, port.queue());
+                    let port = self.fed(&slot, port);
                     let port = match &plan {
                         Some((plan, counts)) => {
                             let (of, address) = (&slot.operations[operation], &endpoint.address);

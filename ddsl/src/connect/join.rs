@@ -10,15 +10,15 @@ use std::collections::HashMap;
 
 impl Connector<'_> {
     /// Connects two endpoints of one interface if they are compatible. Reports errors if not.
-    /// `convert` is the location of `convert;`, with the slot that knows where frames are.
+    /// `convert` is the location of `convert;`, with the slots that know where frames are.
     pub(crate) fn join(
         &mut self,
         span: Span,
-        (convert, frames): (Option<Span>, Option<&Name>),
+        (convert, frames): (Option<Span>, &[Name]),
         consumer: Endpoint,
         provider: Endpoint,
     ) {
-        if let Some(frames) = frames
+        if let Some(frames) = frames.first()
             && let Some(slot) = self.slot(consumer)
             && slot.role != Role::SubscribesTo
         {
@@ -38,7 +38,7 @@ impl Connector<'_> {
             span,
             text: &text,
             convert,
-            frames: frames.map(|slot| slot.span),
+            frames: frames.first().map(|slot| slot.span),
             bridges: self.bridges(consumer),
         };
         let agreed = self
@@ -49,9 +49,10 @@ impl Connector<'_> {
         }
         if let Some(mut conversion) = agreed {
             let connection = Connection { consumer, provider };
-            if let Some(slot) = frames.filter(|_| conversion.needs_frames()) {
-                conversion.tree = Some(slot.text.clone());
-                self.trees.push((connection, slot.clone()));
+            if !frames.is_empty() && conversion.needs_frames() {
+                let names: Vec<&str> = frames.iter().map(|slot| slot.text.as_str()).collect();
+                conversion.tree = Some(names.join(","));
+                self.trees.push((connection, frames.to_vec()));
             }
             if !conversion.plan.is_empty() {
                 self.conversions.insert(connection, conversion);

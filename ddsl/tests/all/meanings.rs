@@ -620,8 +620,8 @@ fn frames_that_cannot_change_are_refused() {
         of,
         "convert { frames Laser; };",
         &expect![[r#"
-        n.ddsl:2:44: error[wrong-frames]: `a.Laser` does not know where frames are; declared here at a.cdsl:2:45 (name a slot that requires `RcInnerModel::InnerModel`, and is no array)
-    "#]],
+            n.ddsl:2:44: error[wrong-frames]: `a.Laser` does not know where frames are; declared here at a.cdsl:2:45 (name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is no array)
+        "#]],
     );
     moving(
         map,
@@ -762,7 +762,61 @@ fn a_tree_answers_what_a_change_of_frames_asks() {
         ],
         "bind a_old.Laser -> b.Laser { convert { frames tree; }; }; bind a_old.tree -> w_old.InnerModel;",
         &expect![[r#"
-            n.ddsl:2:48: error[wrong-frames]: `a_old.tree` has no `getPoseAt` as this framework asks it; declared here at a_old.cdsl:2:65 (import the framework's `InnerModel.idsl`)
+            n.ddsl:2:48: error[wrong-frames]: `a_old.tree` has no `getPoseAt` as this framework knows it; declared here at a_old.cdsl:2:65 (import the framework's `InnerModel.idsl`)
         "#]],
+    );
+}
+
+#[test]
+fn frames_change_by_the_transforms_of_slots() {
+    let map = scan("m", ROS, "with_respect_to = map");
+    let lidar = "with_respect_to = lidar, stamp = member taken";
+    let lidar = scan("mm", LIDAR, lidar);
+    let ours = format!(
+        "[{SCAN}|||{map}]subscribesTo Laser, TransformPub as tf, TransformPub as fixed; requires InnerModel as tree;"
+    );
+    let theirs = format!("[{SCAN}|||{lidar}]publishes Laser;");
+    let all = [
+        ("a", &*ours),
+        ("b", &*theirs),
+        ("w", "publishes TransformPub; implements InnerModel;"),
+    ];
+    let binds = |frames: &str, process: &str| {
+        format!("bind a.Laser -> b.Laser {{ convert {process} {{ frames {frames}; }}; }};")
+    };
+    let made = connect(&all, &binds("tf, fixed", ""), &expect![[""]]);
+    assert!(
+        made[0].contains("frames of") || made[0].contains("frames lidar → map"),
+        "{made:?}"
+    );
+    let made = connect(&all, &binds("tf, fixed", "via process"), &expect![[""]]);
+    expect![[r#"
+        a.Laser -> a_Laser_adaptor.consumer
+        a.tf -> w.TransformPub
+        a.fixed -> w.TransformPub
+        a.tree -> w.InnerModel
+        a_Laser_adaptor.provider -> b.Laser
+        a_Laser_adaptor.frames -> w.TransformPub
+        a_Laser_adaptor.frames2 -> w.TransformPub"#]]
+    .assert_eq(
+        &made
+            .iter()
+            .map(|one| one.split(" converts").next().unwrap_or_default())
+            .collect::<Vec<_>>()
+            .join("\n"),
+    );
+    connect(
+        &all,
+        &binds("tf, tree", ""),
+        &expect![[r#"
+        n.ddsl:2:49: error[wrong-frames]: `a.tree` is one of several slots; declared here at a.cdsl:2:104 (name one slot for a tree, or several ones that subscribe to `Transforms::TransformPub`)
+    "#]],
+    );
+    connect(
+        &all,
+        &binds("tf, fixe", ""),
+        &expect![[r#"
+        n.ddsl:2:49: error[unknown-slot]: `a` has no slot `fixe`; its component at a.cdsl:2:11 (did you mean `fixed`?)
+    "#]],
     );
 }

@@ -9,7 +9,7 @@ use rc_syntax::MemoryLoader;
 use std::collections::HashMap;
 
 /// All interfaces of these tests.
-const INTERFACES: [(&str, &str); 3] = [
+const INTERFACES: [(&str, &str); 4] = [
     (
         "Laser.idsl",
         "module L { struct D { int a; }; interface Laser { D get(); }; };",
@@ -21,6 +21,10 @@ const INTERFACES: [(&str, &str); 3] = [
     (
         "InnerModel.idsl",
         include_str!("../../../components/interfaces/InnerModel.idsl"),
+    ),
+    (
+        "TransformPub.idsl",
+        include_str!("../../../components/interfaces/TransformPub.idsl"),
     ),
 ];
 
@@ -48,9 +52,12 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
     if name.ends_with("_old") {
         interfaces[2].1 = "module RcInnerModel { interface InnerModel { int getPoseAt(); }; };";
     }
-    let imports = ["Laser", "Pub", "InnerModel"]
+    let words: Vec<&str> = communications
+        .split([' ', ',', ';', '[', '(', '{', '\n'])
+        .collect();
+    let imports = ["Laser", "Pub", "InnerModel", "TransformPub"]
         .into_iter()
-        .filter(|i| communications.contains(i));
+        .filter(|import| words.contains(import));
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
     let language = if name.ends_with("_python") {
         "python"

@@ -1,11 +1,10 @@
 //! A lidar on a robot that moves, and a mapper that wants its points in the map: their connection
 //! changes the frame, by the tree of a third component.
 
-use crate::python_site::{up, workspace};
+use crate::python_site::{second_component, up, workspace};
 use rc_test_site::site::Site;
 use serde_json::{Value, json};
 use std::fs;
-use std::os::unix::fs::symlink;
 
 const SCAN: &str = r#"module Scanning
 {
@@ -128,23 +127,14 @@ fn a_mapper_sees_points_of_a_moving_lidar_in_the_map() {
     let Some(site) = workspace("moving", "mapper", &files, test) else {
         return;
     };
-    let own = site.path("networks/lidar");
-    fs::create_dir_all(own.join("src")).expect("a folder");
-    for (name, text) in [
+    let files = [
         ("lidar.cdsl", LIDAR),
         ("Scan.idsl", SCAN),
         ("InnerModel.idsl", &interface),
         ("scan.dproto", &lidar),
         ("src/specific_worker.py", OF_LIDAR),
-    ] {
-        fs::write(own.join(name), text).expect("to write");
-    }
-    let mut rcgen = site.command(&Site::executable("rcgen"));
-    rcgen.arg(own.join("lidar.cdsl"));
-    let ran = site.run(rcgen);
-    assert_eq!(ran.code, 0, "{ran:?}");
-    let environment = fs::read_link(site.path("networks/mapper/.venv")).expect("a link");
-    symlink(environment, own.join(".venv")).expect("a link");
+    ];
+    second_component(&site, "lidar", &files);
 
     // Two frames that move need something that knows where they are.
     network(&site, "{ convert; };");
@@ -230,4 +220,107 @@ fn a_mapper_sees_points_of_a_moving_lidar_in_the_map() {
     });
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+const TF_LIDAR: &str = "import \"Scan.idsl\";\nimport \"TransformPub.idsl\";\nimport \"scan.dproto\";\n\nComponent lidar\n{\n    \
+    Communications\n    {\n        publishes ScanPub { reliability reliable; depth 10; }, TransformPub as tf { depth 100; };\n    };\n    \
+    language python;\n    period 20ms;\n};\n";
+const TF_MAPPER: &str = "import \"Scan.idsl\";\nimport \"TransformPub.idsl\";\nimport \"scan.dproto\";\n\nComponent mapper\n{\n    \
+    Communications\n    {\n        subscribesTo ScanPub as lidar { reliability reliable; depth 10; }, TransformPub as tf { depth 100; };\n    };\n    \
+    language python;\n    period 1s;\n};\n";
+
+/// Publishes a scan, and then where the lidar was at its time: n decimetres ahead, turned by n tenths
+/// to the left.
+const OF_TF_LIDAR: &str = r#"from math import cos, sin
+
+from lidar import Context, Header, Quaternion, Scan, Seen, Time, Transform, TransformStamped, Vector3, Worker
+
+
+class SpecificWorker(Worker):
+    def initialize(self, ctx: Context) -> None:
+        self.number = 0
+
+    def where(self, stamp: int) -> TransformStamped:
+        half = 0.05 * self.number
+        pose = Transform(Vector3(0.1 * self.number, 0.0, 0.2), Quaternion(0.0, 0.0, sin(half), cos(half)))
+        return TransformStamped(Header(Time(stamp // 10**9, stamp % 10**9), "map"), "lidar", pose)
+
+    def compute(self, ctx: Context) -> None:
+        self.number += 1
+        stamp = ctx.now_ns()
+        ctx.scan_pub.new_scan(Scan(stamp, [Seen(0.0, 1000.0, 0.0), Seen(0.0, 0.0, 0.0)]))
+        ctx.tf.transforms([self.where(stamp)])
+"#;
+const OF_TF_MAPPER: &str = r#"from mapper import Context, Scan, TransformStamped, Worker
+
+
+class SpecificWorker(Worker):
+    def compute(self, ctx: Context) -> None: ...
+
+    def lidar_new_scan(self, ctx: Context, scan: Scan) -> None:
+        [point, own] = scan.points
+        print("seen", point.x, point.y, point.z, own.x, own.y, own.z, flush=True)
+
+    def tf_transforms(self, ctx: Context, transforms: list[TransformStamped]) -> None: ...
+"#;
+
+/// Scans that come before the transforms of their times wait for these.
+#[test]
+fn a_mapper_follows_the_transforms_of_tf() {
+    let test = "a_mapper_follows_the_transforms_of_tf";
+    let interface = fs::read_to_string(Site::components().join("interfaces/TransformPub.idsl"));
+    let interface = interface.expect("the interface");
+    let (lidar, mapper) = (
+        prototype("right, ahead, up", "mm", "lidar"),
+        prototype("ahead, left, up", "m", "map"),
+    );
+    let files = [
+        ("mapper.cdsl", TF_MAPPER),
+        ("Scan.idsl", SCAN),
+        ("TransformPub.idsl", &interface),
+        ("scan.dproto", &mapper),
+        ("src/specific_worker.py", OF_TF_MAPPER),
+    ];
+    let Some(site) = workspace("following", "mapper", &files, test) else {
+        return;
+    };
+    let files = [
+        ("lidar.cdsl", TF_LIDAR),
+        ("Scan.idsl", SCAN),
+        ("TransformPub.idsl", &interface),
+        ("scan.dproto", &lidar),
+        ("src/specific_worker.py", OF_TF_LIDAR),
+    ];
+    second_component(&site, "lidar", &files);
+    site.write_ddsl(
+        "Deployment patrol\n{\n    Component lidar { cdsl \"lidar/lidar.cdsl\"; after mapper; };\n    \
+         Component mapper { cdsl \"mapper/mapper.cdsl\"; };\n    \
+         bind mapper.lidar -> lidar.ScanPub { convert { frames tf; }; };\n};\n",
+    );
+    let started = up(&site, &[]);
+    assert_eq!(started.code, 0, "{started:?}\n{}", site.log("lidar"));
+    Site::until("20 points", || site.count_in_log("mapper", "seen ") >= 20);
+    let status = site.ask("mapper", "status");
+    let slots = status["slots"].as_array().expect("a list");
+    let slot = slots.iter().find(|slot| slot["name"] == "lidar");
+    let converted = &slot.expect("the slot")["converted"];
+    // Of the first ones, no transform had come.
+    assert!(converted["unplaced"].as_u64() <= Some(2), "{converted}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+    let log = site.log("mapper");
+    let lines = log.lines().filter_map(|line| line.strip_prefix("seen "));
+    for line in lines.take(20) {
+        let found: Vec<f64> = line
+            .split_whitespace()
+            .map(|number| number.parse().expect("a number"))
+            .collect();
+        let n = (found[3] * 10.0).round();
+        assert!(n >= 1.0, "{line}");
+        let (sine, cosine) = (0.1 * n).sin_cos();
+        let expected = [0.1 * n + cosine, sine, 0.2, 0.1 * n, 0.0, 0.2];
+        for (one, other) in found.iter().zip(expected) {
+            assert!((one - other).abs() < 1e-4, "{line}: {expected:?}");
+        }
+    }
 }

@@ -40,6 +40,23 @@ pub(crate) fn workspace(
     Some(site)
 }
 
+/// Adds another component to a workspace, with the environment of the first one.
+pub(crate) fn second_component(site: &Site, component: &str, files: &[(&str, &str)]) {
+    let first = fs::read_dir(site.path("networks")).expect("the components");
+    let mut first = first.flatten().map(|entry| entry.path().join(".venv"));
+    let environment = first.find_map(|link| fs::read_link(link).ok());
+    let folder = site.path("networks").join(component);
+    fs::create_dir_all(folder.join("src")).expect("a folder");
+    for (name, text) in files {
+        fs::write(folder.join(name), text).expect("to write");
+    }
+    let mut rcgen = site.command(&Site::executable("rcgen"));
+    rcgen.arg(folder.join(format!("{component}.cdsl")));
+    let ran = site.run(rcgen);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    symlink(environment.expect("an environment"), folder.join(".venv")).expect("a link");
+}
+
 /// `rcdeploy up` without an active environment and without a display, with these variables.
 pub(crate) fn up(site: &Site, variables: &[(&str, &Path)]) -> CommandOutput {
     let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));

@@ -35,7 +35,7 @@ mod program;
 pub use fault::Fault;
 pub use formula::{Formula, Operand, Operation, Step};
 pub use item::Item;
-pub use moves::{EXCEPTION, Frame, Move, Needed, QUERY, TREE, Transform, is_frame};
+pub use moves::{EXCEPTION, Frame, Move, Needed, QUERY, TF, TRANSFORMS, TREE, Transform, is_frame};
 pub use parse::{DEEPEST, LONGEST, PlanError};
 pub use plan::{Part, Place, Plan};
 pub use program::Program;

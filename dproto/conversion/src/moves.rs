@@ -16,6 +16,12 @@ pub const TREE: &str = "RcInnerModel::InnerModel";
 /// in another one at a time.
 pub const QUERY: (&str, u64) = ("getPoseAt", 0xfc46_9e8d_ddc0_a1b8);
 
+/// The topic interface of tf, which also knows where frames are.
+pub const TF: &str = "Transforms::TransformPub";
+
+/// The topic of it, and the hash of its types.
+pub const TRANSFORMS: (&str, u64) = ("transforms", 0xd31e_c2b0_3197_b132);
+
 /// The hash of the exception that it throws.
 pub const EXCEPTION: i32 = 291_013_833;
 

@@ -72,10 +72,12 @@ impl Description {
                 return Err(format!("`{from}` or `{to}` has two routes"));
             }
         }
-        // A conversion may ask a required slot where frames are, so that one needs no route.
+        // A conversion may learn where frames are from a consumer, so that one needs no route.
         let mut open = slots.iter().zip(&next).zip(&reached);
         let is_left = |((slot, next), reached): &((&rc_runtime::Slot, &Option<usize>), &bool)| {
-            next.is_none() && !**reached && slot.role != Role::Requires
+            next.is_none()
+                && !**reached
+                && !matches!(slot.role, Role::Requires | Role::SubscribesTo)
         };
         if let Some(((slot, _), _)) = open.find(is_left) {
             return Err(format!("`{}` has no route", slot.name));

@@ -279,6 +279,10 @@ impl Component for Forwarder<'_> {
     ) -> Result<(), HandlerError> {
         let described = self.description.program.operation(slot, operation);
         let described = described.ok_or_else(no_route)?;
+        if self.description.routes.get(slot) == Some(&None) {
+            // The samples are for a conversion.
+            return Ok(());
+        }
         let begin = Instant::now();
         let Some((Sender::Publishers(topics), counts)) = self.next(slot, member) else {
             return Err(no_route());

@@ -3,8 +3,11 @@
 //! A message may need several transforms. Equal ones are looked up once, and all of them have
 //! one deadline: a message holds up its component for no longer than one call may take.
 
+mod tf;
+mod transforms;
 mod tree;
 
+pub(crate) use tf::{Fed, Shared, Tf, TfSlot, history};
 pub(crate) use tree::Tree;
 
 use crate::clock::{Clock, Time};
@@ -15,16 +18,25 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+use transforms::Missing;
 
 /// Knows where frames are.
 pub(crate) struct Frames {
-    tree: Tree,
+    source: Source,
     clock: Arc<dyn Clock>,
     /// Whether the clock goes on while this thread waits.
     waits: bool,
     /// The longest time for all transforms of a message.
     limit: Duration,
     idle: IdleFlag,
+}
+
+/// Who knows it.
+pub(crate) enum Source {
+    /// A tree that is asked.
+    Tree(Box<Tree>),
+    /// Transforms that were received.
+    Tf(Tf),
 }
 
 /// Whether the component is not active. The event loop says it before it takes a sample.
@@ -49,6 +61,8 @@ pub(super) enum NoTransform {
     Tree(CallError),
     /// A number of the pose is not finite.
     Pose,
+    /// It has not come, or is too old.
+    Tf(Missing),
 }
 
 impl fmt::Display for NoTransform {
@@ -58,20 +72,21 @@ impl fmt::Display for NoTransform {
             Self::Late(limit) => write!(f, "the transforms of the message took {limit:?}"),
             Self::Tree(error) => error.fmt(f),
             Self::Pose => f.write_str("its numbers are not finite"),
+            Self::Tf(missing) => missing.fmt(f),
         }
     }
 }
 
 impl Frames {
-    /// Asks a tree. `waits` says whether the clock goes on while this thread waits.
+    /// Looks there. `waits` says whether the clock goes on while this thread waits.
     pub(crate) fn new(
-        tree: Tree,
+        source: Source,
         limit: Duration,
         (clock, waits): (&Arc<dyn Clock>, bool),
         idle: &IdleFlag,
     ) -> Self {
         Self {
-            tree,
+            source,
             clock: Arc::clone(clock),
             waits,
             limit,
@@ -112,27 +127,36 @@ impl Frames {
         needed: &Needed<'_>,
         deadline: Instant,
     ) -> Result<Transform, NoTransform> {
-        let time = u64::try_from(needed.time).unwrap_or(0);
-        self.await_time(Time::from_nanos(time), deadline)?;
-        let left = deadline.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Err(NoTransform::Late(self.limit));
+        match &mut self.source {
+            Source::Tf(tf) => tf.transform(needed, self.waits.then_some(deadline)),
+            Source::Tree(tree) => {
+                let time = u64::try_from(needed.time).unwrap_or(0);
+                await_time((&*self.clock, self.waits), Time::from_nanos(time), deadline)?;
+                let left = deadline.saturating_duration_since(Instant::now());
+                if left.is_zero() {
+                    return Err(NoTransform::Late(self.limit));
+                }
+                tree.transform(needed, left)
+            }
         }
-        self.tree.transform(needed, left)
     }
+}
 
-    /// Waits until a time has come: the clocks of two machines differ a little.
-    fn await_time(&self, time: Time, deadline: Instant) -> Result<(), NoTransform> {
-        let now = self.clock.now();
-        let ahead = time - now;
-        if ahead.is_zero() {
-            return Ok(());
-        }
-        let left = deadline.saturating_duration_since(Instant::now());
-        if !self.waits || ahead > left {
-            return Err(NoTransform::NotYet(now));
-        }
-        thread::sleep(ahead);
-        Ok(())
+/// Waits until a time has come, if the clock goes on: the clocks of two machines differ a little.
+fn await_time(
+    (clock, waits): (&dyn Clock, bool),
+    time: Time,
+    deadline: Instant,
+) -> Result<(), NoTransform> {
+    let now = clock.now();
+    let ahead = time - now;
+    if ahead.is_zero() {
+        return Ok(());
     }
+    let left = deadline.saturating_duration_since(Instant::now());
+    if !waits || ahead > left {
+        return Err(NoTransform::NotYet(now));
+    }
+    thread::sleep(ahead);
+    Ok(())
 }

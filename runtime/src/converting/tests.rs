@@ -460,7 +460,7 @@ fn asking(clock: &Arc<dyn Clock>, waits: bool) -> Asking {
     let tree = Tree::new(TypedClient::new(Box::new(world), LIMIT), &QUERY).expect("the query");
     let idle = IdleFlag::default();
     Asking {
-        frames: Frames::new(tree, LIMIT, (clock, waits), &idle),
+        frames: Frames::new(Source::Tree(Box::new(tree)), LIMIT, (clock, waits), &idle),
         asked,
         limits,
         idle,
@@ -645,4 +645,12 @@ fn the_query_is_that_of_the_interface() {
         rc_conversion::EXCEPTION
     );
     assert!(line.contains(&thrown), "{line}");
+}
+
+#[test]
+fn the_transforms_are_those_of_the_interface() {
+    let generated = include_str!("../../../components/interfaces/generated/src/transforms.rs");
+    let (name, hash) = rc_conversion::TRANSFORMS;
+    let own = format!("{{\"name\":\"{name}\",\"id\":1271285859,\"hash\":\"{hash:016x}\"");
+    assert!(generated.contains(&own));
 }

@@ -2,9 +2,13 @@
 
 use super::Connections;
 use super::endpoints::call_endpoint;
-use crate::converting::{ConvertingClient, Frames, Tree};
+use crate::converting::{ConvertingClient, Fed, Frames, Shared, Source, Tf, TfSlot, Tree, history};
+use crate::slots::OpenSlot;
+use rc_conversion::TRANSFORMS;
 use rc_management::component::{ClockKind, Role};
-use rc_middleware::OpenError;
+use rc_middleware::{Durability, OpenError, Subscriber};
+use std::rc::Rc;
+use std::time::Duration;
 
 impl Connections {
     /// Sets whether the component is not active.
@@ -24,26 +28,88 @@ impl Connections {
                 "its plan changes frames: pass the slot that knows where they are, `--frames {slot}=TREE`"
             ))
         })?;
+        let of_tf = |name: &str| {
+            let mut slots = self.description.slots.iter();
+            let at = slots.position(|own| own.name == name && own.role == Role::SubscribesTo)?;
+            let mut own = self.description.slots[at].operations.iter();
+            own.any(|of| (of.name, of.type_hash) == TRANSFORMS)
+                .then_some(at)
+        };
+        let slots: Option<Vec<usize>> = tree.split(',').map(of_tf).collect();
+        let (source, limit) = match slots {
+            Some(slots) => self.received_transforms(&slots)?,
+            None => self.asked_tree(tree).map_err(wrong)??,
+        };
+        let clock = (&self.now, self.clock == ClockKind::System);
+        Ok(Frames::new(source, limit, clock, &self.idle))
+    }
+
+    /// The tree that a required slot asks, and its timeout.
+    fn asked_tree(&self, tree: &str) -> Result<Result<(Source, Duration), OpenError>, String> {
         let mut slots = self.description.slots.iter();
         let at = slots.position(|own| own.name == tree && own.role == Role::Requires);
-        let at = at.ok_or_else(|| wrong(format!("`{tree}` is no slot that requires a tree")))?;
-        let open = self.slot(at)?;
-        let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
-        // The tree may have other units, as for the component itself.
-        let port = match self.conversions.plans.get(tree) {
-            Some(plan) => {
-                ConvertingClient::over(plan, open.slot.operations, &self.conversion(at), port)
-            }
-            None => port,
+        let at = at.ok_or_else(|| {
+            format!("`{tree}` is no slot that requires a tree, or receives transforms")
+        })?;
+        let opened = self.slot(at).and_then(|open| {
+            let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
+            // The tree may have other units, as for the component itself.
+            let port = match self.conversions.plans.get(tree) {
+                Some(plan) => {
+                    ConvertingClient::over(plan, open.slot.operations, &self.conversion(at), port)
+                }
+                None => port,
+            };
+            Ok((open, port))
+        });
+        let (open, port) = match opened {
+            Ok(opened) => opened,
+            Err(error) => return Ok(Err(error)),
         };
         // A recording of the component has the converted samples, and not these calls.
         let client = self.calling(at, open.qos.timeout, port);
         let known = Tree::new(client, open.slot.operations).ok_or_else(|| {
-            wrong(format!(
-                "`{tree}` is not of `RcInnerModel::InnerModel` as this component knows it"
-            ))
+            format!("`{tree}` is not of `RcInnerModel::InnerModel` as this component knows it")
         })?;
-        let clock = (&self.now, self.clock == ClockKind::System);
-        Ok(Frames::new(known, open.qos.timeout, clock, &self.idle))
+        Ok(Ok((Source::Tree(Box::new(known)), open.qos.timeout)))
+    }
+
+    /// The transforms that slots receive, and the longest wait for one.
+    fn received_transforms(&self, slots: &[usize]) -> Result<(Source, Duration), OpenError> {
+        let mut limit = Duration::MAX;
+        let all = slots.iter().map(|at| {
+            let open = self.slot(*at)?;
+            limit = limit.min(open.qos.timeout);
+            let endpoint = self.topic_endpoint(&open, 0, open.middleware())?;
+            Ok(TfSlot {
+                history: self.history(&open),
+                port: self.backend(&open)?.subscriber(&endpoint)?,
+                type_hash: TRANSFORMS.1,
+            })
+        });
+        let all = all.collect::<Result<_, OpenError>>()?;
+        Ok((Source::Tf(Tf(all)), limit))
+    }
+
+    /// The history of a slot. What a publisher keeps for late subscribers holds for all times, as on
+    /// `/tf_static`.
+    fn history(&self, slot: &OpenSlot) -> Shared {
+        let mut all = self.histories.borrow_mut();
+        let is_constant = slot.qos.durability == Durability::TransientLocal;
+        let own = all.entry(slot.name.to_string());
+        Rc::clone(own.or_insert_with(|| history(is_constant)))
+    }
+
+    /// A subscriber of a slot, from whose samples conversions learn where frames are, if they do.
+    pub(super) fn fed(&self, slot: &OpenSlot, port: Box<dyn Subscriber>) -> Box<dyn Subscriber> {
+        let mut trees = self.conversions.trees.values();
+        if !trees.any(|tree| tree.split(',').any(|name| name == &*slot.name)) {
+            return port;
+        }
+        Box::new(Fed {
+            port,
+            history: self.history(slot),
+            type_hash: TRANSFORMS.1,
+        })
     }
 }

@@ -60,7 +60,7 @@ impl Collector<'_> {
         }
         for bind in &network.binds {
             self.slot_path(network, &bind.consumer);
-            if let Some(frames) = &bind.frames {
+            for frames in &bind.frames {
                 self.frames(network, &bind.consumer, frames);
             }
             if let Some(provider) = &bind.provider {
