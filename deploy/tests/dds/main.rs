@@ -5,6 +5,7 @@
 //! The tests build them as a user does. They are a program of their own, so that no test with
 //! limits of time runs beside the compiler.
 
+mod adapted;
 mod cpp_worker;
 mod hosts;
 mod inner_model;
