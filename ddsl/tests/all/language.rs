@@ -114,7 +114,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
             n.ddsl:6:14: error[syntax-error]: expected `->` or `.`, found `=`
             n.ddsl:7:12: error[unknown-middleware]: unknown middleware `iceorix2` (did you mean `iceoryx2`?)
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
-            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Process`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`, `record`, `Chain`, `require`)
+            n.ddsl:9:1: error[unknown-field]: expected a declaration of a deployment, found `§` (expected one of `Component`, `Process`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`, `record`, `Chain`, `World`, `require`)
             n.ddsl:10:13: error[syntax-error]: expected `{`, found `cdsl`
             n.ddsl:11:1: error[text-after-end]: unexpected text: a file contains one `Deployment NAME { … };`
         "#]],
@@ -494,7 +494,7 @@ fn external_slots() {
             n.ddsl:3:10: error[unknown-instance]: unknown component or group `b` (expected `a`)
             n.ddsl:4:11: error[syntax-error]: expected `.`, found `;`
             n.ddsl:5:17: error[missing-semicolon]: expected `;`
-            n.ddsl:5:18: error[unknown-field]: expected a declaration of a deployment, found `to` (expected one of `Component`, `Process`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`, `record`, `Chain`, `require`)
+            n.ddsl:5:18: error[unknown-field]: expected a declaration of a deployment, found `to` (expected one of `Component`, `Process`, `Host`, `Group`, `bind`, `external`, `middleware`, `domain`, `time`, `record`, `Chain`, `World`, `require`)
             n.ddsl:6:21: error[bad-address]: `robot laser` is not an address: names of letters, digits, `_` and `-`, joined by `/`, as in `default/Laser`
         "#]],
     );
