@@ -110,10 +110,8 @@ pub trait WorldHandlers {
 /// Follows the world in a turn of the event loop. Returns whether anything has happened.
 pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool {
     let (did, news) = ctx.follow_world();
-    if let Some(news) = news {
-        if let Some(change) = typed::Change::of(&news) {
-            worker.room_changed(ctx, &change);
-        }
+    if let Some(change) = news.as_ref().and_then(typed::Change::of) {
+        worker.room_changed(ctx, &change);
     }
     did
 }
