@@ -63,7 +63,7 @@ const HEARER: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nCompon
     subscribesTo PointsPub(ros2) as lidar { reliability reliable; depth 10; };\n    };\n    language python;\n    period 1s;\n};\n";
 
 /// The first point of the nth sample is n times 1, 2 and 3 m to the right, ahead and up.
-const OF_LIDAR: &str = r#"from lidar import Context, Point, Points, Worker
+const OF_LIDAR: &str = r"from lidar import Context, Point, Points, Worker
 
 
 class SpecificWorker(Worker):
@@ -74,7 +74,7 @@ class SpecificWorker(Worker):
         self.number += 1
         n = 1000.0 * self.number
         ctx.points_pub.new_points(Points([Point(n, 2.0 * n, 3.0 * n), Point(0.0, -1000.0, 0.0)]))
-"#;
+";
 const OF_HEARER: &str = r#"from hearer import Context, Points, Worker
 
 
