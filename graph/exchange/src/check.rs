@@ -98,7 +98,8 @@ pub fn check(
     found
 }
 
-/// The attributes of nodes that rules compare. An attribute that is there twice has its first value.
+/// The attributes of nodes, and of edges that are nodes to others, that rules compare. An attribute that
+/// is there twice has its first value.
 fn compared<'a>(document: &'a Document, schema: &Schema) -> HashMap<(Id, &'a str), f64> {
     let sides = schema.rules.iter().flat_map(|r| [&r.left.1, &r.right.1]);
     let names: HashSet<&str> = sides.map(String::as_str).collect();
@@ -106,12 +107,16 @@ fn compared<'a>(document: &'a Document, schema: &Schema) -> HashMap<(Id, &'a str
     if names.is_empty() {
         return all;
     }
-    for node in &document.nodes {
-        for (name, value, _) in &node.attributes {
+    let nodes = document.nodes.iter();
+    let nodes = nodes.map(|node| (node.id, &node.attributes));
+    let edges = document.edges.iter();
+    let edges = edges.filter_map(|edge| Some((edge.id?, &edge.attributes)));
+    for (id, attributes) in nodes.chain(edges) {
+        for (name, value, _) in attributes {
             if names.contains(name.as_str())
                 && let Some(number) = value.as_f64()
             {
-                all.entry((node.id, name.as_str())).or_insert(number);
+                all.entry((id, name.as_str())).or_insert(number);
             }
         }
     }

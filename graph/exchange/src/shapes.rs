@@ -7,6 +7,7 @@
 
 use crate::turtle::{PREFIXES, class, member, own, quoted};
 use graph_schema::{Attribute, Entity, Kind, Port, Relation, Schema};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// Prints the shapes of a schema.
@@ -59,7 +60,7 @@ impl Shapes<'_> {
     }
 
     fn entity(&self, entity: &Entity) -> String {
-        let own = own(self.schema, entity);
+        let own = own(self.schema, &entity.name);
         let mut out = self.start(&entity.name, &entity.attributes, Vec::new());
         out.push_str(&self.attributes(&entity.name, &own));
         for relation in &self.schema.relations {
@@ -124,8 +125,7 @@ impl Shapes<'_> {
                 "    sh:property [ sh:path {path} ; sh:minCount 1 ; sh:maxCount 1 ; sh:node rc:There ; {fits} ] ;"
             );
         }
-        let attributes: Vec<&Attribute> = relation.attributes.iter().collect();
-        out.push_str(&self.attributes(name, &attributes));
+        out.push_str(&self.attributes(name, &own(self.schema, name)));
         if relation.promotes.is_some() {
             let all = self.schema.relations.iter().flat_map(|relation| {
                 let ports = relation.ports.iter();
@@ -194,13 +194,7 @@ impl Shapes<'_> {
             if attribute.value_of() != attribute.name {
                 continue;
             }
-            // Of attributes that are one value, one is there.
-            let same = all
-                .iter()
-                .filter(|other| other.value_of() == attribute.name);
-            let same: Vec<String> = same
-                .map(|other| member(self.schema, kind, &other.name))
-                .collect();
+            let same = self.same(kind, &attribute.name);
             let path = match same.as_slice() {
                 [one] => one.clone(),
                 several => format!("[ sh:alternativePath ( {} ) ]", several.join(" ")),
@@ -216,6 +210,19 @@ impl Shapes<'_> {
             );
         }
         out
+    }
+
+    /// The attributes that have the value of one, of which an element has one. A type that inherits may
+    /// have more of them.
+    fn same(&self, kind: &str, value: &str) -> Vec<String> {
+        let types = self.schema.types();
+        let types = types.filter(|below| self.schema.is_a(below, kind));
+        let all = types.flat_map(|below| {
+            let all = self.schema.attributes(below).unwrap_or_default().iter();
+            let same = all.filter(|other| other.value_of() == value);
+            same.map(|other| member(self.schema, below, &other.name))
+        });
+        all.collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// A child has one parent, and nothing is above itself.

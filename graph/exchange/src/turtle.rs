@@ -6,7 +6,7 @@
 
 use crate::document::{Attribute, Document};
 use base64::Engine as _;
-use graph_schema::{Entity, Kind, Schema, is_same_unit};
+use graph_schema::{Kind, Schema, is_same_unit};
 use property_graph::{Id, Value};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -39,18 +39,15 @@ pub(crate) fn class(schema: &Schema, kind: &str) -> String {
     format!("<urn:robocomp:domain:{domain}#{}>", encoded(kind))
 }
 
-/// An attribute or a port of a type, by the name of the type that declares it.
+/// An attribute or a port of a type, by the name of the type that declares it. The attributes of an entity
+/// that a relation promotes are those of the entity.
 pub(crate) fn member(schema: &Schema, kind: &str, name: &str) -> String {
-    let mut declarer = kind;
-    let parent = |kind: &str| schema.entity(kind)?.parent.as_deref();
-    while let Some(above) = parent(declarer)
-        && schema
-            .entity(above)
-            .is_some_and(|e| e.attribute(name).is_some())
-    {
-        declarer = above;
-    }
-    let class = class(schema, declarer);
+    let has = |above: &&str| {
+        let entity = schema.entity(above);
+        entity.is_some_and(|entity| entity.attribute(name).is_some())
+    };
+    let above = schema.ancestry(kind).skip(1).take_while(has);
+    let class = class(schema, above.last().unwrap_or(kind));
     format!("{}.{}>", class.trim_end_matches('>'), encoded(name))
 }
 
@@ -187,9 +184,10 @@ fn values(
 }
 
 /// The attributes that a type declares itself.
-pub(crate) fn own<'s>(schema: &'s Schema, entity: &'s Entity) -> Vec<&'s graph_schema::Attribute> {
-    let parent = entity.parent.as_deref().and_then(|p| schema.entity(p));
-    let inherited = |name: &str| parent.is_some_and(|parent| parent.attribute(name).is_some());
-    let all = entity.attributes.iter();
+pub(crate) fn own<'s>(schema: &'s Schema, kind: &'s str) -> Vec<&'s graph_schema::Attribute> {
+    let above = schema.ancestry(kind).nth(1);
+    let above = above.and_then(|above| schema.entity(above));
+    let inherited = |name: &str| above.is_some_and(|above| above.attribute(name).is_some());
+    let all = schema.attributes(kind).unwrap_or_default().iter();
     all.filter(|own| !inherited(&own.name)).collect()
 }

@@ -261,6 +261,12 @@ fn graphs_and_schemas_are_drawn_and_viewed() {
         let text = std::fs::read_to_string(folder.path().join(file)).expect("a file");
         assert!(text.contains(expected), "{text}");
     }
+    // One of the two files is there: nothing is written.
+    let shapes = folder.path().join("lab.shapes.ttl");
+    std::fs::remove_file(&shapes).expect("a file");
+    let (code, out, err) = run(&["export", "lab.graph", "--to", "turtle", "--out", "."]);
+    assert_eq!((code, out.as_str()), (2, ""), "{err}");
+    assert!(!shapes.exists());
     let (code, json, err) = run(&["view", "lab.graph"]);
     assert_eq!(code, 0, "{err}");
     let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");

@@ -8,7 +8,7 @@ use rc_syntax::MemoryLoader;
 use std::sync::Arc;
 use std::thread::ScopedJoinHandle;
 
-const PROTOTYPES: &str = r"
+pub(crate) const PROTOTYPES: &str = r"
 algebraic xyz :: Scalar{x, y, z}
 algebraic four :: Vector{4}
 algebraic nine :: Matrix{3, 3}
@@ -58,7 +58,7 @@ Domain seeing
 };
 "#;
 
-fn schema_of(domain: &str, prototypes: &str) -> Arc<Schema> {
+pub(crate) fn schema_of(domain: &str, prototypes: &str) -> Arc<Schema> {
     let mut sources = SourceMap::new();
     let source = sources.add("a.gdsl", domain);
     let loader = MemoryLoader::new([("all.dproto", prototypes)]);

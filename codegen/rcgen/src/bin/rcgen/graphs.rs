@@ -2,7 +2,7 @@
 
 use crate::command_line::{Common, Target};
 use crate::export::Request;
-use crate::reports::{Failure, create, print_line, refused, report, tell};
+use crate::reports::{Failure, create, print_line, refuse_existing, refused, report, tell};
 use graph_exchange::{Document, dsr, graph_json, graphml, shapes, turtle};
 use graph_language::Schema;
 use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
@@ -263,6 +263,8 @@ pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
         }
         Target::Graph => (graph_json::write(&loaded.document), "graph"),
         Target::Turtle => {
+            // Both files, or none.
+            refuse_existing(&request.out.join(format!("{name}.ttl")), "folder")?;
             let path = request.out.join(format!("{name}.shapes.ttl"));
             let text = shapes::write(&loaded.schema);
             create(&path, text.as_bytes(), "folder", request.dry_run)?;

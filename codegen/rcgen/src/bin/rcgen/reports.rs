@@ -34,6 +34,12 @@ pub(crate) fn create(
     else_name: &str,
     dry_run: bool,
 ) -> Result<(), Failure> {
+    refuse_existing(path, else_name)?;
+    write(path, content, "create", dry_run)
+}
+
+/// Refuses to create a file that is there already.
+pub(crate) fn refuse_existing(path: &Path, else_name: &str) -> Result<(), Failure> {
     if std::fs::symlink_metadata(path).is_ok() {
         let message = format!(
             "{} is there already; name another {else_name}",
@@ -41,7 +47,7 @@ pub(crate) fn create(
         );
         return Err(Failure::Usage(message));
     }
-    write(path, content, "create", dry_run)
+    Ok(())
 }
 
 /// Writes a file, and says what happened to it.
