@@ -11,9 +11,11 @@ mod digest;
 mod error;
 mod record;
 mod replica;
+mod sound;
 mod view;
 
 pub use error::Error;
 pub use record::{Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
+pub use sound::{allows, has_attribute, missing};
 pub use view::{Conflict, Reason, Shown, View};

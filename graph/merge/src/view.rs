@@ -2,6 +2,7 @@
 
 use crate::record::Stamp;
 use crate::replica::{Element, Made, Replica};
+use crate::sound::{allows, is_edge, is_node};
 use graph_schema::{Relation, Schema};
 use property_graph::{Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -21,6 +22,8 @@ pub enum Reason {
     /// The edge was added while another replica removed one of its ends, or is at such an edge. It is
     /// never shown again: [`Replica::remove`] takes it away, everywhere.
     EndRemoved,
+    /// The schema does not allow the element, whatever else there is: no sound replica made it.
+    Schema,
 }
 
 /// An element that is not shown, because another replica made one against which it loses.
@@ -55,7 +58,8 @@ pub struct Shown<'r> {
     pub kind: &'r str,
     /// Where it starts and ends, if it is an edge.
     pub ends: Option<(Id, Id)>,
-    /// Its attributes. Of several that are one value, this is the one that was changed last.
+    /// Its attributes, those that the schema allows. Of several that are one value, this is the one that
+    /// was changed last.
     pub attributes: BTreeMap<String, Value>,
 }
 
@@ -116,6 +120,13 @@ impl Replica {
         let mut keys: HashSet<(String, String, String)> = HashSet::new();
         for (_, id, kind) in nodes {
             let attributes = attributes(kind, &id);
+            if !is_node(schema, kind, &attributes) {
+                view.conflicts.push(Conflict {
+                    id,
+                    reason: Reason::Schema,
+                });
+                continue;
+            }
             let own = keys_of(schema, kind, &attributes);
             if own.iter().any(|key| keys.contains(key)) {
                 view.conflicts.push(Conflict {
@@ -152,8 +163,15 @@ impl Replica {
             if !is_shown(&from) || !is_shown(&to) {
                 continue;
             }
+            let attributes = attributes(kind, &id);
+            let ends = [from, to].map(|end| self.kind_of(end).unwrap_or_default());
             let relation = schema.relation(kind);
-            if let Some(reason) = relation.and_then(|r| loses(r, from, to, &taken, &parents)) {
+            let reason = if is_edge(schema, kind, &attributes, ends) {
+                relation.and_then(|r| loses(r, from, to, &taken, &parents))
+            } else {
+                Some(Reason::Schema)
+            };
+            if let Some(reason) = reason {
                 view.conflicts.push(Conflict { id, reason });
                 continue;
             }
@@ -168,7 +186,7 @@ impl Replica {
                 parents.insert((kind, child), parent);
             }
             view.edges
-                .insert(id, (kind.to_owned(), from, to, attributes(kind, &id)));
+                .insert(id, (kind.to_owned(), from, to, attributes));
         }
         view.conflicts.sort_unstable();
         view
@@ -191,8 +209,8 @@ fn by_level(edges: &[(Option<Id>, [Id; 2])], is_node: impl Fn(Id) -> bool) -> Ve
     order
 }
 
-/// The attributes of an element. Of several that are one value, this is the one that was changed
-/// last.
+/// The attributes of an element that the schema allows. Of several that are one value, this is the one
+/// that was changed last.
 fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Value> {
     let declared = schema.entity(kind).map(|entity| &entity.attributes);
     let declared = declared.or_else(|| schema.relation(kind).map(|r| &r.attributes));
@@ -210,7 +228,9 @@ fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Va
         }
     }
     let all = latest.into_values();
-    all.filter_map(|(_, name, value)| Some((name.to_owned(), value?.clone())))
+    let all = all.filter_map(|(_, name, value)| Some((name, value?)));
+    all.filter(|(name, value)| allows(schema, kind, name, value))
+        .map(|(name, value)| (name.to_owned(), value.clone()))
         .collect()
 }
 
@@ -281,7 +301,7 @@ impl View {
     /// The view as a graph.
     ///
     /// # Errors
-    /// A value does not fit the schema, or one is missing: that is nothing that two replicas did
+    /// A rule is broken, or a node has too few edges at a port: that is nothing that two replicas did
     /// against each other.
     pub fn graph(&self, schema: Arc<Schema>, writer: u64) -> Result<Graph, Error> {
         let graph = Graph::new(schema, writer);

@@ -2,9 +2,8 @@
 
 use crate::core::Core;
 use crate::local::attributes;
-use graph_merge::Shown;
-use graph_schema::{Attribute, Schema};
-use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, fits, in_order};
+use graph_merge::{Shown, allows};
+use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -20,22 +19,6 @@ enum Refused {
 impl From<Error> for Refused {
     fn from(_: Error) -> Self {
         Self::Wrong
-    }
-}
-
-/// The attribute that a schema declares.
-pub(crate) fn declared<'s>(schema: &'s Schema, kind: &str, name: &str) -> Option<&'s Attribute> {
-    match schema.entity(kind) {
-        Some(entity) => entity.attribute(name),
-        None => schema.relation(kind)?.attribute(name),
-    }
-}
-
-/// Whether a schema allows a value.
-pub(crate) fn allows(schema: &Schema, kind: &str, name: &str, value: &Value) -> bool {
-    match declared(schema, kind, name) {
-        Some(attribute) => fits(attribute, value).is_ok(),
-        None => schema.open,
     }
 }
 
@@ -152,9 +135,8 @@ impl Core {
         Ok(gone.is_empty() && wanted.is_empty())
     }
 
-    /// Leaves out values that the schema does not allow, and puts in those of streams.
+    /// Puts in the values of streams.
     fn streamed(&self, id: Id, kind: &str, attributes: &mut BTreeMap<String, Value>) {
-        attributes.retain(|name, value| allows(&self.schema, kind, name, value));
         for (name, stamp, value) in self.streams.of(id) {
             if self.overrides(id, name, stamp)
                 && let Some(shown) = attributes.get_mut(name)

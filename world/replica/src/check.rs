@@ -1,8 +1,7 @@
 //! What no replica of this schema sends.
 
-use crate::apply::{allows, declared};
 use crate::core::{Core, MOST_ELEMENTS};
-use graph_merge::{Delta, Record, Replica};
+use graph_merge::{Delta, Record, Replica, allows, has_attribute, missing};
 use graph_schema::Schema;
 use property_graph::Id;
 use rc_diagnostics::foreign;
@@ -29,7 +28,7 @@ impl<'c> Check<'c> {
     /// together, which is no fault of anybody.
     pub(crate) fn delta(&self, delta: &Delta) -> Result<(), String> {
         let mut kinds: HashMap<Id, &str> = HashMap::new();
-        let mut set: BTreeSet<(Id, &str)> = BTreeSet::new();
+        let (mut set, mut unset) = (BTreeSet::new(), BTreeSet::new());
         let mut removed: BTreeSet<Id> = BTreeSet::new();
         for record in &delta.records {
             match record {
@@ -40,9 +39,12 @@ impl<'c> Check<'c> {
                 Record::Attribute {
                     of, name, value, ..
                 } => {
-                    if value.is_some() {
-                        set.insert((*of, name));
-                    }
+                    let all = if value.is_some() {
+                        &mut set
+                    } else {
+                        &mut unset
+                    };
+                    all.insert((*of, name.as_str()));
                 }
                 Record::Removed { of, .. } => {
                     removed.insert(*of);
@@ -62,23 +64,21 @@ impl<'c> Check<'c> {
                 self.value(kind, name, value.as_ref())?;
             }
         }
-        let is_there =
-            |id: Id, name: &str| set.contains(&(id, name)) || self.replica.get(id, name).is_some();
-        for (id, kind) in &kinds {
-            if removed.contains(id) || self.replica.is_removed(*id) {
+        let is_there = |id: Id, name: &str| {
+            let is_here = || !unset.contains(&(id, name)) && self.replica.get(id, name).is_some();
+            set.contains(&(id, name)) || is_here()
+        };
+        let changed = unset.iter().filter_map(|(id, _)| {
+            let kind = self.replica.kind_of(*id)?;
+            Some((*id, kind))
+        });
+        let all = kinds.iter().map(|(id, kind)| (*id, *kind)).chain(changed);
+        for (id, kind) in all {
+            if removed.contains(&id) || self.replica.is_removed(id) {
                 continue;
             }
-            let attributes = self.schema.entity(kind).map(|entity| &entity.attributes);
-            let attributes = attributes.or_else(|| {
-                let relation = self.schema.relation(kind)?;
-                Some(&relation.attributes)
-            });
-            for attribute in attributes.into_iter().flatten().filter(|a| !a.optional) {
-                let group = attributes.into_iter().flatten();
-                let mut group = group.filter(|a| a.value_of() == attribute.value_of());
-                if !group.any(|a| is_there(*id, &a.name)) {
-                    return Err(format!("a `{kind}` has no `{}`", attribute.name));
-                }
+            if let Some(name) = missing(self.schema, kind, |name| is_there(id, name)) {
+                return Err(format!("a `{kind}` has no `{name}`"));
             }
         }
         Ok(())
@@ -106,12 +106,8 @@ impl<'c> Check<'c> {
         let is_name = name.len() <= MOST_NAME && !name.chars().any(char::is_control);
         let is_sound = is_name
             && match (kind, value) {
-                (Some(kind), Some(value)) => {
-                    value.is_finite() && allows(self.schema, kind, name, value)
-                }
-                (Some(kind), None) => {
-                    self.schema.open || declared(self.schema, kind, name).is_some()
-                }
+                (Some(kind), Some(value)) => allows(self.schema, kind, name, value),
+                (Some(kind), None) => has_attribute(self.schema, kind, name),
                 (None, value) => value.is_none_or(property_graph::Value::is_finite),
             };
         if is_sound {

@@ -18,7 +18,8 @@ fn schema() -> Schema {
                 unit: Some("m".to_owned()),
                 number: Primitive::F64,
             }],
-            is_sequence: false,
+            // Without a number, the check has nothing to refuse.
+            is_sequence: true,
             check: Program::default(),
             pose: None,
             consistent_with: of.map(str::to_owned),
@@ -37,6 +38,11 @@ fn schema() -> Schema {
     schema
 }
 
+/// A sequence without values.
+fn nothing() -> Value {
+    Value::Floats([].into())
+}
+
 #[test]
 fn the_last_change_of_one_value_wins() {
     let schema = schema();
@@ -45,19 +51,19 @@ fn the_last_change_of_one_value_wins() {
     let node = a.add_node("thing").expect("a stamp");
     b.merge(&a.delta_since(&Vector::new()))
         .expect("a sound delta");
-    assert_eq!(a.set(node, "place", Some([1.0].into())), Ok(true));
-    assert_eq!(b.set(node, "raw", Some([2.0].into())), Ok(true));
+    assert_eq!(a.set(node, "place", Some(nothing())), Ok(true));
+    assert_eq!(b.set(node, "raw", Some(nothing())), Ok(true));
     a.merge(&b.delta_since(&a.seen().clone()))
         .expect("a sound delta");
     b.merge(&a.delta_since(&b.seen().clone()))
         .expect("a sound delta");
     // Equal counts: the greater writer wins.
     let shown = |replica: &Replica| replica.view(&schema).nodes[&node].1.clone();
-    let expected = [("raw".to_owned(), Value::from([2.0]))];
+    let expected = [("raw".to_owned(), nothing())];
     assert_eq!(shown(&a), expected.clone().into());
     assert_eq!(shown(&b), expected.into());
-    assert_eq!(a.set(node, "place", Some([3.0].into())), Ok(true));
-    assert_eq!(shown(&a), [("place".to_owned(), Value::from([3.0]))].into());
+    assert_eq!(a.set(node, "place", Some(nothing())), Ok(true));
+    assert_eq!(shown(&a), [("place".to_owned(), nothing())].into());
     // Whoever removes it by any name removes it.
     assert_eq!(a.set(node, "raw", None), Ok(true));
     assert!(shown(&a).is_empty());

@@ -1,7 +1,7 @@
 //! What others send wrongly changes nothing, and is counted.
 
 use crate::network::{CALM, Network, add, flat};
-use property_graph::{Schema, Value};
+use property_graph::{Id, Schema, Value};
 use rc_middleware::{Reader, Writer};
 use rc_world::{Message, Rights, Setup, Topic, World};
 use std::time::Duration;
@@ -147,6 +147,132 @@ fn what_no_replica_sends_is_refused() {
         .message(),
     );
     assert_eq!(world.status(SECOND).counts.refused, wrong.len() as u64);
+}
+
+/// A step: what, name, element, end, value.
+type StepOf<'s> = (u8, &'s str, Id, Id, Option<Value>);
+
+/// What a stranger with the writer 9 sends as one change: steps that follow each other.
+fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
+    let mut writer = Writer::default();
+    writer.put(&schema);
+    writer.put(&9_u64);
+    writer.put(&0_i64);
+    writer.put(&since);
+    writer.put(&(since + steps.len() as u64));
+    writer.put(&(steps.len() as u32));
+    for ((what, name, of, to, value), sequence) in steps.iter().zip(since + 1..) {
+        writer.put(what);
+        writer.put(&(1000 + sequence));
+        writer.put(&9_u64);
+        writer.put(&sequence);
+        writer.put(&(*name).to_owned());
+        for id in [of, to] {
+            writer.put(&id.writer());
+            writer.put(&id.count());
+        }
+        let (mut texts, mut floats, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
+        let kind: u8 = match value {
+            None => 0,
+            Some(Value::Text(text)) => {
+                texts.push(text.to_string());
+                4
+            }
+            Some(Value::Bytes(all)) => {
+                bytes.extend_from_slice(all);
+                5
+            }
+            Some(value) => {
+                floats.extend_from_slice(&value.numbers().expect("numbers"));
+                7
+            }
+        };
+        writer.put(&kind);
+        writer.put(&Vec::<i64>::new());
+        writer.put(&floats);
+        writer.put(&texts);
+        writer.put(&bytes);
+    }
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Change, &mut Reader::new(&bytes)).expect("a message")
+}
+
+/// Whether a world still shows what is changed.
+fn is_alive(world: &World) -> bool {
+    let before = world.snapshot().node_count();
+    add(world, "room", "a new room");
+    let gone = world.change(|edit| {
+        let room = edit.snapshot().named("a new room").next().expect("a room");
+        Ok(edit.remove_node(room)?)
+    });
+    gone.is_ok() && world.fault().is_none() && world.snapshot().node_count() == before
+}
+
+#[test]
+fn no_step_of_a_stranger_keeps_others_from_being_shown() {
+    let none = Id::new(0, 0);
+    let text = |text: &str| Some(Value::Text(text.into()));
+    let door = Id::new(7, 1);
+    let own = |count: u64| Id::new(9, count);
+    let cases = [
+        // The name of a door is removed, and it has to have one.
+        (vec![(2, "name", door, none, None)], true),
+        // An edge of a room to a room, which may only start at a door.
+        (
+            vec![
+                (0, "room", none, none, None),
+                (2, "name", own(1), none, text("hall")),
+                (1, "in", own(1), own(1), None),
+            ],
+            false,
+        ),
+        // A pose with too few numbers.
+        (
+            vec![(2, "pose", door, none, Some(Value::from([1.0])))],
+            true,
+        ),
+    ];
+    for (steps_of, is_refused) in cases {
+        let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+        let schema = schema_of(&world);
+        add(&world, "door", "front");
+        world.receive(SECOND, steps(schema, 0, &steps_of));
+        world.turn(SECOND);
+        let refused = world.status(SECOND).counts.refused;
+        assert_eq!(refused, u64::from(is_refused), "{steps_of:?}");
+        let wide = world.change(|edit| {
+            let door = edit.add_node("door")?;
+            edit.set(door, "name", "back")?;
+            Ok(edit.set(door, "width", 0.8)?)
+        });
+        wide.expect("a sound change");
+        assert!(is_alive(&world), "{steps_of:?}: {:?}", world.fault());
+    }
+    // An attribute comes before its element, with another type and a later count than there.
+    let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+    let schema = schema_of(&world);
+    let early = [(2, "name", own(1), none, Some(Value::from([1.0])))];
+    world.receive(SECOND, steps(schema, 10, &early));
+    let late = [
+        (0, "door", none, none, None),
+        (2, "name", own(1), none, text("front")),
+    ];
+    world.receive(SECOND, steps(schema, 0, &late));
+    world.turn(SECOND);
+    assert!(is_alive(&world));
+    let reasons = world.conflicts().into_iter().map(|lost| lost.reason);
+    assert_eq!(reasons.collect::<Vec<_>>(), [rc_world::Reason::Schema]);
+    // What is too large is refused in an open world, too.
+    let world = World::new(Setup::new("mapper", Schema::anything().into()).with_writer(7));
+    let schema = schema_of(&world);
+    let large = Some(Value::Bytes(vec![0; 70_000].into()));
+    let picture = [
+        (0, "picture", none, none, None),
+        (2, "pixels", own(1), none, large),
+    ];
+    world.receive(SECOND, steps(schema, 0, &picture));
+    assert_eq!(world.status(SECOND).counts.refused, 1);
+    assert!(is_alive(&world));
 }
 
 #[test]
