@@ -3,6 +3,7 @@
 use crate::check::Check;
 use crate::core::{Core, MOST_ELEMENTS};
 use crate::error::Error;
+use crate::protocol::between;
 use crate::rights::type_of;
 use crate::streams::Sample;
 use crate::token::Token;
@@ -27,6 +28,11 @@ impl Core {
         time: Time,
         make: impl FnOnce(&mut Edit) -> Result<T, Error>,
     ) -> Result<(T, Token), Error> {
+        // What others have changed since the last turn may have a later time.
+        let time = between(time, graph.snapshot().time(), time);
+        if self.is_stale {
+            self.show_all(graph, time);
+        }
         let before = graph.snapshot();
         let first = self.replica.next_number();
         let writer = self.replica.writer();
@@ -126,6 +132,16 @@ impl Core {
             }
             each.is_none()
         });
+        // While a fault keeps the newest changes from being shown, an end may be no more. Then nothing is noted.
+        let ends = steps.made.values().filter_map(|(_, ends)| *ends);
+        let mut ends = ends.flat_map(|(from, to)| [from, to]);
+        if let Some(end) = ends.find(|end| self.replica.is_removed(*end)) {
+            self.show_all(graph, time);
+            return Err(graph_merge::Error::EndRemoved(end).into());
+        }
+        for (sample, each) in streamed {
+            self.streams.put_own(sample, each);
+        }
         let is_change =
             !(steps.made.is_empty() && steps.removed.is_empty() && steps.set.is_empty());
         if is_change {
@@ -143,9 +159,6 @@ impl Core {
                 self.show_all(graph, time);
             }
             self.protocol.send_change(time, delta);
-        }
-        for (sample, each) in streamed {
-            self.streams.put_own(sample, each);
         }
         self.protocol.stream_time = time;
         Ok(())

@@ -1,6 +1,6 @@
 //! What one replica sees of another one.
 
-use crate::network::{CALM, Network, Weather, add, flat};
+use crate::network::{CALM, Network, Weather, add, flat, through_bytes};
 use property_graph::{Element, Graph, Schema, Time, Value};
 use rc_world::{Error, Rights, Setup, Token, Topic, World};
 use std::time::Duration;
@@ -245,4 +245,81 @@ fn a_fork_keeps_what_is_tried_to_itself() {
         fork.change(Time::ZERO, |edit| edit.add_node("dor"))
             .is_err()
     );
+}
+
+/// Hands all messages of one replica to another one, without a turn.
+fn pass(from: &World, to: &World) {
+    while let Some(message) = from.take() {
+        to.receive(SECOND, through_bytes(&message));
+    }
+}
+
+/// Two replicas with a hall, a door `front`, and a bath that both have made.
+fn in_conflict() -> [World; 2] {
+    let rights = Rights::everything().with_stream("door", "pose", Duration::ZERO);
+    let world = |name: &str, writer: u64| {
+        let setup = Setup::new(name, flat()).with_writer(writer);
+        World::new(setup.with_rights(rights.clone()))
+    };
+    let [a, b] = [world("a", 7), world("b", 8)];
+    add(&a, "room", "hall");
+    add(&a, "door", "front");
+    set_pose(&a, 1.0);
+    pass(&a, &b);
+    add(&a, "room", "bath");
+    add(&b, "room", "bath");
+    pass(&a, &b);
+    pass(&b, &a);
+    for world in [&a, &b] {
+        world.turn(SECOND);
+        assert_eq!(world.conflicts().len(), 1);
+    }
+    [a, b]
+}
+
+#[test]
+fn a_change_on_what_was_removed_meanwhile_leaves_nothing() {
+    let [a, b] = in_conflict();
+    let hall = a.snapshot().named("hall").next().expect("a room");
+    let removed = b.change(|edit| {
+        let hall = edit.snapshot().named("hall").next().expect("a room");
+        Ok(edit.remove_node(hall)?)
+    });
+    removed.expect("a sound change");
+    pass(&b, &a);
+    let before = a.status(SECOND).elements;
+    let refused = a.change(|edit| {
+        let door = edit.add_node("door")?;
+        edit.set(door, "name", "back")?;
+        edit.add_edge("in", door, hall)?;
+        Ok(())
+    });
+    assert!(refused.is_err());
+    assert_eq!(a.status(SECOND).elements, before);
+    assert_eq!(a.snapshot().named("back").count(), 0);
+}
+
+#[test]
+fn a_value_of_a_stream_is_shown_with_a_change_while_there_are_conflicts() {
+    let [a, _] = in_conflict();
+    let moved = a.change(|edit| {
+        let door = edit.snapshot().named("front").next().expect("a door");
+        edit.set(door, "width", 0.8)?;
+        Ok(edit.set(door, "pose", [2.0, 0.0, 0.0])?)
+    });
+    moved.expect("a sound change");
+    assert_eq!(pose_of(&a), 2.0);
+}
+
+#[test]
+fn a_change_is_not_before_what_it_follows() {
+    let late = Setup::new("late", flat()).with_clock(|| Time::from_millis(500));
+    let [early, late] = [Setup::new("early", flat()), late].map(World::new);
+    add(&late, "room", "hall");
+    pass(&late, &early);
+    add(&early, "room", "bath");
+    // A clock that was set back would end the history.
+    assert_eq!(early.snapshot().time(), Time::from_millis(500));
+    let then = early.at(Time::from_millis(500)).expect("a version");
+    assert_eq!(then.version().node_count(), 2);
 }
