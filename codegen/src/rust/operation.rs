@@ -133,9 +133,24 @@ fn nested<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     nested(inner.iter().map(String::as_str))
 }
 
-/// The statement that returns the value itself, which a sender in the same process has sent.
-fn get_itself(value: &str, returned: &str) -> String {
-    format!("if let Some({value}) = reader.value_itself() {{\nreturn Ok({returned});\n}}")
+/// The statement that returns the value itself, which a sender in the same process has sent. The
+/// range of the sender may be another one, so `checks` check it with those of the receiver, for which
+/// the type has to be known.
+fn get_itself((value, ty): (&str, &str), checks: &str, returned: &str) -> String {
+    let ty = if checks.is_empty() {
+        String::new()
+    } else {
+        format!("::<{ty}>")
+    };
+    format!(
+        "if let Some({value}) = reader.value_itself{ty}() {{\n{checks}\nreturn Ok({returned});\n}}"
+    )
+}
+
+/// All statements that check, one in a line.
+fn joined<'a>(checks: impl Iterator<Item = &'a str>) -> String {
+    let checks: Vec<&str> = checks.filter(|check| !check.is_empty()).collect();
+    checks.join("\n")
 }
 
 /// A variable of a reply.
@@ -269,16 +284,30 @@ pub(super) fn of<'a>(
         let _ = write!(named, "{name}, ");
     }
     let names: Vec<&str> = returned.iter().map(|r| r.name.as_str()).collect();
+    let returned_pattern = match names.as_slice() {
+        [one] => (*one).to_owned(),
+        all => format!("({})", all.join(", ")),
+    };
     let types: Vec<&str> = returned.iter().map(|r| r.ty.as_str()).collect();
     let variables = || inputs.iter().map(|i| i.name.as_str());
     let pattern = tuple(variables());
-    let itself = get_itself(&nested(variables()), &pattern);
+    let owned = nested(inputs.iter().map(|i| i.ty.as_str()));
+    let checks = joined(inputs.iter().map(|i| i.read.as_str()));
+    let itself = get_itself((&nested(variables()), &owned), &checks, &pattern);
     let gets = inputs
         .iter()
         .map(|i| get(&i.name, &i.ty, &i.read, &sample_in_place));
     let gets = std::iter::once(itself).chain(gets).collect();
     // A longer tuple cannot be cloned.
-    let itself = (replies.len() <= MOST_PARTS).then(|| get_itself(RESULT, RESULT));
+    let itself = (replies.len() <= MOST_PARTS).then(|| {
+        let checks = joined(replies.iter().map(|r| r.read.as_str()));
+        let returned: &str = if checks.is_empty() {
+            RESULT
+        } else {
+            &returned_pattern
+        };
+        get_itself((returned, &result), &checks, returned)
+    });
     Operation {
         name: &of.name,
         loan,
@@ -301,10 +330,7 @@ pub(super) fn of<'a>(
             own_reply: own_reply && of.two_way,
             own_result: own_result && of.two_way,
         },
-        returned: match names.as_slice() {
-            [one] => (*one).to_owned(),
-            all => format!("({})", all.join(", ")),
-        },
+        returned: returned_pattern,
         puts_reply: replies
             .iter()
             .map(|r| format!("{}\nwriter.put({});", r.written, r.name))

@@ -73,7 +73,7 @@ impl Put for () {
 }
 
 /// Parameters that `write` writes, which also checks their bounds and ranges. A receiver in this
-/// process takes the parts, which were checked when they were sent.
+/// process takes the parts, and checks them with its own ranges, which may be others.
 ///
 /// ```
 /// use rc_middleware::Writer;

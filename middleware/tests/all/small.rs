@@ -1,7 +1,9 @@
 //! Settings, run directories, members, bounds of numbers and lengths, values in place, and a backend
 //! without what only some middlewares have.
 
+use interfaces::rc_types::types::{read_ranged, result_ranged};
 use rc_middleware::in_place::{Bool, FromBytes, Immutable, IntoBytes, KnownLayout, boxed, resize};
+use rc_middleware::shared_value::{HeldValue, SharedValue};
 use rc_middleware::{
     Backend, Client, DecodeError, EncodeError, Encoding, Endpoint, InPlace, LogQueue, Member,
     OpenError, Publisher, Reader, RunDirectory, Server, Settings, Subscriber, Writer,
@@ -235,4 +237,17 @@ fn an_image_is_read_wherever_it_lies_if_it_has_its_size() {
     pair.set(&vec![1, 2, 3]).expect_err("there are two");
     pair.set(&vec![1, 2]).expect("two");
     assert_eq!((pair.on.get(), pair.value()), (Ok(true), Ok(vec![1, 2])));
+}
+
+/// A sender in this process may be of another build, with another range.
+#[test]
+fn a_value_is_checked_with_the_range_of_its_receiver() {
+    for (number, is_sound) in [(9_i32, true), (10, false)] {
+        let parameters = HeldValue::from(SharedValue::of((&number,)).expect("a value"));
+        let read = read_ranged(&mut parameters.reader());
+        assert_eq!(read.is_ok(), is_sound, "{read:?}");
+        let result = HeldValue::from(SharedValue::of(&number).expect("a value"));
+        let read = result_ranged(&mut result.reader());
+        assert_eq!(read.is_ok(), is_sound, "{read:?}");
+    }
 }

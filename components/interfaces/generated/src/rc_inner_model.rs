@@ -438,7 +438,8 @@ pub mod inner_model {
     pub fn result_cast_ray(
         reader: &mut rc_middleware::Reader<'_>
     ) -> Result<Vec<super::Hit>, rc_middleware::DecodeError> {
-        if let Some(result) = reader.value_itself() {
+        if let Some(result) = reader.value_itself::<Vec<super::Hit>>() {
+            reader.bound("InnerModel.castRay.result", result.len(), 1)?;
             return Ok(result);
         }
         let result: Vec<super::Hit> = reader.get()?;

@@ -109,7 +109,8 @@ pub mod ticks {
     use rc_middleware::typed;
 
     pub fn read_tick(reader: &mut rc_middleware::Reader<'_>) -> Result<(i64, Vec<u8>), rc_middleware::DecodeError> {
-        if let Some((number, data)) = reader.value_itself() {
+        if let Some((number, data)) = reader.value_itself::<(i64, Vec<u8>)>() {
+            reader.bound("Ticks.tick.data", data.len(), 48)?;
             return Ok((number, data));
         }
         let number: i64 = reader.get()?;

@@ -1307,7 +1307,11 @@ pub mod types {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
-        if let Some((number, text, outline, kind, point)) = reader.value_itself() {
+        if let Some((number, text, outline, kind, point)) = reader.value_itself::<(
+            i32, String, super::Outline, super::Kind, Option<super::Point>,
+        )>() {
+            reader.bound("Types.several.text", text.len(), 8)?;
+            reader.bound("Types.several.outline", outline.len(), 3)?;
             return Ok((number, text, outline, kind, point));
         }
         let number: i32 = reader.get()?;
@@ -1331,8 +1335,10 @@ pub mod types {
     }
 
     pub fn result_several(reader: &mut rc_middleware::Reader<'_>) -> Result<SeveralAnswer, rc_middleware::DecodeError> {
-        if let Some(result) = reader.value_itself() {
-            return Ok(result);
+        if let Some((result, again, same, next, maybe)) = reader.value_itself::<SeveralAnswer>() {
+            reader.bound("Types.several.again", again.len(), 8)?;
+            reader.bound("Types.several.same", same.len(), 3)?;
+            return Ok((result, again, same, next, maybe));
         }
         let again: String = reader.get()?;
         reader.bound("Types.several.again", again.len(), 8)?;
@@ -1348,7 +1354,8 @@ pub mod types {
     pub type OutputsAnswer = (i64, Vec<String>);
 
     pub fn read_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<(i32,), rc_middleware::DecodeError> {
-        if let Some((number,)) = reader.value_itself() {
+        if let Some((number,)) = reader.value_itself::<(i32,)>() {
+            reader.range("Types.ranged.number", f64::from(number), (0.0, 9.0), "0 to 9")?;
             return Ok((number,));
         }
         let number: i32 = reader.get()?;
@@ -1362,8 +1369,9 @@ pub mod types {
     }
 
     pub fn result_ranged(reader: &mut rc_middleware::Reader<'_>) -> Result<i32, rc_middleware::DecodeError> {
-        if let Some(result) = reader.value_itself() {
-            return Ok(result);
+        if let Some(more) = reader.value_itself::<i32>() {
+            reader.range("Types.ranged.more", f64::from(more), (0.0, 9.0), "0 to 9")?;
+            return Ok(more);
         }
         let more: i32 = reader.get()?;
         reader.range("Types.ranged.more", f64::from(more), (0.0, 9.0), "0 to 9")?;
@@ -1700,7 +1708,12 @@ pub mod samples {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
-        if let Some((number, level, text, outline, kind, point)) = reader.value_itself() {
+        if let Some((number, level, text, outline, kind, point)) = reader.value_itself::<(
+            i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
+        )>() {
+            reader.range("Samples.several.level", level, (0.0, 9.0), "0 to 9")?;
+            reader.bound("Samples.several.text", text.len(), 8)?;
+            reader.bound("Samples.several.outline", outline.len(), 3)?;
             return Ok((number, level, text, outline, kind, point));
         }
         let number: i32 = reader.get()?;
@@ -1793,7 +1806,12 @@ pub mod repeats {
     pub fn read_several(reader: &mut rc_middleware::Reader<'_>) -> Result<(
         i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
     ), rc_middleware::DecodeError> {
-        if let Some((number, level, text, outline, kind, point)) = reader.value_itself() {
+        if let Some((number, level, text, outline, kind, point)) = reader.value_itself::<(
+            i32, f64, String, super::Outline, super::Kind, Option<super::Point>,
+        )>() {
+            reader.range("Repeats.several.level", level, (0.0, 9.0), "0 to 9")?;
+            reader.bound("Repeats.several.text", text.len(), 8)?;
+            reader.bound("Repeats.several.outline", outline.len(), 3)?;
             return Ok((number, level, text, outline, kind, point));
         }
         let number: i32 = reader.get()?;
