@@ -31,7 +31,8 @@ use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
     Address, Backend, Client, Counter, Endpoint, Environment, ExternalType, LogQueue, Member,
-    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, fan_out, network_time,
+    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, WakeEvent, fan_out,
+    network_time,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -73,6 +74,8 @@ pub struct Connections {
     histories: RefCell<BTreeMap<String, Shared>>,
     /// Whether the component is not active: then no sample asks where frames are.
     idle: IdleFlag,
+    /// Tells that the component is to end, to what waits for the place of a frame.
+    stop: Option<WakeEvent>,
     /// The counts of slots that convert, each with the index of its slot.
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
     /// What slots have forwarded, each with the index of its slot.
@@ -143,6 +146,7 @@ impl Connections {
         Ok(Self {
             settings: environment.settings.clone(),
             is_live: true,
+            stop: Some(environment.wake_event.clone()),
             taps: interceptors.taps,
             hops: Rc::new(HopNotes::new(interceptors.hops)),
             gate: interceptors.gate,
@@ -172,6 +176,7 @@ impl Connections {
             conversions: Conversions::default(),
             histories: RefCell::default(),
             idle: IdleFlag::default(),
+            stop: None,
             converted: RefCell::default(),
             forwarded: RefCell::default(),
             gate: Gate::default(),

@@ -12,7 +12,7 @@ pub(crate) use tree::Tree;
 
 use crate::clock::{Clock, Time};
 use rc_conversion::{Needed, Transform};
-use rc_middleware::CallError;
+use rc_middleware::{CallError, WakeEvent};
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +20,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 use transforms::Missing;
 
+/// The longest sleep: a stop ends all waits, and a backend may lose a wake-up.
+const LONGEST_SLEEP: Duration = Duration::from_millis(50);
+
 /// Knows where frames are.
 pub(crate) struct Frames {
     source: Source,
     clock: Arc<dyn Clock>,
-    /// Whether the clock goes on while this thread waits.
-    waits: bool,
+    /// Ends the waits of this thread. `None` if the clock stands still meanwhile: then nothing waits.
+    stop: Option<WakeEvent>,
     /// The longest time for all transforms of a message.
     limit: Duration,
     idle: IdleFlag,
@@ -78,17 +81,17 @@ impl fmt::Display for NoTransform {
 }
 
 impl Frames {
-    /// Looks there. `waits` says whether the clock goes on while this thread waits.
+    /// Looks there. `stop` ends waits; without it, nothing waits.
     pub(crate) fn new(
         source: Source,
         limit: Duration,
-        (clock, waits): (&Arc<dyn Clock>, bool),
+        (clock, stop): (&Arc<dyn Clock>, Option<WakeEvent>),
         idle: &IdleFlag,
     ) -> Self {
         Self {
             source,
             clock: Arc::clone(clock),
-            waits,
+            stop,
             limit,
             idle: idle.clone(),
         }
@@ -127,11 +130,18 @@ impl Frames {
         needed: &Needed<'_>,
         deadline: Instant,
     ) -> Result<Transform, NoTransform> {
+        let stop = self.stop.as_ref();
+        let time = Time::from_nanos(u64::try_from(needed.time).unwrap_or(0));
         match &mut self.source {
-            Source::Tf(tf) => tf.transform(needed, self.waits.then_some(deadline)),
+            Source::Tf(tf) => {
+                // Nobody knows where frames are at a time that does not come before the deadline.
+                let left = deadline.saturating_duration_since(Instant::now());
+                let comes = time - self.clock.now() <= left;
+                let stop = stop.filter(|_| comes);
+                tf.transform(needed, stop.map(|stop| (deadline, stop)))
+            }
             Source::Tree(tree) => {
-                let time = u64::try_from(needed.time).unwrap_or(0);
-                await_time((&*self.clock, self.waits), Time::from_nanos(time), deadline)?;
+                await_time((&*self.clock, stop), time, deadline)?;
                 let left = deadline.saturating_duration_since(Instant::now());
                 if left.is_zero() {
                     return Err(NoTransform::Late(self.limit));
@@ -144,19 +154,20 @@ impl Frames {
 
 /// Waits until a time has come, if the clock goes on: the clocks of two machines differ a little.
 fn await_time(
-    (clock, waits): (&dyn Clock, bool),
+    (clock, stop): (&dyn Clock, Option<&WakeEvent>),
     time: Time,
     deadline: Instant,
 ) -> Result<(), NoTransform> {
-    let now = clock.now();
-    let ahead = time - now;
-    if ahead.is_zero() {
-        return Ok(());
+    loop {
+        let now = clock.now();
+        let ahead = time - now;
+        if ahead.is_zero() {
+            return Ok(());
+        }
+        let left = deadline.saturating_duration_since(Instant::now());
+        if ahead > left || stop.is_none_or(WakeEvent::is_stopping) {
+            return Err(NoTransform::NotYet(now));
+        }
+        thread::sleep(ahead.min(LONGEST_SLEEP));
     }
-    let left = deadline.saturating_duration_since(Instant::now());
-    if !waits || ahead > left {
-        return Err(NoTransform::NotYet(now));
-    }
-    thread::sleep(ahead);
-    Ok(())
 }

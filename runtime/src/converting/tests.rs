@@ -3,7 +3,7 @@
 use super::*;
 use crate::clock::{Clock, SimulatedClock, Time};
 use rc_middleware::typed::{HandlerError, ReplyVariant, Request, Throws, TypedClient};
-use rc_middleware::{Cdr, DecodeError, Gaps, Reader, Writer, cdr};
+use rc_middleware::{Cdr, DecodeError, Gaps, Reader, WakeEvent, Writer, cdr};
 use std::cell::RefCell;
 use std::fs::File;
 use std::os::fd::AsFd;
@@ -447,6 +447,7 @@ struct Asking {
     asked: Rc<RefCell<Vec<i64>>>,
     limits: Rc<RefCell<Vec<Duration>>>,
     idle: IdleFlag,
+    stop: WakeEvent,
 }
 
 const LIMIT: Duration = Duration::from_secs(1);
@@ -459,8 +460,11 @@ fn asking(clock: &Arc<dyn Clock>, waits: bool) -> Asking {
     };
     let tree = Tree::new(TypedClient::new(Box::new(world), LIMIT), &QUERY).expect("the query");
     let idle = IdleFlag::default();
+    let stop = WakeEvent::new().expect("an event");
+    let waiting = (clock, waits.then(|| stop.clone()));
     Asking {
-        frames: Frames::new(Source::Tree(Box::new(tree)), LIMIT, (clock, waits), &idle),
+        frames: Frames::new(Source::Tree(Box::new(tree)), LIMIT, waiting, &idle),
+        stop,
         asked,
         limits,
         idle,
@@ -537,7 +541,10 @@ impl Clock for Running {
 fn a_sample_waits_for_its_time_to_come() {
     let clock: Arc<dyn Clock> = Arc::new(Running(std::time::Instant::now()));
     let Asking {
-        mut frames, asked, ..
+        mut frames,
+        asked,
+        stop,
+        ..
     } = asking(&clock, true);
     let of = |time: Time| rc_conversion::Needed {
         from: "lidar".to_owned(),
@@ -559,6 +566,13 @@ fn a_sample_waits_for_its_time_to_come() {
     let (at, reason) = frames.transforms(&[far]).expect_err("it has not come");
     assert!(
         matches!((at, &reason), (0, NoTransform::NotYet(_))),
+        "{reason}"
+    );
+    stop.stop();
+    let soon = clock.now() + LIMIT / 2;
+    let (_, reason) = frames.transforms(&[of(soon)]).expect_err("a stop");
+    assert!(
+        matches!(&reason, NoTransform::NotYet(now) if *now < soon),
         "{reason}"
     );
     assert_eq!(asked.borrow().len(), 2);

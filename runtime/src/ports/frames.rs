@@ -40,7 +40,8 @@ impl Connections {
             Some(slots) => self.received_transforms(&slots)?,
             None => self.asked_tree(tree).map_err(wrong)??,
         };
-        let clock = (&self.now, self.clock == ClockKind::System);
+        let stop = self.stop.clone();
+        let clock = (&self.now, stop.filter(|_| self.clock == ClockKind::System));
         Ok(Frames::new(source, limit, clock, &self.idle))
     }
 

@@ -3,12 +3,12 @@
 //! The event loop puts each sample of such a slot into its history ([`Fed`]). While it waits inside a
 //! conversion, it takes no samples, so the conversion has a subscriber of its own.
 
-use super::NoTransform;
 use super::transforms::{History, Missing, Pose, lookup};
+use super::{LONGEST_SLEEP, NoTransform};
 use rc_conversion::{Needed, Transform};
 use rc_middleware::{
     DecodeError, Encoding, Header, KeptSample, Message, QueueGauge, Reader, ReceiveError,
-    Subscriber,
+    Subscriber, WakeEvent,
 };
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::cell::RefCell;
@@ -21,8 +21,6 @@ pub(crate) type Shared = Rc<RefCell<History>>;
 
 /// The most samples that are taken at once.
 const MOST_AT_ONCE: usize = 4096;
-/// The longest sleep: a backend may lose a wake-up.
-const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 
 /// A slot that receives transforms.
 pub(crate) struct TfSlot {
@@ -44,11 +42,11 @@ pub(crate) fn history(is_constant: bool) -> Shared {
 
 impl Tf {
     /// The transform at a time. If a transform of this time may still come, waits for it, at most
-    /// until the deadline.
+    /// until the deadline or the stop.
     pub(super) fn transform(
         &mut self,
         needed: &Needed<'_>,
-        deadline: Option<Instant>,
+        until: Option<(Instant, &WakeEvent)>,
     ) -> Result<Transform, NoTransform> {
         loop {
             for slot in &mut self.0 {
@@ -59,14 +57,25 @@ impl Tf {
             let found = lookup(&histories, (&needed.from, needed.to), needed.time);
             drop(borrowed);
             let now = Instant::now();
-            match (found, deadline) {
+            match (found, until) {
                 (Ok(transform), _) => return Ok(transform),
-                (Err(Missing::Newer(..)), Some(deadline)) if now < deadline => {
+                (Err(Missing::Newer(..)), Some((deadline, stop)))
+                    if now < deadline && !stop.is_stopping() && self.is_fed() =>
+                {
                     self.sleep(deadline - now);
                 }
                 (Err(missing), _) => return Err(NoTransform::Tf(missing)),
             }
         }
+    }
+
+    /// Whether somebody publishes transforms that change.
+    fn is_fed(&self) -> bool {
+        let mut moving = self
+            .0
+            .iter()
+            .filter(|slot| !slot.history.borrow().is_constant);
+        moving.any(|slot| slot.port.peers() > 0)
     }
 
     /// Sleeps until a sample comes, at most for so long.
@@ -191,8 +200,8 @@ mod tests {
 
     type Queue = Arc<Mutex<VecDeque<Vec<u8>>>>;
 
-    /// A subscriber whose samples another thread sends.
-    struct Late(UnixStream, Queue);
+    /// A subscriber whose samples another thread sends, with so many publishers.
+    struct Late(UnixStream, Queue, usize);
 
     impl Subscriber for Late {
         fn descriptor(&self) -> BorrowedFd<'_> {
@@ -214,7 +223,7 @@ mod tests {
         }
 
         fn peers(&self) -> usize {
-            1
+            self.2
         }
     }
 
@@ -241,7 +250,7 @@ mod tests {
         let queue = Queue::default();
         let mut tf = Tf(vec![TfSlot {
             history: history(false),
-            port: Box::new(Late(here, Arc::clone(&queue))),
+            port: Box::new(Late(here, Arc::clone(&queue), 1)),
             type_hash: 5,
         }]);
         let needed = |time: i64| Needed {
@@ -249,7 +258,9 @@ mod tests {
             to: "map",
             time: time * 1_000_000_000,
         };
-        let deadline = || Some(Instant::now() + Duration::from_secs(10));
+        let stop = WakeEvent::new().expect("an event");
+        let within = |limit: Duration| Some((Instant::now() + limit, &stop));
+        let deadline = || within(Duration::from_secs(10));
         // Nobody waits for a frame that nobody has named.
         let unknown = tf
             .transform(&needed(1), deadline())
@@ -278,12 +289,51 @@ mod tests {
             2_f64.to_bits()
         );
         sender.join().expect("the sender");
-        let soon = Some(Instant::now() + Duration::from_millis(5));
+        let soon = within(Duration::from_millis(5));
         let late = tf.transform(&needed(4), soon).expect_err("no transform");
         assert!(
             matches!(&late, NoTransform::Tf(Missing::Newer(..))),
             "{late}"
         );
+    }
+
+    /// Where nobody publishes, or the component stops, a message holds up nobody.
+    #[test]
+    fn no_message_waits_in_vain() {
+        let (here, _there) = UnixStream::pair().expect("a pair");
+        let queue: Queue = Arc::new(Mutex::new([sample(1, 1.0)].into()));
+        let tf = |publishers: usize| {
+            let here = here.try_clone().expect("a descriptor");
+            Tf(vec![TfSlot {
+                history: history(false),
+                port: Box::new(Late(
+                    here,
+                    Arc::new(Mutex::new(queue.lock().expect("the queue").clone())),
+                    publishers,
+                )),
+                type_hash: 5,
+            }])
+        };
+        let needed = Needed {
+            from: "lidar".to_owned(),
+            to: "map",
+            time: 2_000_000_000,
+        };
+        let (running, stopping) = (
+            WakeEvent::new().expect("an event"),
+            WakeEvent::new().expect("an event"),
+        );
+        stopping.stop();
+        let limit = Duration::from_mins(10);
+        for (publishers, stop) in [(0, &running), (1, &stopping)] {
+            let until = Some((Instant::now() + limit, stop));
+            let missing = tf(publishers).transform(&needed, until);
+            let missing = missing.expect_err("no transform");
+            assert!(
+                matches!(&missing, NoTransform::Tf(Missing::Newer(..))),
+                "{missing}"
+            );
+        }
     }
 
     #[test]
@@ -294,7 +344,7 @@ mod tests {
         let queue: Queue = Arc::new(Mutex::new([samples[0].clone(), broken].into()));
         let own = history(true);
         let mut fed = Fed {
-            port: Box::new(Late(here, queue)),
+            port: Box::new(Late(here, queue, 1)),
             history: Rc::clone(&own),
             type_hash: 5,
         };
