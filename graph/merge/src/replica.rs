@@ -10,6 +10,9 @@ use std::hash::{BuildHasher, RandomState};
 /// How many removals a replica remembers at most. It forgets the others, whoever lacks them.
 pub const MOST_TOMBSTONES: usize = 1 << 14;
 
+/// How many replicas that this one waits for no longer are remembered.
+const MOST_LEFT: usize = 1024;
+
 /// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
 /// a replica is ahead by this after nine years.
 const MOST_AHEAD: u64 = 1 << 48;
@@ -579,13 +582,16 @@ impl Replica {
 
     /// Notes what another replica has seen, and forgets removals that all have seen.
     pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
+        // Removals are of writers that are known here: what is told of others needs no memory.
+        let known = seen.iter().filter(|(w, _)| self.seen.contains_key(w));
+        let seen: Vector = known.map(|(w, upto)| (*w, *upto)).collect();
         // A late message of a replica that has left does not bring it back.
         let left = self.left.get(&sender);
         let is_late =
             left.is_some_and(|left| seen.iter().all(|(w, upto)| *upto <= count(left, *w)));
         if sender != self.writer && !is_late {
             let left = self.left.remove(&sender).unwrap_or_default();
-            raise(self.others.entry(sender).or_insert(left), seen);
+            raise(self.others.entry(sender).or_insert(left), &seen);
         }
         self.sweep();
     }
@@ -595,6 +601,9 @@ impl Replica {
     pub fn forget(&mut self, writer: u64) {
         if let Some(seen) = self.others.remove(&writer) {
             self.left.insert(writer, seen);
+            if self.left.len() > MOST_LEFT {
+                self.left.pop_first();
+            }
         }
         self.sweep();
     }

@@ -8,7 +8,6 @@ use crate::protocol::between;
 use crate::wire;
 use graph_merge::Vector;
 use property_graph::{Graph, Time};
-use std::collections::VecDeque;
 use std::time::Duration;
 
 /// After so long without a chunk, a replica asks again.
@@ -17,10 +16,10 @@ const RETRY: Duration = Duration::from_millis(300);
 const MOST_TRIES: u32 = 10;
 /// How many chunks are on the way at most.
 const WINDOW: usize = 8;
-/// How many bytes an answer has at most.
+/// How many bytes an answer has at most, and all together that are kept until they have arrived.
 const MOST_ANSWER: usize = 64 << 20;
-/// How many answers are kept for those that lost a chunk.
-const MOST_KEPT: usize = 4;
+/// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
+const KEPT_FOR: Duration = Duration::from_secs(5);
 /// How long a replica is not answered anew.
 const PAUSE: Duration = Duration::from_millis(50);
 
@@ -53,6 +52,8 @@ struct Answer {
     to: u64,
     number: u64,
     bytes: Vec<u8>,
+    /// When it was last asked for.
+    asked: Duration,
 }
 
 /// Questions and answers.
@@ -60,7 +61,7 @@ struct Answer {
 pub(crate) struct Answers {
     asked: Option<Asked>,
     number: u64,
-    kept: VecDeque<Answer>,
+    kept: Vec<Answer>,
     /// The last one that was asked.
     last: u64,
 }
@@ -68,6 +69,26 @@ pub(crate) struct Answers {
 impl Answer {
     fn count(&self) -> usize {
         self.bytes.len().div_ceil(MOST_CHUNK).max(1)
+    }
+}
+
+impl Answers {
+    /// Drops the answers that nobody asks for any more.
+    pub(crate) fn expire(&mut self, now: Duration) {
+        self.kept
+            .retain(|answer| now.saturating_sub(answer.asked) < KEPT_FOR);
+    }
+
+    /// Keeps an answer until it has arrived. Returns its place, or `None` if the others that are on the
+    /// way leave no room for it.
+    fn keep(&mut self, answer: Answer) -> Option<usize> {
+        self.kept.retain(|other| other.to != answer.to);
+        let bytes: usize = self.kept.iter().map(|other| other.bytes.len()).sum();
+        if !self.kept.is_empty() && bytes + answer.bytes.len() > MOST_ANSWER {
+            return None;
+        }
+        self.kept.push(answer);
+        Some(self.kept.len() - 1)
     }
 }
 
@@ -173,39 +194,22 @@ impl Core {
         if !self.protocol.has_room() {
             return;
         }
+        self.protocol.answers.expire(now);
         let (to, number) = (question.sender, question.number);
         let kept = self.protocol.answers.kept.iter();
         let mut known = kept.enumerate();
         let known = known.find(|(_, answer)| answer.to == to && answer.number == number);
-        let at = if let Some((at, _)) = known {
-            at
-        } else {
-            let Some(peer) = self.protocol.peers.all.get_mut(&to) else {
-                return;
-            };
-            let is_soon = peer
-                .answered
-                .is_some_and(|last| now < last.saturating_add(PAUSE));
-            if is_soon {
-                return;
-            }
-            peer.answered = Some(now);
-            let Some(bytes) = self.answer_of(question) else {
-                return;
-            };
-            let answers = &mut self.protocol.answers;
-            answers.kept.retain(|answer| answer.to != to);
-            let answer = Answer { to, number, bytes };
-            answers.kept.push_back(answer);
-            while answers.kept.len() > MOST_KEPT {
-                answers.kept.pop_front();
-            }
-            self.protocol.counts.answered += 1;
-            self.protocol.answers.kept.len() - 1
+        let at = match known {
+            Some((at, _)) => Some(at),
+            // Made again, it would have other chunks.
+            None if !question.chunks.is_empty() => None,
+            None => self.make_answer(question, now),
         };
-        let Some(answer) = self.protocol.answers.kept.get(at) else {
+        let answer = at.and_then(|at| self.protocol.answers.kept.get_mut(at));
+        let Some(answer) = answer else {
             return;
         };
+        answer.asked = now;
         let count = answer.count();
         let wanted: Vec<usize> = if question.chunks.is_empty() {
             (0..count.min(WINDOW)).collect()
@@ -229,6 +233,31 @@ impl Core {
         for part in parts.collect::<Vec<_>>() {
             self.protocol.send(part);
         }
+    }
+
+    /// Makes the answer to a new question. Returns its place.
+    fn make_answer(&mut self, question: &Question, now: Duration) -> Option<usize> {
+        let peer = self.protocol.peers.all.get_mut(&question.sender)?;
+        let is_soon = peer
+            .answered
+            .is_some_and(|last| now < last.saturating_add(PAUSE));
+        if is_soon {
+            return None;
+        }
+        peer.answered = Some(now);
+        let Some(bytes) = self.answer_of(question) else {
+            let reason = "a replica lacks more than an answer holds, which is 64 MiB";
+            self.protocol.refuse(reason);
+            return None;
+        };
+        let at = self.protocol.answers.keep(Answer {
+            to: question.sender,
+            number: question.number,
+            bytes,
+            asked: now,
+        })?;
+        self.protocol.counts.answered += 1;
+        Some(at)
     }
 
     fn answer_of(&self, question: &Question) -> Option<Vec<u8>> {
@@ -307,8 +336,6 @@ impl Core {
         }
         if self.lacks() {
             self.protocol.ask_by(now.saturating_add(PAUSE));
-        } else {
-            self.protocol.joined();
         }
     }
 }

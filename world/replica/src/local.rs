@@ -175,6 +175,8 @@ impl Core {
         let delta = start_delta(start)?;
         Check::of(self).delta(&delta).map_err(Error::Start)?;
         let touched = self.replica.merge(&delta)?;
+        // It is no replica for which removals wait.
+        self.replica.forget(START);
         self.protocol.digests.clear();
         self.show(graph, time, &touched);
         if self.is_stale {

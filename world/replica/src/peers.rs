@@ -9,6 +9,8 @@ use std::time::Duration;
 
 /// How many other replicas are known at most.
 pub(crate) const MOST_PEERS: usize = 1024;
+/// How many numbers of writers all of them tell at most.
+const MOST_SEEN: usize = 1 << 18;
 /// After so long without a message, nobody waits for a replica.
 pub(crate) const SILENT: Duration = Duration::from_secs(5);
 /// After so long, it is no longer listed.
@@ -79,7 +81,8 @@ impl Peers {
         Some(peer)
     }
 
-    /// Notes what a replica has told. Returns whether it was not known before.
+    /// Notes what a replica has told. Returns whether it was not known before. `None` if that is too
+    /// much, with what others have told.
     pub(crate) fn tell(
         &mut self,
         digest: &DigestOf,
@@ -87,6 +90,14 @@ impl Peers {
         streams: u64,
         now: Duration,
     ) -> Option<bool> {
+        let others = self
+            .all
+            .iter()
+            .filter(|(writer, _)| **writer != digest.sender);
+        let told: usize = others.map(|(_, peer)| peer.seen.len()).sum();
+        if told.saturating_add(digest.seen.len()) > MOST_SEEN {
+            return None;
+        }
         let peer = self.hear(digest.sender, now)?;
         let is_new = !peer.has_told || peer.is_leaving;
         peer.has_told = true;

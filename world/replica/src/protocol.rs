@@ -22,8 +22,8 @@ use std::time::Duration;
 const PERIOD: Duration = Duration::from_secs(1);
 /// How long a replica waits for what is late before it asks.
 const PATIENCE: Duration = Duration::from_millis(30);
-/// After so long alone, a replica has joined.
-const ALONE: Duration = Duration::from_millis(1500);
+/// Before, a replica has not joined: another one that has everything may not have told so yet.
+const JOINING: Duration = Duration::from_millis(2500);
 /// How many bytes wait at most to be sent.
 const MOST_QUEUED: usize = 16 << 20;
 /// How far the time of a change may be ahead of the clock of a receiver.
@@ -128,11 +128,6 @@ impl Protocol {
     /// Looks for something to ask at this time, or earlier.
     pub(crate) fn ask_by(&mut self, at: Duration) {
         self.ask_at = Some(self.ask_at.map_or(at, |known| known.min(at)));
-    }
-
-    /// Notes that this replica has what the others have.
-    pub(crate) fn joined(&mut self) {
-        self.has_joined = true;
     }
 
     pub(crate) fn refuse(&mut self, reason: &str) {
@@ -297,6 +292,10 @@ impl Core {
     }
 
     fn take_samples(&mut self, graph: &Graph, time: Time, now: Duration, samples: &[Sample]) {
+        let newest = samples.iter().map(|sample| sample.count).max();
+        if !newest.is_none_or(|newest| self.replica.count_from(newest)) {
+            return self.protocol.refuse("a count is too far ahead");
+        }
         let mut touched = std::collections::BTreeSet::new();
         for sample in samples {
             let Some(kind) = self.replica.kind_of(sample.of) else {
@@ -304,12 +303,6 @@ impl Core {
                 continue;
             };
             let sound = Check::of(self).value(Some(kind), &sample.name, Some(&sample.value));
-            let sound = sound.and_then(|()| {
-                let is_sound = self.replica.count_from(sample.count);
-                is_sound
-                    .then_some(())
-                    .ok_or_else(|| "a count is too far ahead".to_owned())
-            });
             if let Err(reason) = sound {
                 self.protocol.refuse(&reason);
                 continue;
@@ -329,7 +322,9 @@ impl Core {
         }
         let (schema, streams) = (self.protocol.schema, self.stream_digest());
         let Some(is_new) = self.protocol.peers.tell(digest, schema, streams, now) else {
-            return;
+            return self
+                .protocol
+                .refuse("there are too many replicas, or too many writers");
         };
         if digest.schema != schema {
             return self.protocol.refuse("a replica has another schema");
@@ -355,8 +350,6 @@ impl Core {
         }
         if self.lacks() {
             self.protocol.ask_by(now.saturating_add(PATIENCE));
-        } else {
-            self.protocol.joined();
         }
     }
 
@@ -373,7 +366,8 @@ impl Core {
             self.show_all(graph, between(time, graph.snapshot().time(), time));
         }
         let started = *self.protocol.started.get_or_insert(now);
-        if now.saturating_sub(started) >= ALONE && self.protocol.peers.live().next().is_none() {
+        let may_join = !self.protocol.has_joined && now.saturating_sub(started) >= JOINING;
+        if may_join && !self.lacks() {
             self.protocol.has_joined = true;
         }
         if self.protocol.has_left {
@@ -396,6 +390,7 @@ impl Core {
         for gone in self.protocol.peers.sweep(now) {
             self.replica.forget(gone);
         }
+        self.protocol.answers.expire(now);
         self.repeat_streams(now);
         self.tell(false);
         self.protocol.next_digest = now.saturating_add(PERIOD);

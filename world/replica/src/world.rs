@@ -219,7 +219,8 @@ impl World {
         self.core().leave();
     }
 
-    /// Whether the replica has what the others had when it joined, or is alone.
+    /// Whether the replica has what the others had when it joined, or is alone. It takes 2.5 s at least
+    /// to know that.
     pub fn has_joined(&self) -> bool {
         self.core().has_joined()
     }

@@ -178,6 +178,11 @@ fn replicas_with_one_start_have_it_once() {
     });
     removed.expect("a sound change");
     network.converge(5 * SECOND);
+    // Nobody waits for the writer of the start.
+    network.run(2 * SECOND);
+    for at in [0, 1, 2] {
+        assert_eq!(network.at(at).status(network.now).tombstones, 0);
+    }
     // One that starts later does not bring it back.
     let late = network.world(0, Rights::everything());
     late.start_with(&start).expect("a start");
@@ -210,7 +215,7 @@ fn a_late_joiner_gets_a_large_world_in_chunks() {
     assert!(!network.at(1).has_joined());
     let took = network.converge(5 * SECOND);
     assert!(took <= SECOND, "{took:?}");
-    network.run(2 * SECOND);
+    network.run(3 * SECOND);
     assert!(network.at(1).has_joined());
     let [chunks, asks] = [Topic::Chunk, Topic::Ask].map(|topic| network.sent[&topic]);
     assert!(
@@ -322,4 +327,25 @@ fn a_change_is_not_before_what_it_follows() {
     assert_eq!(early.snapshot().time(), Time::from_millis(500));
     let then = early.at(Time::from_millis(500)).expect("a version");
     assert_eq!(then.version().node_count(), 2);
+}
+
+#[test]
+fn one_that_hears_a_newcomer_first_has_not_joined() {
+    let [old, new, keeper] = ["old", "new", "keeper"].map(|name| {
+        let world = World::new(Setup::new(name, flat()));
+        world.turn(Duration::ZERO);
+        world
+    });
+    add(&old, "room", "hall");
+    pass(&new, &keeper);
+    keeper.turn(SECOND / 10);
+    assert!(!keeper.has_joined());
+    pass(&old, &keeper);
+    keeper.turn(3 * SECOND);
+    old.turn(3 * SECOND);
+    // It has heard that there is more.
+    pass(&old, &keeper);
+    keeper.turn(3 * SECOND);
+    assert!(keeper.has_joined());
+    assert_eq!(keeper.snapshot().node_count(), 1);
 }

@@ -399,3 +399,103 @@ fn one_that_slept_for_a_minute_catches_up() {
     let clock_set_back = network.at(2).status(Duration::ZERO);
     assert_eq!(clock_set_back.peers.len(), 2);
 }
+
+/// A digest of a stranger who has seen this many writers.
+fn digest(schema: u64, sender: u64, writers: u64) -> Message {
+    let mut writer = Writer::default();
+    writer.put(&schema);
+    writer.put(&sender);
+    writer.put(&"stranger".to_owned());
+    writer.put(&(writers as u32));
+    for own in 0..writers {
+        writer.put(&(own + 1000));
+        writer.put(&1_u64);
+    }
+    writer.put(&Vec::<u64>::new());
+    writer.put(&0_u64);
+    writer.put(&0_u64);
+    writer.put(&0_u32);
+    writer.put(&false);
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Digest, &mut Reader::new(&bytes)).expect("a message")
+}
+
+#[test]
+fn strangers_with_many_writers_are_refused() {
+    let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+    let schema = schema_of(&world);
+    for sender in 0..20 {
+        world.receive(SECOND, digest(schema, 100 + sender, 100_000));
+    }
+    let status = world.status(SECOND);
+    assert_eq!((status.peers.len(), status.counts.refused), (2, 18));
+}
+
+/// A question for everything, or for chunks of its answer.
+fn question(number: u64, chunks: &[u32]) -> Message {
+    let mut writer = Writer::default();
+    writer.put(&9_u64);
+    writer.put(&7_u64);
+    writer.put(&number);
+    writer.put(&0_u32);
+    writer.put(&Vec::<u32>::new());
+    writer.put(&chunks.to_vec());
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Ask, &mut Reader::new(&bytes)).expect("a message")
+}
+
+#[test]
+fn chunks_are_those_of_one_answer() {
+    let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+    for at in 0..1000 {
+        add(&world, "room", &format!("room {at}"));
+    }
+    while world.take().is_some() {}
+    let chunks = |now: Duration, message: Message| {
+        world.receive(now, message);
+        let all: Vec<Message> = std::iter::from_fn(|| world.take()).collect();
+        all.into_iter()
+            .filter(|one| one.topic() == Topic::Chunk)
+            .collect::<Vec<_>>()
+    };
+    let first = chunks(SECOND, question(1, &[]));
+    assert!(first.len() > 2);
+    // What changes meanwhile is in no chunk of this answer.
+    add(&world, "room", "a new room");
+    let again = chunks(2 * SECOND, question(1, &[0, 1]));
+    assert_eq!(again, first[..2]);
+    // After a while nobody has it any more, and the one that asks has to ask anew.
+    assert_eq!(chunks(9 * SECOND, question(1, &[1])), []);
+    assert!(chunks(9 * SECOND, question(2, &[])).len() > 2);
+}
+
+#[test]
+fn a_message_of_many_samples_does_not_use_up_the_counts() {
+    let open = || Schema::anything().into();
+    let world = World::new(Setup::new("mapper", open()).with_writer(7));
+    let schema = schema_of(&world);
+    add(&world, "room", "kitchen");
+    let mut writer = Writer::default();
+    writer.put(&schema);
+    writer.put(&9_u64);
+    writer.put(&0_i64);
+    writer.put(&70_000_u32);
+    for at in 1..=70_000_u64 {
+        writer.put(&7_u64);
+        writer.put(&1_u64);
+        writer.put(&"name".to_owned());
+        writer.put(&(at << 47));
+        writer.put(&9_u64);
+        writer.put(&4_u8);
+        writer.put(&Vec::<i64>::new());
+        writer.put(&Vec::<f64>::new());
+        writer.put(&vec!["x".to_owned()]);
+        writer.put(&Vec::<u8>::new());
+    }
+    let bytes = writer.into_bytes();
+    let samples = Message::decode(Topic::Samples, &mut Reader::new(&bytes)).expect("a message");
+    world.receive(SECOND, samples);
+    assert_eq!(world.status(SECOND).counts.refused, 1);
+    add(&world, "room", "hall");
+    assert_eq!(world.snapshot().node_count(), 2);
+}
