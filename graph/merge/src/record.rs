@@ -106,6 +106,11 @@ pub(crate) fn count(vector: &Vector, writer: u64) -> u64 {
     vector.get(&writer).copied().unwrap_or_default()
 }
 
+/// How many changes of all writers a vector has.
+pub(crate) fn total(vector: &Vector) -> u128 {
+    vector.values().copied().map(u128::from).sum()
+}
+
 /// Whether these changes include that which made an element.
 pub(crate) fn covers(vector: &Vector, id: Id) -> bool {
     count(vector, id.writer()) >= id.count()

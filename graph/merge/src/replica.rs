@@ -7,11 +7,10 @@ use property_graph::{Id, Value};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, RandomState};
 
+mod tombstones;
+
 /// How many removals a replica remembers at most. It forgets the others, whoever lacks them.
 pub const MOST_TOMBSTONES: usize = 1 << 14;
-
-/// How many replicas that this one waits for no longer are remembered.
-const MOST_LEFT: usize = 1024;
 
 /// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
 /// a replica is ahead by this after nine years.
@@ -64,8 +63,9 @@ pub struct Replica {
     forgotten: Vector,
     /// What other replicas have seen, as far as they told.
     others: BTreeMap<u64, Vector>,
-    /// What the replicas for which this one waits no longer had seen then.
-    left: BTreeMap<u64, Vector>,
+    /// How many changes the replicas for which this one waits no longer had seen then. What a replica has
+    /// seen only grows, so a message with no more is an earlier one.
+    left: BTreeMap<u64, u128>,
 }
 
 impl Replica {
@@ -557,16 +557,6 @@ impl Replica {
         }
     }
 
-    /// Adds a tombstone, or takes it away.
-    fn bury(&mut self, removed: Stamp, id: Id, is_there: bool) {
-        let all = self.tombstones.entry(removed.writer).or_default();
-        if is_there {
-            all.insert((removed.sequence, id));
-        } else {
-            all.remove(&(removed.sequence, id));
-        }
-    }
-
     fn drop_element(&mut self, id: Id) {
         let Some(element) = self.elements.remove(&id) else {
             return;
@@ -580,66 +570,9 @@ impl Replica {
         }
     }
 
-    /// Notes what another replica has seen, and forgets removals that all have seen.
-    pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
-        // Removals are of writers that are known here: what is told of others needs no memory.
-        let known = seen.iter().filter(|(w, _)| self.seen.contains_key(w));
-        let seen: Vector = known.map(|(w, upto)| (*w, *upto)).collect();
-        // A late message of a replica that has left does not bring it back.
-        let left = self.left.get(&sender);
-        let is_late =
-            left.is_some_and(|left| seen.iter().all(|(w, upto)| *upto <= count(left, *w)));
-        if sender != self.writer && !is_late {
-            let left = self.left.remove(&sender).unwrap_or_default();
-            raise(self.others.entry(sender).or_insert(left), &seen);
-        }
-        self.sweep();
-    }
-
-    /// Waits no longer for a replica, until it sends something newer. Then it gets the whole graph
-    /// if it lacks a removal, and keeps what it has changed meanwhile.
-    pub fn forget(&mut self, writer: u64) {
-        if let Some(seen) = self.others.remove(&writer) {
-            self.left.insert(writer, seen);
-            if self.left.len() > MOST_LEFT {
-                self.left.pop_first();
-            }
-        }
-        self.sweep();
-    }
-
-    /// Forgets removals that all have seen, and more if there are too many.
-    fn sweep(&mut self) {
-        let mut gone: Vec<(u64, u64, Id)> = Vec::new();
-        let mut kept: Vec<(u64, u64, Id)> = Vec::new();
-        for (writer, all) in &self.tombstones {
-            let others = self.others.values().chain([&self.seen]);
-            let upto = others.map(|seen| count(seen, *writer)).min();
-            // What made an element is known then: a late message about it brings nothing back.
-            for (sequence, id) in all.iter().filter(|(_, id)| covers(&self.seen, *id)) {
-                let is_seen = *sequence <= upto.unwrap_or_default();
-                let all = if is_seen { &mut gone } else { &mut kept };
-                all.push((*writer, *sequence, *id));
-            }
-        }
-        let many = self
-            .tombstones()
-            .saturating_sub(gone.len() + self.most_tombstones);
-        gone.extend(kept.into_iter().take(many));
-        for (writer, sequence, id) in gone {
-            raise(&mut self.forgotten, &[(writer, sequence)].into());
-            self.drop_element(id);
-        }
-    }
-
     /// How many elements are kept, removed ones and those that are not known yet among them.
     pub fn kept(&self) -> usize {
         self.elements.len()
-    }
-
-    /// How many tombstones are kept.
-    pub fn tombstones(&self) -> usize {
-        self.tombstones.values().map(BTreeSet::len).sum()
     }
 
     /// All elements of a range, for a replica whose digest differs. It removes each of its elements
