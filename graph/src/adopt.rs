@@ -3,6 +3,7 @@
 use crate::edit::Edit;
 use crate::element::{Element, Id, NodeId};
 use crate::error::Error;
+use crate::names::Symbol;
 use crate::order::in_order;
 use crate::snapshot::Snapshot;
 use crate::stored::value;
@@ -109,10 +110,23 @@ fn attributes(
             gone.push(*symbol);
         }
     }
+    let kind = present.kind(own)?;
     let mut set = Vec::new();
     for (symbol, stored) in others.as_deref().unwrap_or_default() {
         let name = wanted.text(*symbol);
-        let known = present.symbol(name).and_then(|own| value(owned, own));
+        let own = present.symbol(name);
+        let same = own.and_then(|own| present.types.group(kind, own));
+        let is_said = |(other, _): &&(Symbol, usize)| {
+            let there = wanted.symbol(present.text(*other));
+            own != Some(*other) && there.is_some_and(|other| value(others, other).is_some())
+        };
+        if let Some((other, _)) = same.unwrap_or_default().iter().find(is_said) {
+            return Err(Error::SaidTwice {
+                kind: present.text(kind).to_owned(),
+                attributes: [name, present.text(*other)].map(str::to_owned),
+            });
+        }
+        let known = own.and_then(|own| value(owned, own));
         if known != Some(stored.value()) {
             set.push((name, stored.value().clone()));
         }

@@ -53,6 +53,16 @@ pub enum Error {
         /// What the value is.
         found: String,
     },
+    /// Another graph has two values where the schema of this one has one.
+    #[error(
+        "`{}` and `{}` of `{kind}` are one value, which is said twice", .attributes[0], .attributes[1]
+    )]
+    SaidTwice {
+        /// The type.
+        kind: String,
+        /// The attributes that have the value.
+        attributes: [String; 2],
+    },
     /// A number is infinite, or not a number.
     #[error("a value for `{0}` is not finite")]
     NotFinite(String),

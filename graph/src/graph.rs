@@ -115,8 +115,9 @@ impl Graph {
     /// version stays if all is equal. The schemas need not be equal.
     ///
     /// # Errors
-    /// The schema of this graph does not allow what the other one holds, or the change would have too
-    /// many steps ([`Error::TooLarge`]). Nothing has changed then.
+    /// The schema of this graph does not allow what the other one holds, also two attributes that are one
+    /// value here ([`Error::SaidTwice`]), or the change would have too many steps ([`Error::TooLarge`]).
+    /// Nothing has changed then.
     pub fn adopt(&self, time: Time, wanted: &Snapshot) -> Result<(), Error> {
         match self.change(time, |edit| adopt::adopt(edit, wanted)) {
             Ok(()) | Err(adopt::Refused::Equal) => Ok(()),

@@ -433,3 +433,29 @@ Domain frames
     };
     assert_eq!(ends(&again), ends(&now));
 }
+
+#[test]
+fn a_graph_adopts_one_of_several_attributes_that_are_one_value() {
+    let (own, node) = graph();
+    let id = own.snapshot().node(node).expect("a node").id();
+    let other = Graph::new(Schema::anything().into(), 2);
+    let made = other.change(Time::ZERO, |edit| {
+        let node = edit.add_node_as(id, "Sighting")?;
+        edit.set(node, "raw", [500.0, 0.0, 4000.0])?;
+        Ok::<_, Error>(node)
+    });
+    let there = made.expect("a node");
+    own.adopt(Time::ZERO, &other.snapshot()).expect("a change");
+    assert_eq!(numbers(&own, node, "where"), [4.0, -0.5, 0.0]);
+    let before = own.snapshot();
+    own.adopt(Time::ZERO, &other.snapshot()).expect("no change");
+    // Which of two values is right, nobody knows.
+    set(&other, there, "where", [1.0, 2.0, 3.0]).expect("a change");
+    let refused = own.adopt(Time::ZERO, &other.snapshot());
+    let refused = refused.expect_err("two values").to_string();
+    assert_eq!(
+        refused,
+        "`raw` and `where` of `Sighting` are one value, which is said twice"
+    );
+    assert!(Arc::ptr_eq(&before, &own.snapshot()));
+}

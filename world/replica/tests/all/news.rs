@@ -189,6 +189,11 @@ fn replicas_with_one_start_have_it_once() {
     network.worlds[0] = Some(late);
     network.converge(10 * SECOND);
     assert_eq!(network.at(0).snapshot().named("front").count(), 0);
+    // The one that was killed is not waited for, and the writer of the start never.
+    network.run(10 * SECOND);
+    for at in [0, 1, 2] {
+        assert_eq!(network.at(at).status(network.now).tombstones, 0);
+    }
 
     let wrong = World::new(Setup::new("x", std::sync::Arc::new(Schema::default())));
     assert!(matches!(wrong.start_with(&start), Err(Error::Start(_))));
