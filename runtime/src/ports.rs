@@ -461,7 +461,6 @@ impl Connections {
                     let endpoint = self.topic_endpoint(&slot, operation, slot.middleware())?;
                     let port = self.backend(&slot)?.subscriber(&endpoint)?;
                     self.watch(at, port.queue());
-                    let port = self.fed(&slot, port);
                     let port = match &plan {
                         Some((plan, counts)) => {
                             let (of, address) = (&slot.operations[operation], &endpoint.address);
@@ -472,6 +471,7 @@ impl Connections {
                         }
                         None => port,
                     };
+                    let port = self.fed((&slot, operation), port);
                     Ok(Receiver::Subscriber {
                         port: self.exact.subscriber(at, operation, port),
                         operation,

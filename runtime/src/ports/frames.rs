@@ -2,10 +2,14 @@
 
 use super::Connections;
 use super::endpoints::call_endpoint;
-use crate::converting::{ConvertingClient, Fed, Frames, Shared, Source, Tf, TfSlot, Tree, history};
+use crate::converting::{
+    ConversionCounts, ConvertingClient, ConvertingSubscriber, Fed, Frames, Shared, Source, Tf,
+    TfSlot, Tree, history,
+};
 use crate::slots::OpenSlot;
 use rc_conversion::TRANSFORMS;
 use rc_management::component::{ClockKind, Role};
+use rc_middleware::typed::Operation;
 use rc_middleware::{Durability, OpenError, Subscriber};
 use std::rc::Rc;
 use std::time::Duration;
@@ -31,11 +35,9 @@ impl Connections {
         let of_tf = |name: &str| {
             let mut slots = self.description.slots.iter();
             let at = slots.position(|own| own.name == name && own.role == Role::SubscribesTo)?;
-            let mut own = self.description.slots[at].operations.iter();
-            own.any(|of| (of.name, of.type_hash) == TRANSFORMS)
-                .then_some(at)
+            Some((at, transforms(self.description.slots[at].operations)?))
         };
-        let slots: Option<Vec<usize>> = tree.split(',').map(of_tf).collect();
+        let slots: Option<Vec<(usize, usize)>> = tree.split(',').map(of_tf).collect();
         let (source, limit) = match slots {
             Some(slots) => self.received_transforms(&slots)?,
             None => self.asked_tree(tree).map_err(wrong)??,
@@ -75,16 +77,31 @@ impl Connections {
         Ok(Ok((Source::Tree(Box::new(known)), open.qos.timeout)))
     }
 
-    /// The transforms that slots receive, and the longest wait for one.
-    fn received_transforms(&self, slots: &[usize]) -> Result<(Source, Duration), OpenError> {
+    /// The transforms that slots receive with these operations, and the longest wait for one.
+    fn received_transforms(
+        &self,
+        slots: &[(usize, usize)],
+    ) -> Result<(Source, Duration), OpenError> {
         let mut limit = Duration::MAX;
-        let all = slots.iter().map(|at| {
+        let all = slots.iter().map(|(at, operation)| {
             let open = self.slot(*at)?;
             limit = limit.min(open.qos.timeout);
-            let endpoint = self.topic_endpoint(&open, 0, open.middleware())?;
+            let endpoint = self.topic_endpoint(&open, *operation, open.middleware())?;
+            let port = self.backend(&open)?.subscriber(&endpoint)?;
+            // The event loop counts and reports what it converts.
+            let port = match self.conversions.plans.get(&*open.name) {
+                Some(plan) => {
+                    let address = endpoint.address.to_string();
+                    let plan = (plan, *operation, &open.operations[*operation]);
+                    let counts = ConversionCounts::default();
+                    let frames = || Err(needs_itself(&open.name));
+                    ConvertingSubscriber::over(plan, address, &counts, frames, port)?
+                }
+                None => port,
+            };
             Ok(TfSlot {
                 history: self.history(&open),
-                port: self.backend(&open)?.subscriber(&endpoint)?,
+                port,
                 type_hash: TRANSFORMS.1,
             })
         });
@@ -101,10 +118,16 @@ impl Connections {
         Rc::clone(own.or_insert_with(|| history(is_constant)))
     }
 
-    /// A subscriber of a slot, from whose samples conversions learn where frames are, if they do.
-    pub(super) fn fed(&self, slot: &OpenSlot, port: Box<dyn Subscriber>) -> Box<dyn Subscriber> {
+    /// A subscriber of an operation of a slot, from whose samples, in the units of this component,
+    /// conversions learn where frames are, if they do.
+    pub(super) fn fed(
+        &self,
+        (slot, operation): (&OpenSlot, usize),
+        port: Box<dyn Subscriber>,
+    ) -> Box<dyn Subscriber> {
         let mut trees = self.conversions.trees.values();
-        if !trees.any(|tree| tree.split(',').any(|name| name == &*slot.name)) {
+        let is_asked = trees.any(|tree| tree.split(',').any(|name| name == &*slot.name));
+        if !is_asked || transforms(slot.operations) != Some(operation) {
             return port;
         }
         Box::new(Fed {
@@ -112,5 +135,19 @@ impl Connections {
             history: self.history(slot),
             type_hash: TRANSFORMS.1,
         })
+    }
+}
+
+/// The operation with transforms of tf.
+fn transforms(operations: &[Operation]) -> Option<usize> {
+    let mut all = operations.iter();
+    all.position(|of| (of.name, of.type_hash) == TRANSFORMS)
+}
+
+/// The error for a slot of tf whose own conversion changes frames.
+fn needs_itself(slot: &str) -> OpenError {
+    OpenError::Backend {
+        address: slot.to_owned(),
+        reason: "it knows where frames are, so its own plan cannot change frames".to_owned(),
     }
 }
