@@ -7,6 +7,7 @@ use rc_world::{Message, Rights};
 use rc_world_member::{Driver, Interface, place};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 use world_keeper_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_keeper_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
 use world_keeper_generated::network_time::Time;
@@ -21,9 +22,14 @@ pub struct SpecificWorker {
     /// The version that is in the file.
     kept: Option<u64>,
     next: Time,
-    /// What was last said about the world.
+    /// What was last said about the world, and before when nothing more is said: peers decide how
+    /// often it changes.
     said: String,
+    silent_until: Time,
 }
+
+/// The shortest time between two warnings.
+const SILENCE: Duration = Duration::from_secs(10);
 
 impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
@@ -45,6 +51,7 @@ impl Worker<Context> for SpecificWorker {
             kept: None,
             next: ctx.now() + ctx.params.each,
             said: String::new(),
+            silent_until: ctx.now(),
         })
     }
 
@@ -56,7 +63,7 @@ impl Worker<Context> for SpecificWorker {
             self.begin(&file, &graph)?;
             self.turn(ctx);
         }
-        self.report();
+        self.report(ctx.now());
         if ctx.now() >= self.next {
             self.next = ctx.now() + ctx.params.each;
             self.keep(&ctx.params.keep, &ctx.params.schema)?;
@@ -99,7 +106,10 @@ impl SpecificWorker {
     }
 
     /// Says what is wrong with the world, once.
-    fn report(&mut self) {
+    fn report(&mut self, now: Time) {
+        if now < self.silent_until {
+            return;
+        }
         let state = self.world.state();
         let mut said = String::new();
         if let Some(fault) = &state.fault {
@@ -113,6 +123,7 @@ impl SpecificWorker {
         if said != self.said {
             if !said.is_empty() {
                 warn!("{said}");
+                self.silent_until = now + SILENCE;
             }
             self.said = said;
         }
