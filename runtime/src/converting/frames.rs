@@ -138,7 +138,7 @@ impl Frames {
                 let left = deadline.saturating_duration_since(Instant::now());
                 let comes = time - self.clock.now() <= left;
                 let stop = stop.filter(|_| comes);
-                tf.transform(needed, stop.map(|stop| (deadline, stop)))
+                tf.transform(needed, &*self.clock, stop.map(|stop| (deadline, stop)))
             }
             Source::Tree(tree) => {
                 await_time((&*self.clock, stop), time, deadline)?;

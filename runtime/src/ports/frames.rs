@@ -12,6 +12,7 @@ use rc_management::component::{ClockKind, Role};
 use rc_middleware::typed::Operation;
 use rc_middleware::{Durability, OpenError, Subscriber};
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 impl Connections {
@@ -134,6 +135,7 @@ impl Connections {
             port,
             history: self.history(slot),
             type_hash: TRANSFORMS.1,
+            clock: Arc::clone(&self.now),
         })
     }
 }

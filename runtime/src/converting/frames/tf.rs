@@ -5,6 +5,7 @@
 
 use super::transforms::{History, Missing, Pose, lookup};
 use super::{LONGEST_SLEEP, NoTransform};
+use crate::clock::Clock;
 use rc_conversion::{Needed, Transform};
 use rc_middleware::{
     DecodeError, Encoding, Header, KeptSample, Message, QueueGauge, Reader, ReceiveError,
@@ -14,6 +15,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::cell::RefCell;
 use std::os::fd::BorrowedFd;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The history of a slot, which its subscribers share.
@@ -46,11 +48,12 @@ impl Tf {
     pub(super) fn transform(
         &mut self,
         needed: &Needed<'_>,
+        clock: &dyn Clock,
         until: Option<(Instant, &WakeEvent)>,
     ) -> Result<Transform, NoTransform> {
         loop {
             for slot in &mut self.0 {
-                slot.drain();
+                slot.drain(clock);
             }
             let borrowed: Vec<_> = self.0.iter().map(|slot| slot.history.borrow()).collect();
             let histories: Vec<&History> = borrowed.iter().map(|history| &**history).collect();
@@ -100,12 +103,12 @@ impl Tf {
 
 impl TfSlot {
     /// Takes all samples that are there.
-    fn drain(&mut self) {
+    fn drain(&mut self, clock: &dyn Clock) {
         for _ in 0..MOST_AT_ONCE {
             let (history, hash) = (&self.history, self.type_hash);
             let taken = self
                 .port
-                .receive(&mut |header, body| put(history, hash, header, body));
+                .receive(&mut |header, body| put(history, (hash, clock), header, body));
             // The event loop reports the faults of the slot.
             if taken != Ok(true) {
                 return;
@@ -116,20 +119,21 @@ impl TfSlot {
 
 /// Puts the transforms of a sample into a history. The handler of the slot reports a sample that is
 /// none.
-fn put(history: &Shared, hash: u64, header: Header, body: &[u8]) {
+fn put(history: &Shared, (hash, clock): (u64, &dyn Clock), header: Header, body: &[u8]) {
     if header.encoding == Encoding::Cdr && (header.type_hash == 0 || header.type_hash == hash) {
-        let _ = read(&mut history.borrow_mut(), &mut Reader::new(body));
+        let now = i64::try_from(clock.now().as_nanos()).unwrap_or(i64::MAX);
+        let _ = read(&mut history.borrow_mut(), &mut Reader::new(body), now);
     }
 }
 
-fn read(history: &mut History, reader: &mut Reader<'_>) -> Result<(), DecodeError> {
+fn read(history: &mut History, reader: &mut Reader<'_>, now: i64) -> Result<(), DecodeError> {
     for _ in 0..reader.length()? {
         let (seconds, nanoseconds): (i32, u32) = (reader.get()?, reader.get()?);
         let (parent, child): (String, String) = (reader.get()?, reader.get()?);
         let (place, turn): ([f64; 3], [f64; 4]) = (reader.get()?, reader.get()?);
         let time = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
         if let Some(pose) = Pose::new(place, turn) {
-            history.put((&parent, &child), time, pose);
+            history.put((&parent, &child), (time, now), pose);
         }
     }
     Ok(())
@@ -140,6 +144,8 @@ pub(crate) struct Fed {
     pub(crate) port: Box<dyn Subscriber>,
     pub(crate) history: Shared,
     pub(crate) type_hash: u64,
+    /// That of the network.
+    pub(crate) clock: Arc<dyn Clock>,
 }
 
 impl Subscriber for Fed {
@@ -152,9 +158,9 @@ impl Subscriber for Fed {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        let (history, hash) = (&self.history, self.type_hash);
+        let (history, of) = (&self.history, (self.type_hash, &*self.clock));
         self.port.receive(&mut |header, body| {
-            put(history, hash, header, body);
+            put(history, of, header, body);
             take(header, body);
         })
     }
@@ -190,12 +196,13 @@ impl Subscriber for Fed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::SystemClock;
     use rc_middleware::{Writer, cdr};
     use std::collections::VecDeque;
     use std::io::{Read, Write};
     use std::os::fd::AsFd;
     use std::os::unix::net::UnixStream;
-    use std::sync::{Arc, Mutex};
+    use std::sync::Mutex;
     use std::thread;
 
     type Queue = Arc<Mutex<VecDeque<Vec<u8>>>>;
@@ -263,7 +270,7 @@ mod tests {
         let deadline = || within(Duration::from_secs(10));
         // Nobody waits for a frame that nobody has named.
         let unknown = tf
-            .transform(&needed(1), deadline())
+            .transform(&needed(1), &SystemClock, deadline())
             .expect_err("no transform");
         assert!(
             matches!(&unknown, NoTransform::Tf(Missing::Unknown(_))),
@@ -271,10 +278,12 @@ mod tests {
         );
         queue.lock().expect("the queue").push_back(sample(1, 1.0));
         assert_eq!(
-            ahead(tf.transform(&needed(1), None)).to_bits(),
+            ahead(tf.transform(&needed(1), &SystemClock, None)).to_bits(),
             1_f64.to_bits()
         );
-        let newer = tf.transform(&needed(2), None).expect_err("no transform");
+        let newer = tf
+            .transform(&needed(2), &SystemClock, None)
+            .expect_err("no transform");
         assert!(
             matches!(&newer, NoTransform::Tf(Missing::Newer(_, 1_000_000_000))),
             "{newer}"
@@ -285,12 +294,14 @@ mod tests {
             there
         });
         assert_eq!(
-            ahead(tf.transform(&needed(2), deadline())).to_bits(),
+            ahead(tf.transform(&needed(2), &SystemClock, deadline())).to_bits(),
             2_f64.to_bits()
         );
         sender.join().expect("the sender");
         let soon = within(Duration::from_millis(5));
-        let late = tf.transform(&needed(4), soon).expect_err("no transform");
+        let late = tf
+            .transform(&needed(4), &SystemClock, soon)
+            .expect_err("no transform");
         assert!(
             matches!(&late, NoTransform::Tf(Missing::Newer(..))),
             "{late}"
@@ -327,7 +338,7 @@ mod tests {
         let limit = Duration::from_mins(10);
         for (publishers, stop) in [(0, &running), (1, &stopping)] {
             let until = Some((Instant::now() + limit, stop));
-            let missing = tf(publishers).transform(&needed, until);
+            let missing = tf(publishers).transform(&needed, &SystemClock, until);
             let missing = missing.expect_err("no transform");
             assert!(
                 matches!(&missing, NoTransform::Tf(Missing::Newer(..))),
@@ -347,6 +358,7 @@ mod tests {
             port: Box::new(Late(here, queue, 1)),
             history: Rc::clone(&own),
             type_hash: 5,
+            clock: Arc::new(SystemClock),
         };
         let mut seen = 0;
         while fed.receive(&mut |_, _| seen += 1) == Ok(true) {}

@@ -152,12 +152,20 @@ fn plain(name: &str) -> &str {
 }
 
 impl History {
-    /// Takes the pose of a frame in its parent at a time. One that is too old, or has no fitting name,
-    /// is left out.
-    pub(super) fn put(&mut self, (parent, child): (&str, &str), time: i64, pose: Pose) {
+    /// Takes the pose of a frame in its parent at a time. One that is too old or too far ahead of the
+    /// time now, or has no fitting name, is left out.
+    pub(super) fn put(
+        &mut self,
+        (parent, child): (&str, &str),
+        (time, now): (i64, i64),
+        pose: Pose,
+    ) {
         let (parent, child) = (plain(parent), plain(child));
         let fits = |name: &str| !name.is_empty() && name.len() <= LONGEST;
-        if parent == child || !fits(parent) || !fits(child) {
+        // One that is further ahead would make all later ones too old.
+        let last = now.saturating_add(KEPT);
+        let is_ahead = !self.is_constant && time > last;
+        if parent == child || !fits(parent) || !fits(child) || is_ahead {
             return;
         }
         if !self.edges.contains_key(child) {
@@ -173,7 +181,9 @@ impl History {
         let Some(edge) = self.edges.get_mut(child) else {
             return;
         };
-        if edge.parent != parent || self.is_constant {
+        // Simulated time may begin anew.
+        let is_past = edge.poses.back().is_some_and(|(newest, _)| *newest > last);
+        if edge.parent != parent || self.is_constant || is_past {
             self.count -= edge.poses.len();
             edge.poses.clear();
             parent.clone_into(&mut edge.parent);
@@ -313,10 +323,14 @@ mod tests {
         let (mut moving, mut constant) = (History::default(), History::default());
         constant.is_constant = true;
         let second = 1_000_000_000;
-        moving.put(("odom", "/base"), 0, pose([0.0; 3], left(0.0)));
-        moving.put(("odom", "base"), second, pose([2.0, 0.0, 0.0], left(90.0)));
-        constant.put(("base", "lidar"), 7, pose([1.0, 0.0, 1.0], left(0.0)));
-        constant.put(("odom", "map"), 0, pose([0.0, -5.0, 0.0], left(180.0)));
+        moving.put(("odom", "/base"), (0, 0), pose([0.0; 3], left(0.0)));
+        moving.put(
+            ("odom", "base"),
+            (second, second),
+            pose([2.0, 0.0, 0.0], left(90.0)),
+        );
+        constant.put(("base", "lidar"), (7, 0), pose([1.0, 0.0, 1.0], left(0.0)));
+        constant.put(("odom", "map"), (0, 0), pose([0.0, -5.0, 0.0], left(180.0)));
         [moving, constant]
     }
 
@@ -362,9 +376,9 @@ mod tests {
             Missing::Unknown("camera".to_owned())
         );
         let mut circle = History::default();
-        circle.put(("a", "b"), 0, Pose::IDENTITY);
-        circle.put(("b", "a"), 0, Pose::IDENTITY);
-        circle.put(("c", "d"), 0, Pose::IDENTITY);
+        circle.put(("a", "b"), (0, 0), Pose::IDENTITY);
+        circle.put(("b", "a"), (0, 0), Pose::IDENTITY);
+        circle.put(("c", "d"), (0, 0), Pose::IDENTITY);
         assert_eq!(lookup(&[&circle], ("a", "d"), 0), Err(Missing::Circle));
         assert_eq!(
             lookup(&[moving, &circle], ("d", "base"), 0),
@@ -375,27 +389,35 @@ mod tests {
     #[test]
     fn a_history_has_bounds() {
         let mut history = History::default();
+        let now = 19_000_000_000;
         for time in 0..20 {
-            history.put(("map", "base"), time * 1_000_000_000, Pose::IDENTITY);
+            history.put(("map", "base"), (time * 1_000_000_000, now), Pose::IDENTITY);
         }
         assert_eq!(history.count, 11);
-        history.put(("map", "base"), 0, Pose::IDENTITY);
-        history.put(("map", "base"), 19_000_000_000, Pose::IDENTITY);
+        history.put(("map", "base"), (0, now), Pose::IDENTITY);
+        history.put(("map", "base"), (now, now), Pose::IDENTITY);
+        assert_eq!(history.count, 11);
+        // One far ahead makes no later one too old.
+        history.put(("map", "base"), (now + KEPT + 1, now), Pose::IDENTITY);
         assert_eq!(history.count, 11);
         // A frame that moves to another parent begins anew.
-        history.put(("odom", "base"), 20_000_000_000, Pose::IDENTITY);
+        history.put(("odom", "base"), (20_000_000_000, now), Pose::IDENTITY);
+        assert_eq!(history.count, 1);
+        // So does one in simulated time that begins anew.
+        history.put(("odom", "base"), (21_000_000_000, now), Pose::IDENTITY);
+        history.put(("odom", "base"), (5, 5), Pose::IDENTITY);
         assert_eq!(history.count, 1);
         for (parent, child) in [("", "a"), ("a", "/a"), ("map", &*"a".repeat(257))] {
-            history.put((parent, child), 0, Pose::IDENTITY);
+            history.put((parent, child), (0, 0), Pose::IDENTITY);
         }
         assert_eq!(history.edges.len(), 1);
         for frame in 0..2 * MOST_FRAMES {
-            history.put(("map", &format!("f{frame}")), 0, Pose::IDENTITY);
+            history.put(("map", &format!("f{frame}")), (0, 0), Pose::IDENTITY);
         }
         assert_eq!(history.edges.len(), MOST_FRAMES);
         for time in 0..2_000_i64 {
             for frame in 0..100 {
-                history.put(("map", &format!("f{frame}")), time, Pose::IDENTITY);
+                history.put(("map", &format!("f{frame}")), (time, time), Pose::IDENTITY);
             }
         }
         assert!(history.count <= MOST + MOST_FRAMES, "{}", history.count);
