@@ -66,7 +66,11 @@ fn words_of_a_world_are_names_elsewhere() {
         &expect![[r#""#]],
     );
     let access = world.expect("a world").access.expect("a block");
-    let paths: Vec<String> = access.writes.iter().map(rc_cdsl::model::Write::path).collect();
+    let paths: Vec<String> = access
+        .writes
+        .iter()
+        .map(rc_cdsl::model::Write::path)
+        .collect();
     assert_eq!(paths, ["stream", "shared.reads"]);
 }
 
