@@ -46,7 +46,9 @@ pub fn load(
     }
     // Replicas of a world meet at the topics of an interface that comes with the tools.
     for world in file.component.iter().flat_map(shared) {
-        session.import(&path, "World.idsl", world.schema.span);
+        let module = session.import(&path, world::FILE, world.schema.span);
+        let other = module.and_then(|module| world::other(world, &session.library, module));
+        session.found.extend(other);
     }
     found.extend(session.found);
     let library = session.library;

@@ -4,7 +4,7 @@ use crate::ast;
 use crate::model::{Access, Role, Slot, World, Write};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
-use rc_idsl::model::InterfaceId;
+use rc_idsl::model::{InterfaceId, ModuleId};
 use rc_syntax::Name;
 use rc_vocabulary::qos::{Policies, Policy, Reliability};
 use std::collections::HashMap;
@@ -18,6 +18,24 @@ pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
         name: tree.name.clone(),
         access: access.map(|all| Clause { found }.access(all)),
     }
+}
+
+/// The file with the interfaces by which replicas meet, and its module.
+pub(super) const FILE: &str = "World.idsl";
+const MODULE: &str = "RcWorld";
+
+/// A finding about another file with the name of [`FILE`], which is found before it.
+pub(super) fn other(tree: &ast::World, library: &Library, module: ModuleId) -> Option<Diagnostic> {
+    let module = library.module(module);
+    let is_other = module.name.text != MODULE;
+    is_other.then(|| {
+        let message = format!(
+            "a world needs the `{FILE}` that comes with the tools, and another file has this name"
+        );
+        Diagnostic::error("unknown-interface", tree.schema.span, message)
+            .label(module.name.span, "its module")
+            .help("rename that file")
+    })
 }
 
 /// The topics by which replicas meet: interface, role, the end of the name of their slot.
@@ -36,7 +54,7 @@ pub(super) fn slots(
     found: &mut Diagnostics,
 ) -> Vec<Slot> {
     let module = library.modules.iter();
-    let module = module.filter(|module| module.name.text == "RcWorld");
+    let module = module.filter(|module| module.name.text == MODULE);
     let ids: Vec<InterfaceId> = module.flat_map(|m| m.interfaces.iter().copied()).collect();
     let interface = |name: &str| {
         let mut ids = ids.iter();

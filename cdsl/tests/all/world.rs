@@ -126,3 +126,15 @@ fn what_does_not_fit_is_reported() {
         "#]],
     );
 }
+
+#[test]
+fn another_file_of_the_name_is_no_world() {
+    let text = "Component C { Communications { }; language rust;\n\nworld \"a.gdsl\" as g;\n};\n";
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.cdsl", text);
+    let loader = MemoryLoader::new([("World.idsl", "module Maps { interface World { }; };")]);
+    let (_, found) = rc_cdsl::load(&mut sources, &loader, source);
+    expect![[r#"
+        c.cdsl:3:7: error[unknown-interface]: a world needs the `World.idsl` that comes with the tools, and another file has this name; its module at World.idsl:1:8 (rename that file)
+    "#]].assert_eq(&render(&sources, &found, Format::Short));
+}
