@@ -425,7 +425,9 @@ impl<'a> Resolver<'a> {
                 .filter_map(|name| Some((self.first(name, group)?, name.span)));
             self.deployment.instances[at].after = after.collect();
         }
-        for group in &self.deployment.groups {
+        self.resolve_processes(&references);
+        // Groups inside come later, and may have the first component of a group.
+        for group in self.deployment.groups.iter().rev() {
             if let Some(proxy) = &group.proxy
                 && let Some(first) = self.deployment.instances.get(group.instances.start)
             {
@@ -433,7 +435,6 @@ impl<'a> Resolver<'a> {
                 self.deployment.instances[proxy.instance].host = host;
             }
         }
-        self.resolve_processes(&references);
         if let Some((_, path)) = self.time.take() {
             self.deployment.time = self.source_of_time(path);
         }

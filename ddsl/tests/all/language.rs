@@ -499,3 +499,47 @@ fn external_slots() {
         "#]],
     );
 }
+
+/// Also of a group that begins with another one with a proxy, or with a component in a process.
+#[test]
+fn a_proxy_is_on_the_host_of_the_first_component() {
+    let text = r#"Deployment n
+    {
+        Host far { address "robot"; };
+        Group outer
+        {
+            Group inner { Component a { cdsl "a.cdsl"; host far; }; export A; proxy; };
+            export A;
+            proxy;
+        };
+        Group other
+        {
+            Process p { host far; Component b { cdsl "b.cdsl"; }; Component c { cdsl "b.cdsl"; }; };
+            export B;
+            proxy;
+        };
+    };"#;
+    let mut sources = SourceMap::new();
+    let source = sources.add("n.ddsl", text);
+    let (deployment, found) = rc_ddsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert!(
+        !found.has_errors(),
+        "{}",
+        render(&sources, &found, Format::Short)
+    );
+    let deployment = deployment.expect("a network");
+    let hosts = deployment.instances.iter();
+    let hosts = hosts.map(|one| format!("{} {}", one.path, one.host.is_some()));
+    let hosts: Vec<String> = hosts.collect();
+    assert_eq!(
+        hosts,
+        [
+            "outer true",
+            "outer.inner true",
+            "outer.inner.a true",
+            "other true",
+            "other.b true",
+            "other.c true"
+        ]
+    );
+}
