@@ -62,12 +62,13 @@ pub(crate) fn given(
             found.push(error.help("write `COMPONENT.PATH=VALUE`, as in `avoider.speed=300`"));
             continue;
         };
-        // A component never has the name of a group, so one of them at most fits.
-        let mut instances = deployment.instances.iter().enumerate();
-        let named = instances.find_map(|(at, instance)| {
+        // The proxy of a group has the name of the group, and comes before what is inside.
+        let instances = deployment.instances.iter().enumerate();
+        let instances = instances.filter_map(|(at, instance)| {
             let path = target.strip_prefix(instance.path.as_str())?;
             Some((at, path.strip_prefix('.')?))
         });
+        let named = instances.min_by_key(|(_, path)| path.len());
         let Some((instance, path)) = named else {
             let name = target.split('.').next().unwrap_or(target);
             let span = Span::new(source, 0, name.len());

@@ -102,12 +102,16 @@ impl Tree<'_> {
         all
     }
 
+    /// The components that the files declare: a proxy has the name of its group.
     fn instances(
         &self,
         group: Option<usize>,
     ) -> impl Iterator<Item = (usize, &rc_ddsl::model::Instance)> {
         let all = self.deployment.instances.iter().enumerate();
-        all.filter(move |(_, instance)| instance.group == group)
+        all.filter(move |(_, instance)| {
+            let is_made = instance.proxy.is_some() || instance.adaptor.is_some();
+            instance.group == group && !is_made
+        })
     }
 
     fn groups(
