@@ -105,7 +105,10 @@ impl Framework {
 fn crates() -> impl Iterator<Item = (&'static str, &'static str)> {
     let first = [("rc-middleware", "middleware"), ("rc-runtime", "runtime")];
     let backends = Middleware::ALL.map(|middleware| middleware.can().package);
-    let last = [("innermodel-viewer", "innermodel/viewer")];
+    let last = [
+        ("innermodel-viewer", "innermodel/viewer"),
+        ("rc-world-typed", "world/typed"),
+    ];
     first.into_iter().chain(backends).chain(last)
 }
 
