@@ -11,10 +11,15 @@ use std::collections::BTreeSet;
 /// The trait with the handlers of changes.
 pub(super) const TRAIT: &str = "WorldHandlers";
 
-/// The types that the module of a world has for all schemas.
-const OWN: [&str; 6] = ["Edit", "View", "World", "Rights", TRAIT, "Some"];
-/// The functions of every type of nodes or edges that is changed.
-const FUNCTIONS: [&str; 3] = ["id", "remove", "edit"];
+/// The names that the module of a world has for all schemas.
+const OWN: [&str; 8] = [
+    "Context", "Edit", "None", "Ok", "Some", TRAIT, "View", "World",
+];
+/// The functions of every type of nodes or edges that is changed, and those of traits that an
+/// attribute would hide.
+const FUNCTIONS: [&str; 7] = ["as_ref", "borrow", "clone", "deref", "edit", "id", "remove"];
+/// The functions of traits that a type of nodes would hide.
+const HIDDEN: [&str; 3] = ["clone", "cmp", "index"];
 
 /// The world of a component.
 #[derive(Debug, Serialize)]
@@ -91,7 +96,7 @@ struct Attribute<'a> {
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
     let mut taken: BTreeSet<String> = OWN.map(str::to_owned).into();
-    let mut functions = BTreeSet::new();
+    let mut functions: BTreeSet<String> = HIDDEN.map(str::to_owned).into();
     let types = world.types.iter();
     let types: Vec<Type> = types
         .map(|of| one(of, &mut taken, &mut functions))

@@ -122,7 +122,8 @@ fn types(schema: &Schema, access: Option<&Access>) -> Vec<Type> {
                 .map(|attribute| Attribute {
                     name: attribute.name.clone(),
                     kind: attribute.kind.clone(),
-                    text: attribute.text(),
+                    // A unit may have any characters, and this is one line.
+                    text: attribute.text().replace(char::is_control, " "),
                     doc: attribute.doc.clone(),
                     is_written: writes(Some(&attribute.name)),
                 })

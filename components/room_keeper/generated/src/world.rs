@@ -113,7 +113,10 @@ pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool 
     }
     did
 }
-typed::node!(Frame, "Frame");
+typed::node!(
+    /// Something with a position and an orientation.
+    Frame, "Frame"
+);
 
 impl<'s> Frame<'s> {
     /// `string`. `None` if it has no value.
@@ -131,11 +134,16 @@ impl View {
         self.0.one::<Frame<'static>>(name)
     }
 }
-typed::node!(GeometricRelation, "GeometricRelation");
+typed::node!(
+    /// What holds between two frames, when something refers to it.
+    GeometricRelation, "GeometricRelation"
+);
 
 impl View {
 }
-typed::node!(Position, "Position");
+typed::node!(
+    Position, "Position"
+);
 
 impl<'s> Position<'s> {
     /// `float[3] unit "m" optional`. `None` if it has no value.
@@ -146,7 +154,10 @@ impl<'s> Position<'s> {
 
 impl View {
 }
-typed::node!(Orientation, "Orientation");
+typed::node!(
+    /// Angles about x, y and z.
+    Orientation, "Orientation"
+);
 
 impl<'s> Orientation<'s> {
     /// `float[3] unit "rad" optional`. `None` if it has no value.
@@ -157,11 +168,15 @@ impl<'s> Orientation<'s> {
 
 impl View {
 }
-typed::node!(Pose, "Pose");
+typed::node!(
+    Pose, "Pose"
+);
 
 impl View {
 }
-typed::node!(Twist, "Twist");
+typed::node!(
+    Twist, "Twist"
+);
 
 impl<'s> Twist<'s> {
     /// `float[3] unit "m/s"`. `None` if it has no value.
@@ -177,7 +192,10 @@ impl<'s> Twist<'s> {
 
 impl View {
 }
-typed::node!(Room, "room");
+typed::node!(
+    /// A room, whose frame is in a corner.
+    Room, "room"
+);
 
 impl<'s> Room<'s> {
     /// `string`. `None` if it has no value.
@@ -249,7 +267,10 @@ impl Edit<'_> {
         Ok(RoomEdit { edit: self.0, id })
     }
 }
-typed::node!(Door, "door");
+typed::node!(
+    /// A door, whose frame is at its hinge.
+    Door, "door"
+);
 
 /// What has changed of the type `door`.
 pub type DoorChange = typed::Change<Door<'static>>;
@@ -281,7 +302,10 @@ impl View {
         self.0.one::<Door<'static>>(name)
     }
 }
-typed::edge!(Rt, "RT");
+typed::edge!(
+    /// Where a child is in its parent. A frame has one parent.
+    Rt, "RT"
+);
 
 impl<'s> Rt<'s> {
     /// `float[6] history 2s`. `None` if it has no value.
@@ -299,7 +323,11 @@ impl View {
         self.0.between_nodes::<Rt<'static>>(parent, child)
     }
 }
-typed::edge!(LoopClosure, "loop_closure");
+typed::edge!(
+    /// Where a child is in another frame as something else knows it. It may close a loop, which
+    /// need not agree with the tree.
+    LoopClosure, "loop_closure"
+);
 
 impl<'s> LoopClosure<'s> {
     /// `float[6]`. `None` if it has no value.
@@ -319,7 +347,9 @@ impl View {
         self.0.between_nodes::<LoopClosure<'static>>(parent, child)
     }
 }
-typed::edge!(Of, "of");
+typed::edge!(
+    Of, "of"
+);
 
 impl View {
     /// The edge `of` between two nodes, if there is one.
@@ -330,7 +360,9 @@ impl View {
         self.0.between_nodes::<Of<'static>>(what, frame)
     }
 }
-typed::edge!(WithRespectTo, "with_respect_to");
+typed::edge!(
+    WithRespectTo, "with_respect_to"
+);
 
 impl View {
     /// The edge `with_respect_to` between two nodes, if there is one.
@@ -343,7 +375,9 @@ impl View {
         self.0.between_nodes::<WithRespectTo<'static>>(what, frame)
     }
 }
-typed::edge!(ComposedBy, "composed_by");
+typed::edge!(
+    ComposedBy, "composed_by"
+);
 
 impl View {
     /// The edge `composed_by` between two nodes, if there is one.
