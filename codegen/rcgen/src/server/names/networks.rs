@@ -45,7 +45,9 @@ impl Collector<'_> {
         for process in &network.processes {
             self.declares(Kind::Process, &process.name, process.path.as_str());
         }
-        for instance in &network.instances {
+        // The proxy of a group has the name of the group, and nothing of its own.
+        let declared = network.instances.iter();
+        for instance in declared.filter(|instance| instance.proxy.is_none()) {
             self.instance(network, instance);
         }
         for (span, place) in &network.references {
