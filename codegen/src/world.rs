@@ -45,8 +45,18 @@ pub(crate) fn load(
         let name = name.to_string_lossy().into_owned();
         (name, sources.text(id).to_owned())
     });
+    let files: Vec<(String, String)> = files.collect();
+    let is_taken = |at: usize| files[..at].iter().any(|(name, _)| *name == files[at].0);
+    if let Some(at) = (0..files.len()).find(|at| is_taken(*at)) {
+        let message = format!(
+            "two files of the schema are called `{}`: the component has them without their folders",
+            files[at].0
+        );
+        let error = Diagnostic::error("name-collision", world.schema.span, message);
+        found.push(error.help("give one of them another name"));
+    }
     Some(World {
-        files: files.collect(),
+        files,
         schema: Arc::new(schema),
     })
 }

@@ -69,8 +69,8 @@ pub(crate) fn check(
         return;
     };
     let fits = members.iter().filter(|member| {
-        let missing = missing(&schema, member.schema);
-        for reason in &missing {
+        let reason = difference(&schema, member.schema);
+        if let Some(reason) = &reason {
             let cdsl = member.instance.cdsl.as_ref();
             let span = cdsl.map_or(member.instance.name.span, |cdsl| cdsl.span);
             let message = format!(
@@ -80,7 +80,7 @@ pub(crate) fn check(
             let error = Diagnostic::error("world-schema", span, message);
             found.push(error.label(name.span, "the schema of the network"));
         }
-        missing.is_empty()
+        reason.is_none()
     });
     let all_fit = fits.count() == members.len();
     let start = start(world, &schema, sources, found);
@@ -104,35 +104,26 @@ fn without(members: &[Member<'_>], found: &mut Diagnostics) {
     }
 }
 
-/// What a component's schema has and the network's does not, or the other way round where the
-/// component would leave it out.
-fn missing(network: &Schema, own: &Schema) -> Vec<String> {
-    let differences = network.differences(own).into_iter();
-    let of_types = differences
-        .filter(|difference| difference.what != "domain" && !difference.what.starts_with("query "));
-    let needed = of_types.filter_map(|difference| match (difference.first, difference.second) {
-        (None, Some(second)) => Some(format!(
-            "`{}` is `{second}` there, and the network has none",
-            difference.what
-        )),
-        (Some(first), Some(second)) => Some(format!(
-            "`{}` is `{second}` there, and `{first}` in the network",
-            difference.what
-        )),
-        (first, None) => {
-            let (kind, attribute) = difference.what.split_once('.')?;
-            // What it does not know of a type that it has, it cannot set.
-            own.attributes(kind)?;
-            let known = network.attributes(kind)?.iter();
-            let mut known = known.filter(|known| known.name == attribute && !known.optional);
-            known.next()?;
-            Some(format!(
-                "its `{kind}` has no `{attribute}`, which is `{}` in the network",
-                first.unwrap_or_default()
-            ))
+/// What a component's schema declares otherwise than the network's: the first declaration, and how many
+/// more. Replicas refuse messages of another schema.
+fn difference(network: &Schema, own: &Schema) -> Option<String> {
+    let all = network.differences(own);
+    let first = all.first()?;
+    let what = &first.what;
+    let text = match (&first.first, &first.second) {
+        (None, Some(own)) => format!("`{what}` is `{own}` there, and the network has none"),
+        (Some(network), Some(own)) => {
+            format!("`{what}` is `{own}` there, and `{network}` in the network")
         }
-    });
-    needed.collect()
+        (network, None) => format!(
+            "it has no `{what}`, which is `{}` in the network",
+            network.as_deref().unwrap_or_default()
+        ),
+    };
+    Some(match all.len() {
+        1 => text,
+        count => format!("{text}; {} more declarations differ", count - 1),
+    })
 }
 
 /// Reads the file with what is in the world at first, and compares it with the schema.
