@@ -2,10 +2,12 @@
 //! dereference to it.
 
 use crate::clock::{Clock, Time};
+use crate::exact::entry::Kind;
 use crate::exact::mode::Exact;
 use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
 use rc_management::component::State;
+use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -100,6 +102,13 @@ impl Core {
         &mut self.random
     }
 
+    /// A number that no other component and no other run has, in simulated time, too. An exact
+    /// recording keeps it.
+    pub fn unique(&self) -> u64 {
+        let number = || RandomState::new().hash_one(std::process::id());
+        self.exact.number(Kind::Unique, number)
+    }
+
     /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not
     /// know what they read.
     pub fn clock(&self) -> Arc<dyn Clock> {
@@ -168,5 +177,30 @@ impl Core {
     pub fn is_stopping(&self) -> bool {
         self.exact
             .is_stopping(|| self.shared.wake_event.is_stopping())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Core;
+    use crate::clock::SimulatedClock;
+    use crate::status::{NetworkTime, Shared};
+    use rc_management::component::ClockKind;
+    use rc_middleware::WakeEvent;
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    #[test]
+    fn two_runs_in_simulated_time_have_equal_random_numbers_and_another_unique_one() {
+        let run = || {
+            let time = NetworkTime::new(ClockKind::Simulated, Arc::<SimulatedClock>::default());
+            let wake = WakeEvent::new().expect("an event");
+            let shared = Arc::new(Shared::new(wake, Duration::from_millis(1), 0, time, false));
+            let mut core = Core::new("finder", "home", shared, 5);
+            (core.random().u64(..), core.unique())
+        };
+        let [first, second] = [run(), run()];
+        assert_eq!(first.0, second.0);
+        assert_ne!(first.1, second.1);
     }
 }

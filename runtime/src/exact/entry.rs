@@ -99,6 +99,8 @@ kinds! {
     Failed = 24 "failed",
     /// The state machine took an event of a tool, `value`.
     Fired = 25 "fired",
+    /// The worker asked for a number that no other run has.
+    Unique = 26 "unique",
     /// The worker published a sample; `value` is its encoding.
     Publish = 32 "publish",
     /// The worker sent a command.

@@ -46,13 +46,14 @@ impl Deref for Driver {
 
 impl Driver {
     /// A replica that is empty so far.
-    pub fn new(core: &mut Core, schema: Arc<Schema>, rights: Rights) -> Self {
+    pub fn new(core: &Core, schema: Arc<Schema>, rights: Rights) -> Self {
         let now = core.now().as_nanos();
         let time = Arc::new(AtomicU64::new(now));
         let clock = Arc::clone(&time);
         let setup = Setup::new(core.name(), schema)
             .with_rights(rights)
-            .with_writer(writer(core, now))
+            // 0 is nobody, and the start of a world has 1.
+            .with_writer(core.unique().max(2))
             .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
         let world = Arc::new(World::new(setup));
         Self {
@@ -181,7 +182,7 @@ impl Member {
     /// # Errors
     /// A slot cannot be opened.
     pub fn open(
-        core: &mut Core,
+        core: &Core,
         ports: &Ports,
         slots: [usize; 2],
         schema: Arc<Schema>,
@@ -280,17 +281,4 @@ pub fn place(message: &Message) -> (Interface, usize) {
         Some(at) => (Interface::WorldStream, at),
         None => (Interface::World, at(&STATE).unwrap_or_default()),
     }
-}
-
-/// A number that no other replica has: not even an earlier run of this component, which in simulated
-/// time has the same random numbers.
-fn writer(core: &mut Core, now: u64) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let random = core.random().u64(..);
-    let numbers = [now, random].into_iter().flat_map(u64::to_le_bytes);
-    for byte in core.name().bytes().chain(numbers) {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-    // 0 is nobody, and the start of a world has 1.
-    hash.max(2)
 }

@@ -14,9 +14,8 @@ pub struct Context {
 impl WorkerContext for Context {
     fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
         let _ = values;
-        let mut core = core;
         let schema = rc_world_typed::schema(crate::world::SCHEMA).map_err(StartError::Configuration)?;
-        let world = rc_world_typed::Member::open(&mut core, ports, [0, 1], schema, crate::world::rights())?;
+        let world = rc_world_typed::Member::open(&core, ports, [0, 1], schema, crate::world::rights())?;
         Ok(Self {
             core,
             g: crate::world::World(world),
