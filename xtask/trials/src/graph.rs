@@ -83,7 +83,11 @@ impl Times {
             goal,
             measured: format!(
                 "{}: {} and {}",
-                ratio(ours / theirs),
+                if goal.contains("1/") {
+                    fraction(ours / theirs)
+                } else {
+                    ratio(ours / theirs)
+                },
                 time(ours),
                 time(theirs)
             ),
@@ -101,10 +105,15 @@ fn time(seconds: f64) -> String {
 }
 
 fn ratio(ratio: f64) -> String {
-    if ratio < 0.1 {
-        format!("1/{:.0}", 1.0 / ratio)
-    } else {
-        format!("{ratio:.2}")
+    format!("{ratio:.2}")
+}
+
+/// A ratio as a goal such as `1/50` has it.
+fn fraction(part: f64) -> String {
+    match 1.0 / part {
+        times @ 10.0.. => format!("1/{times:.0}"),
+        times @ 1.0.. => format!("1/{times:.1}"),
+        _ => ratio(part),
     }
 }
 
@@ -174,7 +183,7 @@ fn changes(times: &Times) -> Result<Vec<Figure>, Failure> {
         beside(
             times,
             "the pose of an edge changes, in a chain of 7, 30 / InnerModel",
-            "none",
+            "",
             f64::INFINITY,
             pose,
         )?,
@@ -245,13 +254,13 @@ fn files(times: &Times) -> Result<Vec<Figure>, Failure> {
             ["load", "json.load"],
         )?,
         times.part(
-            "10,000 attributes taken over by a replica, each / loro's import of a map",
+            "10,000 attributes taken over by a replica as records, each / loro's export and import, as bytes",
             "≤ 1.0",
             1.0,
             ["merge", "loro-merge"],
         )?,
         times.part(
-            "the same with setting them / loro",
+            "the same with setting them / loro, set from Python",
             "≤ 1.0",
             1.0,
             ["merge-all", "loro-all"],
