@@ -105,7 +105,7 @@ impl SpecificWorker {
         Ok(())
     }
 
-    /// Says what is wrong with the world, once.
+    /// Says what of the world is not shown, once.
     fn report(&mut self, now: Time) {
         if now < self.silent_until {
             return;
@@ -116,9 +116,6 @@ impl SpecificWorker {
             said = format!("the newest changes are not shown: {fault}");
         } else if state.conflicts > 0 {
             said = format!("{} elements are in conflict and not shown", state.conflicts);
-        } else if state.counts.refused > 0 {
-            let counts = &state.counts;
-            said = format!("a message was refused: {}", counts.last_refusal);
         }
         if said != self.said {
             if !said.is_empty() {

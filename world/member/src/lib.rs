@@ -20,6 +20,9 @@ use std::time::Duration;
 /// one.
 const MOST_A_TURN: usize = 64;
 
+/// How often the log says at most that messages were refused.
+const REPORTS: Duration = Duration::from_secs(10);
+
 /// A replica of the shared world in a component, and what drives it. It dereferences to the replica.
 /// A component whose context has the publishers passes them as a function that sends.
 pub struct Driver {
@@ -31,6 +34,10 @@ pub struct Driver {
     latest: Duration,
     due: Duration,
     shown: u64,
+    /// How many refused messages the log knows of.
+    refused: u64,
+    /// When it may say so again.
+    says_next: Duration,
 }
 
 /// Sends a message on its topic.
@@ -63,6 +70,8 @@ impl Driver {
             latest: Duration::from_nanos(now),
             due: Duration::ZERO,
             shown: 0,
+            refused: 0,
+            says_next: Duration::ZERO,
         }
     }
 
@@ -117,10 +126,26 @@ impl Driver {
         if self.latest >= self.due {
             self.due = self.world.turn(self.latest);
         }
+        self.report();
         let told = self.send(send);
         let version = self.world.snapshot().version();
         let is_new = std::mem::replace(&mut self.shown, version) != version;
         told || is_new
+    }
+
+    /// Says in the log that messages were refused: those of a replica with another schema, for example.
+    fn report(&mut self) {
+        let refused = self.world.refused();
+        if refused == self.refused || self.latest < self.says_next {
+            return;
+        }
+        let count = refused - self.refused;
+        let reason = self.world.last_refusal();
+        rc_runtime::tracing::warn!(
+            "the world refused {count} messages, the last one because {reason}"
+        );
+        self.refused = refused;
+        self.says_next = self.latest.saturating_add(REPORTS);
     }
 
     /// What has changed since the last call. `None` if nothing has.

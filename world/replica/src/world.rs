@@ -225,6 +225,16 @@ impl World {
         self.core().has_joined()
     }
 
+    /// How many messages were refused. It takes no time in proportion to the world.
+    pub fn refused(&self) -> u64 {
+        self.core().protocol.counts.refused
+    }
+
+    /// Why the last refused message was; empty if none was.
+    pub fn last_refusal(&self) -> String {
+        self.core().protocol.counts.last_refusal.clone()
+    }
+
     /// State of the replica.
     pub fn status(&self, now: Duration) -> Status {
         Status::of(&mut self.core(), now)
