@@ -21,7 +21,7 @@ const ADAPTOR: &str = "adaptor";
 const PROVIDER: &str = "provider";
 /// The slot that the consumer is connected with.
 const CONSUMER: &str = "consumer";
-/// The slots that know where frames are: `frames`, `frames2`…
+/// The end of the name of a slot that knows where frames are, if it would be one of both others.
 const FRAMES: &str = "frames";
 /// An adaptor does nothing in a period.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -54,7 +54,8 @@ struct Tree<'a> {
 
 /// What the file says of the peer of a slot.
 enum Peer {
-    Bound(Vec<SlotPath>),
+    /// To these, each with its `convert`.
+    Bound(Vec<(SlotPath, Option<Span>)>),
     /// With the address, if the file names one.
     External(Option<Name>),
     Unsaid,
@@ -172,7 +173,8 @@ fn tree<'a>(
     let end = Endpoint { slot, ..consumer };
     let binds = deployment.binds.iter();
     let bound = binds.filter(|bind| find(&bind.consumer) == Some(end));
-    let bound: Vec<SlotPath> = bound.filter_map(|bind| bind.provider.clone()).collect();
+    let bound = bound.filter_map(|bind| Some((bind.provider.clone()?, bind.convert)));
+    let bound: Vec<_> = bound.collect();
     let mut externals = deployment.externals.iter();
     let external = externals.find(|external| find(&external.slot) == Some(end));
     let peer = match external {
@@ -296,8 +298,8 @@ fn component(deployment: &Deployment, found: &Found<'_>) -> Component {
             budget: None,
         }
     });
-    let trees = found.trees.iter().enumerate().map(|(at, tree)| Slot {
-        name: frames(at),
+    let trees = found.trees.iter().map(|tree| Slot {
+        name: frames(&tree.slot.name),
         ..plain(tree.slot)
     });
     Component {
@@ -352,20 +354,19 @@ fn connect(deployment: &mut Deployment, found: &Found<'_>) {
         convert: bind.convert.take(),
         frames: std::mem::take(&mut bind.frames)
             .iter()
-            .enumerate()
-            .map(|(at, name)| Name::new(frames(at), name.span))
+            .map(|name| Name::new(frames(&name.text), name.span))
             .collect(),
         process: None,
     };
     deployment.binds.push(own);
-    for (at, tree) in found.trees.iter().enumerate() {
-        let slot = path(&frames(at), span);
+    for tree in &found.trees {
+        let slot = path(&frames(&tree.slot.name), span);
         match &tree.peer {
             Peer::Bound(providers) => {
-                let binds = providers.iter().map(|provider| Bind {
+                let binds = providers.iter().map(|(provider, convert)| Bind {
                     consumer: slot.clone(),
                     provider: Some(provider.clone()),
-                    convert: None,
+                    convert: *convert,
                     frames: Vec::new(),
                     process: None,
                 });
@@ -380,10 +381,12 @@ fn connect(deployment: &mut Deployment, found: &Found<'_>) {
     }
 }
 
-/// The name of a slot that knows where frames are.
-fn frames(at: usize) -> String {
-    match at {
-        0 => FRAMES.to_owned(),
-        at => format!("{FRAMES}{}", at + 1),
+/// The name of a slot that knows where frames are: that of the consumer's slot, so that the settings
+/// of the consumer, such as `remap` of ROS 2, hold for it.
+fn frames(slot: &str) -> String {
+    if slot.eq_ignore_ascii_case(PROVIDER) || slot.eq_ignore_ascii_case(CONSUMER) {
+        format!("{slot}_{FRAMES}")
+    } else {
+        slot.to_owned()
     }
 }

@@ -7,11 +7,13 @@ use crate::ast::{
     Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
     ParameterValue, Process, Restart, SlotPath, Slots,
 };
+use crate::duplicates::check_unique;
 use crate::settings;
 use chain::chain;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Name, ParseContext};
+use std::collections::BTreeSet;
 use world::world;
 
 #[allow(
@@ -199,6 +201,9 @@ fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
             _ => {}
         }
     }
+    check_unique(&frames, "slot", &mut r.found);
+    let mut seen = BTreeSet::new();
+    frames.retain(|slot: &Name| seen.insert(slot.text.clone()));
     let [consumer, provider] = <[SlotPath; 2]>::try_from(paths).ok()?;
     Some(Bind {
         consumer,

@@ -138,7 +138,7 @@ fn an_adaptor_asks_the_tree_of_its_consumer() {
         a.Laser -> a_Laser_adaptor.consumer
         a.tree -> w.InnerModel
         a_Laser_adaptor.provider -> b.Laser converts L::P units mm ×1/1000 = m, frames lidar → map at member at; 24 operations a value; float32, in the range of float32, bounded: 6.0e-8 of the value by 0i^lidar>map@0*1:{3f!q?|d@0&1e3;d@1&1e3;d@2&1e3;m^0&$0;m^1&$1;a$3&$4;m^2&$2;a$5&$6;m^4&$0;m^5&$1;a$8&$9;m^6&$2;a$10&$11;m^8&$0;m^9&$1;a$13&$14;m^10&$2;a$15&$16;a$7&^3;a$12&^7;a$17&^11;t$18;t$19;t$20;=$21&$22&$23}
-        a_Laser_adaptor.frames -> w.InnerModel"#]].assert_eq(&made.join("\n"));
+        a_Laser_adaptor.tree -> w.InnerModel"#]].assert_eq(&made.join("\n"));
     connect(
         &all,
         &frames("trea"),

@@ -796,8 +796,8 @@ fn frames_change_by_the_transforms_of_slots() {
         a.fixed -> w.TransformPub
         a.tree -> w.InnerModel
         a_Laser_adaptor.provider -> b.Laser
-        a_Laser_adaptor.frames -> w.TransformPub
-        a_Laser_adaptor.frames2 -> w.TransformPub"#]]
+        a_Laser_adaptor.tf -> w.TransformPub
+        a_Laser_adaptor.fixed -> w.TransformPub"#]]
     .assert_eq(
         &made
             .iter()
@@ -812,6 +812,10 @@ fn frames_change_by_the_transforms_of_slots() {
         n.ddsl:2:49: error[wrong-frames]: `a.tree` is one of several slots; declared here at a.cdsl:2:104 (name one slot for a tree, or several ones that subscribe to `Transforms::TransformPub`)
     "#]],
     );
+    let repeated = expect![[r#"
+        n.ddsl:2:60: error[repeated-clause]: duplicate slot `tf`; first used here at n.ddsl:2:56
+    "#]];
+    connect(&all, &binds("tf, tf", "via process"), &repeated);
     connect(
         &all,
         &binds("tf, fixe", ""),
