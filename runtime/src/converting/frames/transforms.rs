@@ -11,6 +11,8 @@ const KEPT: i64 = 10_000_000_000;
 /// The most frames of a history, and the most transforms of all of them.
 const MOST_FRAMES: usize = 4096;
 const MOST: usize = 100_000;
+/// Of so many transforms without room, one looks for frames to forget.
+const LOOK: usize = 64;
 /// The longest name of a frame, in bytes.
 const LONGEST: usize = 256;
 /// How far the norm of a quaternion may be from 1, as in tf2.
@@ -37,6 +39,8 @@ pub(crate) struct History {
     edges: BTreeMap<String, Edge>,
     /// The number of poses.
     count: usize,
+    /// How many transforms there was no room for.
+    refused: usize,
     /// Whether transforms hold for all times, as those of `/tf_static`.
     pub(super) is_constant: bool,
 }
@@ -169,7 +173,7 @@ impl History {
             return;
         }
         if !self.edges.contains_key(child) {
-            if self.edges.len() >= MOST_FRAMES {
+            if !self.has_room(now) {
                 return;
             }
             let edge = Edge {
@@ -206,6 +210,23 @@ impl History {
             edge.poses.pop_front();
             self.count -= 1;
         }
+    }
+
+    /// Makes room for a further frame: forgets those that have no transform of the last seconds.
+    /// Returns whether there is room.
+    fn has_room(&mut self, now: i64) -> bool {
+        if self.edges.len() >= MOST_FRAMES && self.refused.is_multiple_of(LOOK) && !self.is_constant
+        {
+            let oldest = now.saturating_sub(KEPT);
+            self.edges.retain(|_, edge| {
+                let newest = edge.poses.back();
+                newest.is_some_and(|(newest, _)| *newest >= oldest)
+            });
+            self.count = self.edges.values().map(|edge| edge.poses.len()).sum();
+        }
+        let has_room = self.edges.len() < MOST_FRAMES;
+        self.refused += usize::from(!has_room);
+        has_room
     }
 
     /// The pose of a frame in its parent at a time.
@@ -266,10 +287,11 @@ pub(super) fn lookup(
 ) -> Result<Transform, Missing> {
     let (from, to) = (plain(from), plain(to));
     let (down, up) = (ancestors(histories, from)?, ancestors(histories, to)?);
+    let places: BTreeMap<&str, usize> = up.iter().copied().zip(0..).collect();
     let Some((steps, common)) = down
         .iter()
         .enumerate()
-        .find_map(|(at, frame)| Some((at, up.iter().position(|other| other == frame)?)))
+        .find_map(|(at, frame)| Some((at, *places.get(frame)?)))
     else {
         let is_parent = |frame: &str| {
             let mut edges = histories.iter().flat_map(|history| history.edges.values());
@@ -415,6 +437,14 @@ mod tests {
             history.put(("map", &format!("f{frame}")), (0, 0), Pose::IDENTITY);
         }
         assert_eq!(history.edges.len(), MOST_FRAMES);
+        // Names that change, as those of things that are seen, take the places of what is gone.
+        let later = 30 * KEPT;
+        for _ in 0..LOOK {
+            history.put(("map", "later"), (later, later), Pose::IDENTITY);
+        }
+        assert_eq!((history.edges.len(), history.count), (1, 1));
+        let found = lookup(&[&history], ("later", "map"), later);
+        assert_eq!(found, Ok(Pose::IDENTITY.transform()));
         for time in 0..2_000_i64 {
             for frame in 0..100 {
                 history.put(("map", &format!("f{frame}")), (time, time), Pose::IDENTITY);
