@@ -7,7 +7,8 @@
 use crate::endpoint::{Endpoint, slot};
 use crate::exports::Exports;
 use crate::model::{
-    Bind, Deployment, External, Instance, InstanceOrGroup, LONGEST_NAME, READY, STOP, SlotPath,
+    Bind, Deployment, External, Instance, InstanceOrGroup, LONGEST_NAME, NODE, READY, STOP,
+    Setting, SlotPath,
 };
 use rc_cdsl::Component;
 use rc_cdsl::model::{Reaction, Role, Slot, Step};
@@ -209,12 +210,16 @@ fn instance(deployment: &Deployment, found: &Found<'_>) -> Instance {
     let is_free = |name: &str| {
         let path = format!("{prefix}{name}");
         let instances = deployment.instances.iter().map(|other| &other.path);
-        let mut taken = instances.chain(deployment.groups.iter().map(|group| &group.path));
+        let groups = deployment.groups.iter().map(|group| &group.path);
+        let processes = deployment.processes.iter().map(|process| &process.path);
+        let mut taken = instances.chain(groups).chain(processes);
         taken.all(|other| !other.eq_ignore_ascii_case(&path))
     };
     let further = (2..).map(|number: u32| format!("{name}_{number}"));
     let mut names = std::iter::once(name.clone()).chain(further);
     let name = names.find(|name| is_free(name)).unwrap_or(name);
+    // It is a node of its own.
+    let unnamed = |set: &&Setting| set.key != NODE;
     Instance {
         path: format!("{prefix}{name}"),
         name: Name::new(name, found.span),
@@ -235,7 +240,7 @@ fn instance(deployment: &Deployment, found: &Found<'_>) -> Instance {
         auto: own
             .auto
             .or(deployment.instances[found.provider.0.instance].auto),
-        settings: own.settings.clone(),
+        settings: own.settings.iter().filter(unnamed).cloned().collect(),
         after: Vec::new(),
         restart: own.restart,
         ready: READY,

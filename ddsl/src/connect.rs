@@ -17,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 mod join;
 mod languages;
+mod missing;
 mod transports;
 mod trees;
 
@@ -353,6 +354,8 @@ impl<'a> Connector<'a> {
     fn connect_implicitly(&mut self, bound: &HashMap<Endpoint, Span>) {
         let mut ends = self.ends();
         ends.retain(|end| !self.is_inside_of_proxy(*end));
+        let unknown = ends.iter().copied();
+        let unknown: HashSet<_> = unknown.filter(|end| self.is_behind_unknown(*end)).collect();
         let mut providers: HashMap<(Role, String), Providers> = HashMap::new();
         for end in ends.iter().copied() {
             // An adaptor is there for its consumer only.
@@ -367,7 +370,9 @@ impl<'a> Connector<'a> {
             }
         }
         let mut read: HashSet<Endpoint> = self.connections.iter().map(|c| c.provider).collect();
-        for consumer in ends.iter().copied().filter(|end| !bound.contains_key(end)) {
+        read.extend(&unknown);
+        let open = |end: &Endpoint| !bound.contains_key(end) && !unknown.contains(end);
+        for consumer in ends.iter().copied().filter(open) {
             let Some(slot) = self.slot(consumer) else {
                 continue;
             };
@@ -383,6 +388,10 @@ impl<'a> Connector<'a> {
                 let visible = groups.filter_map(|g| all.seen_in.get(&g)).flatten();
                 seen.extend(visible.filter(|end| !self.is_own_proxy(**end, consumer)));
                 seen.sort_unstable();
+            }
+            let mut others = all.iter().flat_map(|all| all.seen_in.values().flatten());
+            if seen.is_empty() && others.any(|end| unknown.contains(end)) {
+                continue;
             }
             match (slot.role, seen.as_slice()) {
                 (_, []) => {
@@ -407,74 +416,6 @@ impl<'a> Connector<'a> {
                 self.report(end, None, Diagnostic::note("no-subscriber", span, message));
             }
         }
-    }
-
-    /// Reports that `consumer` sees no provider. `hidden` is a provider that no group exports.
-    fn report_no_provider(
-        &mut self,
-        consumer: Endpoint,
-        interface: &str,
-        hidden: Option<Endpoint>,
-    ) {
-        let (Some(slot), name) = (self.slot(consumer), self.name(consumer)) else {
-            return;
-        };
-        let span = self.instance(consumer).name.span;
-        let requires = slot.role == Role::Requires;
-        let (needs, offers) = if requires {
-            ("requires", "implements")
-        } else {
-            ("subscribes to", "publishes")
-        };
-        let message = if slot.optional {
-            format!("`{name}` is optional, and no component {offers} `{interface}`")
-        } else {
-            format!("`{name}` {needs} `{interface}`, but no component {offers} it")
-        };
-        let diagnostic = match (requires, slot.optional) {
-            (true, false) => Diagnostic::error("no-provider", span, message),
-            (true, true) => Diagnostic::note("no-provider", span, message),
-            (false, false) => Diagnostic::warning("no-publisher", span, message),
-            (false, true) => Diagnostic::note("no-publisher", span, message),
-        };
-        let label = if requires {
-            "required here"
-        } else {
-            "subscribed here"
-        };
-        let diagnostic = diagnostic.label(slot.span, label);
-        let help = hidden.and_then(|end| {
-            let slot = self.slot(end)?;
-            let group = self.exports.reach(self.deployment, end, &slot.name)?;
-            let group = &self.deployment.groups[group];
-            // If the name is exported, the export has an error.
-            let named = group.exports.iter().any(|e| e.text == slot.name);
-            let export = (!named).then(|| group.export_with(&slot.name))?;
-            Some(format!(
-                "`{}` {} it: {export}",
-                self.name(end),
-                slot.role.word()
-            ))
-        });
-        let diagnostic = match help {
-            Some(help) => diagnostic.help(help),
-            None if slot.optional || hidden.is_some() => diagnostic,
-            None => diagnostic.help(format!(
-                "if a peer outside the network {offers} it, write `external {};`{}",
-                self.name_beside(consumer, consumer),
-                self.in_group(consumer)
-            )),
-        };
-        self.report(consumer, None, diagnostic);
-    }
-
-    /// ` in group …`, where a declaration about the slot stands.
-    fn in_group(&self, end: Endpoint) -> String {
-        let group = self
-            .instance(end)
-            .group
-            .map(|at| &self.deployment.groups[at]);
-        group.map_or_else(String::new, |group| format!(" in group `{}`", group.path))
     }
 
     fn report_several_providers(&mut self, consumer: Endpoint, seen: &[Endpoint]) {

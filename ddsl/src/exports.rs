@@ -109,6 +109,11 @@ impl<'a> Exports<'a> {
         self.seen.get(&(group, name)).copied().flatten()
     }
 
+    /// Whether `group` exports this name, and the slot is not known.
+    pub(crate) fn is_unknown(&self, group: usize, name: &str) -> bool {
+        self.seen.get(&(group, name)) == Some(&None)
+    }
+
     /// The slots behind the proxy of a group, each with the name outside.
     pub(crate) fn behind(&self, group: usize) -> impl Iterator<Item = (&'a str, Endpoint)> {
         let own = self.behind.iter().filter(move |(of, ..)| *of == group);

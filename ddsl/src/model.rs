@@ -153,6 +153,9 @@ pub struct Array {
     pub members: Vec<Name>,
 }
 
+/// The setting that names the node of one component.
+pub(crate) const NODE: &str = "node";
+
 /// A setting of a middleware.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {

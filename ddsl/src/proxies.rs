@@ -40,6 +40,19 @@ impl Connector<'_> {
         group.is_some() && self.deployment.is_inside(own, group)
     }
 
+    /// Whether a slot is exported by a group whose proxy has no component: an editor makes none, so it
+    /// does not know the peers.
+    pub(crate) fn is_behind_unknown(&self, end: Endpoint) -> bool {
+        let Some(slot) = self.slot(end) else {
+            return false;
+        };
+        let mut groups = self.deployment.enclosing(self.instance(end).group);
+        groups.any(|group| {
+            let has_proxy = self.deployment.groups[group].proxy.is_some();
+            has_proxy && self.exports.is_unknown(group, &slot.name)
+        })
+    }
+
     /// Connects the proxies to the slots behind them. Returns the consumers of these connections.
     pub(crate) fn connect_proxies(&mut self) -> HashMap<Endpoint, Span> {
         let mut bound = HashMap::new();

@@ -13,8 +13,8 @@ use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
 use crate::model::{
-    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, Proxy,
-    Setting,
+    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE,
+    Proxy, Setting,
 };
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -260,7 +260,7 @@ impl<'a> Resolver<'a> {
             let settings = &mut self.deployment.instances[proxy.instance].settings;
             for set in &inside.choice.settings {
                 let known = |own: &Setting| (own.middleware, own.key) == (set.middleware, set.key);
-                if !settings.iter().any(known) {
+                if set.key != NODE && !settings.iter().any(known) {
                     settings.push(set.clone());
                 }
             }

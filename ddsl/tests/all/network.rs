@@ -590,3 +590,68 @@ fn a_component_starts_without_a_peer_that_it_does_not_need() {
             .all(std::collections::BTreeSet::is_empty)
     );
 }
+
+/// As an editor reads a network: a proxy has no component there.
+#[test]
+fn slots_behind_a_proxy_without_a_component_are_not_missed() {
+    let all = [
+        ("server", "implements Laser; publishes Pub;"),
+        ("client", "requires Laser; subscribesTo Pub;"),
+    ];
+    let body = |exports: &str| {
+        format!(
+            "Group arm {{ Component server {{ cdsl \"server\"; }}; export {exports}; proxy; }};
+            Component client {{ cdsl \"client\"; }};"
+        )
+    };
+    network(&body("Laser, Pub"), &all, &expect![[""]]);
+    network(
+        &body("Laser"),
+        &all,
+        &expect![[r#"
+        n.ddsl:2:23: note[no-subscriber]: `arm.server.Pub` has no subscriber
+        n.ddsl:3:23: warning[no-publisher]: `client.Pub` subscribes to `P::Pub`, but no component publishes it; subscribed here at client.cdsl:2:66 (`arm.server.Pub` publishes it: write `export Laser, Pub;` in group `arm`)
+    "#]],
+    );
+}
+
+#[test]
+fn wrong_proxies_are_reported() {
+    let all = [
+        ("server", "implements Laser;"),
+        ("client", "requires Laser;"),
+    ];
+    network(
+        "Group arm { Component server { cdsl \"server\"; }; proxy; proxy dds; };
+        Group leg { Component server { cdsl \"server\"; }; export Laser; proxy; };
+        Component client { cdsl \"client\"; };
+        bind client.Laser -> leg.server.Laser;",
+        &all,
+        &expect![[r#"
+            n.ddsl:2:50: error[proxy-without-exports]: group `arm` has a proxy and exports nothing (name the slots that are visible outside: `export NAME, NAME;`, or remove `proxy`)
+            n.ddsl:2:57: error[repeated-clause]: duplicate clause `proxy`; first used here at n.ddsl:2:50
+            n.ddsl:5:34: error[behind-proxy]: `server` is behind the proxy of group `leg`, and cannot be reached from outside; the proxy at n.ddsl:3:72 (write `leg.Laser`)
+        "#]],
+    );
+}
+
+#[test]
+fn a_proxy_runs_where_its_group_begins() {
+    let text = "Deployment n { Host nuc { address \"10.0.0.9\"; };
+        Group outer { Group inner { Process eyes { host nuc; Component a { cdsl \"a\"; }; }; export Laser; proxy; };
+        export Laser; proxy; }; };";
+    let mut sources = SourceMap::new();
+    let source = sources.add("n.ddsl", text.to_owned());
+    let (deployment, found) = rc_ddsl::load(&mut sources, &MemoryLoader::default(), source);
+    assert!(
+        found.is_empty(),
+        "{}",
+        render(&sources, &found, Format::Short)
+    );
+    let instances = deployment.expect("a deployment").instances;
+    let hosts = instances
+        .iter()
+        .map(|one| (one.path.as_str(), one.host.map(|(host, _)| host)));
+    let expected = ["outer", "outer.inner", "outer.inner.a"].map(|path| (path, Some(0)));
+    assert_eq!(hosts.collect::<Vec<_>>(), expected);
+}

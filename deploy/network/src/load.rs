@@ -55,7 +55,7 @@ pub fn load(
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
     let tools = (&mut *sources, loader);
-    let proxies = proxies::make(&mut deployment, &mut projects, tools, &mut found);
+    let mut proxies = proxies::make(&mut deployment, &mut projects, tools, &mut found);
     adaptors::add(&mut deployment, &mut projects, &mut found);
     declared.resize(projects.len(), None);
     let configured = configurations(&deployment, &projects, sources, &mut found);
@@ -69,6 +69,8 @@ pub fn load(
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
     found.extend(more);
+    let made = &connections.connections;
+    proxies::take_timeouts(&deployment, made, &mut projects, &mut proxies);
     let periods = periods(&projects, &configured);
     let deployment = Rc::new(deployment);
     let mut network = Network {

@@ -7,12 +7,12 @@ use crate::model::Network;
 use rc_cdsl::model::{Reaction, Role, Slot, Step};
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::{Array, Deployment, Instance};
-use rc_ddsl::{Endpoint, proxied};
+use rc_ddsl::{Connection, Endpoint, proxied};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceMap, Span};
 use rc_idsl::Library;
 use rc_idsl::model::InterfaceId;
 use rc_syntax::Name;
-use rc_vocabulary::qos::Policies;
+use rc_vocabulary::qos::{Policies, Policy, Qos};
 use rc_vocabulary::{Middleware, member};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -44,11 +44,18 @@ pub(crate) fn make(
             .map(|project| project.as_ref().map(|project| &project.component))
             .collect();
         let behind = proxied(deployment, &components, group);
-        let exported = exported(deployment, projects, &behind);
+        let place = deployment.groups[group].name.span;
+        let exported = match exported(deployment, projects, &behind) {
+            Ok(exported) => exported,
+            Err(differ) => {
+                let error = Diagnostic::error("proxy-interfaces", place, differ);
+                found.push(error.help("rename one of the arrays with `as NAME`"));
+                continue;
+            }
+        };
         if exported.is_empty() {
             continue;
         }
-        let place = deployment.groups[group].name.span;
         let instance = &deployment.instances[at];
         let project = component(deployment, instance, &exported, (sources, loader), found);
         let Some(project) = project else { continue };
@@ -76,11 +83,13 @@ struct Exported<'p> {
     members: Vec<String>,
 }
 
+/// What a proxy stands for. The error is a message on members of one array that differ: they may
+/// be of several components.
 fn exported<'p>(
     deployment: &'p Deployment,
     projects: &'p [Option<Rc<Project>>],
     behind: &[(String, Endpoint)],
-) -> Vec<Exported<'p>> {
+) -> Result<Vec<Exported<'p>>, String> {
     let mut all: Vec<Exported<'p>> = Vec::new();
     for (name, end) in behind {
         let Some(of) = projects[end.instance].as_deref() else {
@@ -90,19 +99,31 @@ fn exported<'p>(
             Some((array, member)) => (array, Some(member.to_owned())),
             None => (name.as_str(), None),
         };
+        let instance = &deployment.instances[end.instance];
+        let slot = &of.component.slots[end.slot];
+        let kind = |of: &Project, slot: &Slot| {
+            let interface = of.component.library.interface_path(slot.interface);
+            (slot.role, interface)
+        };
         if let Some(known) = all.iter_mut().find(|known| known.name == name) {
+            if kind(known.of, known.slot) != kind(of, slot) {
+                return Err(format!(
+                    "`{}.{}` and `{}.{}` have different interfaces or roles, and cannot be members of one array of a proxy",
+                    known.instance.path, known.slot.name, instance.path, slot.name
+                ));
+            }
             known.members.extend(member);
             continue;
         }
         all.push(Exported {
             name: name.to_owned(),
             of,
-            instance: &deployment.instances[end.instance],
-            slot: &of.component.slots[end.slot],
+            instance,
+            slot,
             members: member.into_iter().collect(),
         });
     }
-    all
+    Ok(all)
 }
 
 /// The members of all arrays of a proxy.
@@ -141,7 +162,7 @@ fn component(
     let path = instance
         .folder
         .join(format!("{}.proxy.cdsl", instance.name.text));
-    let text = text(&instance.name.text, exported);
+    let text = text(exported);
     let (project, more) = Project::of_text(&path, text, sources, loader);
     let errors = more.iter().filter(|d| d.severity == Severity::Error);
     let errors: Vec<String> = errors.map(|error| error.message.clone()).collect();
@@ -205,7 +226,7 @@ fn inner_name(name: &str, exported: &[Exported<'_>]) -> String {
 }
 
 /// A text with everything that the exported slots import.
-fn text(name: &str, exported: &[Exported<'_>]) -> String {
+fn text(exported: &[Exported<'_>]) -> String {
     let mut imports: BTreeSet<PathBuf> = BTreeSet::new();
     for of in exported {
         let library = &of.of.component.library;
@@ -219,10 +240,8 @@ fn text(name: &str, exported: &[Exported<'_>]) -> String {
     for file in imports {
         let _ = writeln!(text, "import \"{}\";", file.display());
     }
-    let _ = writeln!(
-        text,
-        "Component {name} {{ Communications {{ }}; language Rust; }};"
-    );
+    // Any name does: that of the group may be no name of a component.
+    text.push_str("Component rcforward { Communications { }; language Rust; };\n");
     text
 }
 
@@ -254,6 +273,51 @@ fn backend_inside(
         return Some(deployment.fastest(inside, proxy));
     }
     chosen
+}
+
+/// Gives each proxy the time that its callers have: it waits for a reply as long as the longest
+/// `timeout` of the slots that call it.
+pub(crate) fn take_timeouts(
+    deployment: &Deployment,
+    connections: &[Connection],
+    projects: &mut [Option<Rc<Project>>],
+    proxies: &mut Proxies,
+) {
+    // The proxies of groups around call those inside.
+    let groups = deployment.groups.iter();
+    for instance in groups.filter_map(|group| Some(group.proxy.as_ref()?.instance)) {
+        let Some(project) = projects[instance].clone() else {
+            continue;
+        };
+        let slots = &project.component.slots;
+        let half = slots.len() / 2;
+        for slot in (0..half).filter(|slot| slots[*slot].role == Role::Implements) {
+            let end = Endpoint { instance, slot };
+            let callers = connections.iter().filter(|made| made.provider == end);
+            let times = callers.filter_map(|made| {
+                let consumer = projects[made.consumer.instance].as_deref()?;
+                let slot = consumer.component.slots.get(made.consumer.slot)?;
+                Some(slot.qos.over(Qos::CALL).timeout)
+            });
+            let Some(time) = times.max() else { continue };
+            let name = &slots[half + slot].name;
+            let array = member::split(name).map_or(name.as_str(), |(array, _)| array);
+            let both = [projects[instance].as_mut(), proxies.get_mut(&instance)];
+            for project in both.into_iter().flatten() {
+                let slots = &mut Rc::make_mut(project).component.slots;
+                let mut own = slots.iter_mut();
+                if let Some(own) = own.find(|own| own.name == *name || own.name == array) {
+                    // Other members of an array may have set one.
+                    let least = Qos {
+                        timeout: time,
+                        ..Qos::CALL
+                    };
+                    let longest = own.qos.over(least).timeout.max(time);
+                    own.qos.set(Policy::Timeout(longest));
+                }
+            }
+        }
+    }
 }
 
 /// What leads to what: each message to its opposite.
@@ -299,9 +363,9 @@ impl Network {
         let Some(group) = instances[at].proxy else {
             return Vec::new();
         };
-        let inside = self.deployment.groups[group].instances.clone();
-        inside
-            .map(|inside| instances[inside].path.clone())
-            .collect()
+        // Adaptors inside come after all components of the file.
+        let is_inside = |other: &&Instance| self.deployment.is_inside(other.group, Some(group));
+        let inside = instances.iter().filter(is_inside);
+        inside.map(|inside| inside.path.clone()).collect()
     }
 }

@@ -13,7 +13,7 @@ use crate::guard::guard_process::GuardCommand;
 use crate::guard::lock::Lock;
 use crate::guard::network_guard::{GuardChange, NetworkGuard};
 use crate::process::descriptors;
-use crate::process::launch::LocalProcess;
+use crate::process::launch::{LocalProcess, MOST_THREADS};
 use crate::process::orphans::OrphanSweeps;
 use crate::process::signals::Signals;
 use rc_deploy_client::error::{Error, ErrorContext, print_error};
@@ -306,11 +306,14 @@ impl Agent {
                     after,
                     more,
                 }) => {
-                    self.coming.push(Starting {
-                        component,
-                        greeting,
-                        after,
-                    });
+                    // With one too many, the start is refused.
+                    if self.coming.len() <= MOST_THREADS {
+                        self.coming.push(Starting {
+                            component,
+                            greeting,
+                            after,
+                        });
+                    }
                     if !more {
                         let components = std::mem::take(&mut self.coming);
                         self.start(Start { run, components });

@@ -1,6 +1,10 @@
 //! Groups with a proxy: one component for everybody outside.
 
 use crate::network::dds::{Domain, Over};
+use rc_codegen::FileLoader;
+use rc_deploy_network::plan::Plan;
+use rc_deploy_network::{self as network, Overrides, Profile};
+use rc_diagnostics::{Format, SourceMap, render};
 use rc_test_site::site::{Site, rcdeploy};
 use rc_test_support::python;
 use rustix::process::{Pid, Signal, kill_process};
@@ -197,4 +201,101 @@ fn a_proxy_stands_for_arrays_and_for_another_proxy() {
     );
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+/// The plan of a network of these components, and what `rcdeploy check` says of it.
+fn planned(body: &str) -> (Option<Plan>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("to write");
+    };
+    for (name, communications) in [
+        ("server", "implements Laser"),
+        ("client", "requires Laser { timeout 7s; }"),
+        ("hasty", "requires Laser { timeout 3s; }"),
+        ("lasers", "implements Laser[] as all"),
+        ("batteries", "implements BatteryStatus[] as all"),
+    ] {
+        let imports = "import \"Laser.idsl\"; import \"BatteryStatus.idsl\";";
+        let component = format!(
+            "{imports} Component {name} {{ Communications {{ {communications}; }}; language rust; parameters \"gain.pdsl\"; }};"
+        );
+        write(&format!("{name}.cdsl"), &component);
+    }
+    write("gain.pdsl", "ComponentParams gain { gain int 2 T; };");
+    write("n.ddsl", &format!("Deployment n {{ {body} }};"));
+    let mut sources = SourceMap::new();
+    let (path, loader) = (folder.path().join("n.ddsl"), FileLoader::default());
+    let loaded = network::load(&path, &Overrides::default(), &mut sources, &loader);
+    let (network, found) = loaded.expect("the files");
+    let said = render(&sources, &found, Format::Short);
+    let network = network.filter(|_| !found.has_errors());
+    let plan = network.map(|network| network.plan(Profile::Dev).expect("a plan"));
+    (plan, said)
+}
+
+/// The slots of a proxy with their timeouts, in nanoseconds.
+fn timeouts(plan: &Plan, name: &str) -> Vec<(String, Value)> {
+    let mut components = plan.components.iter();
+    let proxy = components.find(|component| component.name == name);
+    let described = &proxy.expect("a proxy").args[0];
+    let described: Value = serde_json::from_str(described).expect("a description");
+    let slots = described["slots"].as_array().expect("slots").iter();
+    let each = slots.map(|slot| {
+        let name = slot["name"].as_str().expect("a name");
+        (name.to_owned(), slot["qos"]["timeout_ns"].clone())
+    });
+    each.collect()
+}
+
+#[test]
+fn a_proxy_waits_as_long_as_its_callers() {
+    let (plan, said) = planned(
+        "Group outer { Group inner { Component server { cdsl \"server.cdsl\"; executable \"x\"; };
+             export Laser; proxy; }; export Laser; proxy; };
+         Component client { cdsl \"client.cdsl\"; executable \"x\"; };
+         Component hasty { cdsl \"hasty.cdsl\"; executable \"x\"; };",
+    );
+    let plan = plan.unwrap_or_else(|| panic!("{said}"));
+    let expected = [
+        ("Laser", Value::Null),
+        ("inside_Laser", 7_000_000_000_u64.into()),
+    ];
+    let expected = expected.map(|(name, time)| (name.to_owned(), time));
+    assert_eq!(timeouts(&plan, "outer"), expected);
+    assert_eq!(timeouts(&plan, "outer.inner"), expected);
+}
+
+#[test]
+fn rules_name_the_components_behind_a_proxy() {
+    let body = "Group robot { Component server { cdsl \"server.cdsl\"; executable \"x\"; }; export Laser; proxy;
+            require server.gain < 3 \"inside\"; };
+         require robot.server.gain == 2 \"outside\";";
+    let (plan, said) = planned(body);
+    assert!(plan.is_some(), "{said}");
+    let (_, said) = planned(&body.replace("== 2", "== 3"));
+    assert!(said.contains("error[rule-broken]: outside"), "{said}");
+}
+
+#[test]
+fn members_of_an_exported_array_are_alike() {
+    let with = |second: &str| {
+        format!(
+            "Group robot {{ Component one {{ cdsl \"lasers.cdsl\"; executable \"x\"; slots {{ all \"left\"; }}; }};
+             Component two {{ cdsl \"{second}.cdsl\"; executable \"x\"; slots {{ all \"right\"; }}; }}; export all; proxy; }};"
+        )
+    };
+    let (plan, said) = planned(&with("lasers"));
+    assert!(plan.is_some(), "{said}");
+    let (_, said) = planned(&with("batteries"));
+    let error = "error[proxy-interfaces]: `robot.one.all.left` and `robot.two.all.right` have different interfaces";
+    assert!(said.contains(error), "{said}");
+}
+
+#[test]
+fn a_group_may_have_a_name_that_is_no_name_of_a_component() {
+    let (plan, said) = planned(
+        "Group import { Component server { cdsl \"server.cdsl\"; executable \"x\"; }; export Laser; proxy; };",
+    );
+    assert!(plan.is_some(), "{said}");
 }

@@ -51,10 +51,10 @@ impl Collector<'_> {
             self.instance(network, instance);
         }
         for (span, place) in &network.references {
-            let symbol = match place {
-                InstanceOrGroup::Instance(at) => self.of_instance(&network.instances[*at]),
+            let symbol = match seen(network, *place) {
+                InstanceOrGroup::Instance(at) => self.of_instance(&network.instances[at]),
                 InstanceOrGroup::Group(at) => {
-                    let group = &network.groups[*at];
+                    let group = &network.groups[at];
                     self.symbol(Kind::Group, group.name.span.source, group.path.as_str())
                 }
             };
@@ -187,7 +187,7 @@ impl Collector<'_> {
             return;
         };
         let path = SlotPath {
-            place: InstanceOrGroup::Instance(point.instance),
+            place: seen(network, InstanceOrGroup::Instance(point.instance)),
             slot: slot.clone(),
             span: point.span,
         };
@@ -265,6 +265,15 @@ fn host_name(hosts: &[Host], at: usize) -> String {
     let Name { text, span } = &hosts[at].name;
     let same = |host: &&Host| host.name.text == *text && host.name.span.source == span.source;
     format!("{text}#{}", hosts[..at].iter().filter(same).count())
+}
+
+/// A place as the file writes it: of a proxy, its group.
+fn seen(network: &Deployment, place: InstanceOrGroup) -> InstanceOrGroup {
+    let proxied = match place {
+        InstanceOrGroup::Instance(at) => network.instances[at].proxy,
+        InstanceOrGroup::Group(_) => None,
+    };
+    proxied.map_or(place, InstanceOrGroup::Group)
 }
 
 /// `motors[2].max` without the numbers of elements.
