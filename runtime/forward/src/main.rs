@@ -3,12 +3,25 @@
 
 use rc_diagnostics::print;
 use rc_forward::Description;
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
+/// The description of a component that has nothing.
+const EMPTY: &str = r#"{"name": "rcforward", "model": "0000000000000000", "middleware": "local",
+    "period_ns": 1000000000, "types": [], "slots": [], "routes": []}"#;
+
 fn main() -> ExitCode {
-    let mut args = std::env::args_os().skip(1);
-    let Some(path) = args.next() else {
+    let all: Vec<OsString> = std::env::args_os().skip(1).collect();
+    let is_option = |arg: &OsString| arg.as_encoded_bytes().starts_with(b"-");
+    if all.first().is_some_and(is_option) && all.iter().any(|arg| arg == "--probe") {
+        return match Description::read(EMPTY) {
+            Ok(description) => ExitCode::from(rc_forward::run(&description, all)),
+            Err(error) => refuse(&error),
+        };
+    }
+    let mut args = all.into_iter();
+    let Some(path) = args.next().filter(|path| !is_option(path)) else {
         return refuse(
             "usage: rcforward DESCRIPTION OPTIONS…; rcdeploy starts it for a group with `proxy` and for `convert via process`",
         );

@@ -191,3 +191,20 @@ fn an_unknown_operation_is_refused() {
     let outcome = i32::from_le_bytes(reply[24..28].try_into().expect("a code"));
     assert_eq!(outcome, Outcome::UnknownOperation as i32);
 }
+
+#[test]
+fn a_probe_needs_no_description() {
+    let mut probe = std::process::Command::new(env!("CARGO_BIN_EXE_rcforward"));
+    let folder = std::env::temp_dir().join(format!("rcforward-{}", std::process::id()));
+    probe.args(["--probe", "--network", "nobody", "--name", "arm"]);
+    let output = probe
+        .env("XDG_RUNTIME_DIR", folder)
+        .output()
+        .expect("to start it");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(
+        (output.status.code(), &*said),
+        (Some(3), "arm: not there\n"),
+        "{output:?}"
+    );
+}
