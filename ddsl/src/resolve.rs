@@ -13,8 +13,8 @@ use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
 use crate::model::{
-    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE,
-    Proxy, Setting,
+    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Proxy,
+    Setting,
 };
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
