@@ -10,7 +10,9 @@ use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
 use rc_runtime::middleware::{OpenError, Reader, SendError};
 use rc_runtime::{Core, Ports};
-use rc_world::{Error, Message, News, Rights, STATE, STREAM, Setup, Status, Token, Topic, World};
+use rc_world::{
+    Error, Message, News, Rights, STATE, STREAM, Setup, Status, Steady, Token, Topic, World,
+};
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,8 +32,8 @@ pub struct Driver {
     news: rc_world::Reader,
     /// The time of this turn, in nanoseconds: the replica asks for it.
     time: Arc<AtomicU64>,
-    /// The greatest time so far: the network's clock may be set back.
-    latest: Duration,
+    /// The time of the replica's protocol.
+    steady: Steady,
     due: Duration,
     shown: u64,
     /// How many refused messages the log knows of.
@@ -67,7 +69,7 @@ impl Driver {
             news: world.reader(),
             world,
             time,
-            latest: Duration::from_nanos(now),
+            steady: Steady::new(Duration::from_nanos(now)),
             due: Duration::ZERO,
             shown: 0,
             refused: 0,
@@ -111,7 +113,7 @@ impl Driver {
     ) -> Result<(), HandlerError> {
         let topic = topic.ok_or_else(|| HandlerError("a world has no such topic".to_owned()))?;
         let message = Message::decode(*topic, reader)?;
-        self.world.receive(self.latest, message);
+        self.world.receive(self.steady.time(), message);
         // What it asks for is answered in this turn.
         self.due = Duration::ZERO;
         Ok(())
@@ -122,9 +124,9 @@ impl Driver {
     pub fn turn(&mut self, now: rc_runtime::Time, send: Send<'_>) -> bool {
         let now = now.as_nanos();
         self.time.store(now, Ordering::Relaxed);
-        self.latest = self.latest.max(Duration::from_nanos(now));
-        if self.latest >= self.due {
-            self.due = self.world.turn(self.latest);
+        self.steady.follow(Duration::from_nanos(now));
+        if self.steady.time() >= self.due {
+            self.due = self.world.turn(self.steady.time());
         }
         self.report();
         let told = self.send(send);
@@ -136,7 +138,7 @@ impl Driver {
     /// Says in the log that messages were refused: those of a replica with another schema, for example.
     fn report(&mut self) {
         let refused = self.world.refused();
-        if refused == self.refused || self.latest < self.says_next {
+        if refused == self.refused || self.steady.time() < self.says_next {
             return;
         }
         let count = refused - self.refused;
@@ -145,7 +147,7 @@ impl Driver {
             "the world refused {count} messages, the last one because {reason}"
         );
         self.refused = refused;
-        self.says_next = self.latest.saturating_add(REPORTS);
+        self.says_next = self.steady.time().saturating_add(REPORTS);
     }
 
     /// What has changed since the last call. `None` if nothing has.
@@ -161,21 +163,23 @@ impl Driver {
 
     /// State of the replica.
     pub fn state(&self) -> Status {
-        self.world.status(self.latest)
+        self.world.status(self.steady.time())
     }
 
     /// Sends what the replica has to say. What cannot be sent is repaired later.
     fn send(&mut self, send: Send<'_>) -> bool {
-        for sent in 0..MOST_A_TURN {
-            let Some(message) = self.world.take() else {
-                return sent > 0;
-            };
-            if let Err(error) = send(&message) {
-                rc_runtime::tracing::warn!("the world cannot tell what has changed: {error}");
-            }
+        let mut failed = None;
+        let messages = std::iter::from_fn(|| self.world.take()).take(MOST_A_TURN);
+        let sent = messages
+            .map(|message| send(&message).unwrap_or_else(|error| failed = Some(error)))
+            .count();
+        if let Some(error) = failed {
+            rc_runtime::tracing::warn!("the world cannot tell what has changed: {error}");
         }
-        self.due = Duration::ZERO;
-        true
+        if sent == MOST_A_TURN {
+            self.due = Duration::ZERO;
+        }
+        sent > 0
     }
 }
 

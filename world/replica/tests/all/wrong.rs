@@ -499,3 +499,13 @@ fn a_message_of_many_samples_does_not_use_up_the_counts() {
     add(&world, "room", "hall");
     assert_eq!(world.snapshot().node_count(), 2);
 }
+
+#[test]
+fn a_replica_goes_on_after_its_clock_was_set_back() {
+    let mut steady = rc_world::Steady::new(5000 * SECOND);
+    steady.follow(5001 * SECOND);
+    steady.follow(1000 * SECOND);
+    assert_eq!(steady.time(), 5001 * SECOND);
+    steady.follow(1003 * SECOND);
+    assert_eq!(steady.time(), 5004 * SECOND);
+}
