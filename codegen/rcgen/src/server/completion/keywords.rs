@@ -453,7 +453,7 @@ const STATES: &[Keyword] = &[
 
 /// The keywords that may stand inside a statement, by language and by the first word of the statement;
 /// `*` for any.
-pub(super) const INSIDE: [(&str, &str, &[Keyword]); 14] = [
+pub(super) const INSIDE: [(&str, &str, &[Keyword]); 16] = [
     (
         "idsl",
         "exception",
@@ -487,6 +487,17 @@ pub(super) const INSIDE: [(&str, &str, &[Keyword]); 14] = [
         "cdsl",
         "python",
         &[("venv", "`rcdeploy up --build` makes a virtual environment.")],
+    ),
+    (
+        "cdsl",
+        "writes",
+        &[
+            (
+                "stream",
+                "Only the newest value of the attribute counts: `door.pose stream 20ms`.",
+            ),
+            ("shared", "Other components write it, too."),
+        ],
     ),
     (
         "cdsl",
@@ -540,6 +551,11 @@ pub(super) const INSIDE: [(&str, &str, &[Keyword]); 14] = [
     ),
     ("pdsl", "require", CONDITION),
     ("ddsl", "require", CONDITION),
+    (
+        "ddsl",
+        "convert",
+        &[("via", "Another process converts: `convert via process;`")],
+    ),
     (
         "smdsl",
         ":",

@@ -146,6 +146,9 @@ impl Completion<'_> {
             ["component", "world"] if last.is_empty() => {
                 of(keywords::of(&STATEMENTS, "cdsl", "world"))
             }
+            ["component", "world"] if !["writes", ",", "."].contains(&last) => {
+                of(keywords::of(&INSIDE, "cdsl", &context.word()))
+            }
             ["component", "statemachine"] if last.is_empty() => {
                 of(keywords::of(&STATEMENTS, "cdsl", "statemachine"))
             }

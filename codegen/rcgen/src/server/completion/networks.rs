@@ -8,6 +8,7 @@ use super::{
 use crate::server::context::Context;
 use rc_cdsl::model::Role;
 use rc_vocabulary::{Middleware, RestartPolicy};
+use std::collections::BTreeSet;
 
 impl Completion<'_> {
     pub(super) fn in_network(&self, target: &Target<'_>, context: &Context<'_>) -> Vec<Item> {
@@ -79,10 +80,15 @@ impl Completion<'_> {
             ),
             (_, "restart" | "time") if last != "by" => of(keywords::of(&INSIDE, "ddsl", &word)),
             (_, "after" | "time") => members(target, &prefix),
+            (_, "require") if last == "." => ruled(self, target, context, &prefix),
             (_, "require") => {
                 let mut items = members(target, &prefix);
                 items.extend(of(keywords::of(&INSIDE, "ddsl", &word)));
                 items
+            }
+            (_, "convert") if last == "via" => words(["process"], "A process of its own converts."),
+            (_, "convert") if context.statement.len() == 1 => {
+                of(keywords::of(&INSIDE, "ddsl", &word))
             }
             (_, "export") => {
                 let inside = target
@@ -163,6 +169,37 @@ fn members(target: &Target<'_>, prefix: &str) -> Vec<Item> {
         }
     }
     items
+}
+
+/// What is behind the last `.` of a rule: the content of a group, or the parameters of a component.
+fn ruled(
+    completion: &Completion<'_>,
+    target: &Target<'_>,
+    context: &Context<'_>,
+    prefix: &str,
+) -> Vec<Item> {
+    let pairs = context.statement.rchunks_exact(2);
+    let names = pairs.take_while(|pair| pair[1] == ".").map(|pair| pair[0]);
+    let mut names: Vec<&str> = names.collect();
+    names.reverse();
+    let path = names.join(".");
+    for scope in scopes(prefix) {
+        let place = format!("{scope}{path}");
+        let mut instances = target.names.instances.iter();
+        if let Some((_, cdsl)) = instances.find(|(known, _)| *known == place) {
+            let mut items = completion.parameters_of(cdsl);
+            items.extend(words(["period"], "The period of `compute`."));
+            return items;
+        }
+        let place = place + ".";
+        let inside = target.names.instances.iter();
+        let inside = inside.filter_map(|(known, _)| known.strip_prefix(&place));
+        let names: BTreeSet<&str> = inside.filter_map(|rest| rest.split('.').next()).collect();
+        if !names.is_empty() {
+            return words(names, "A component or a group in it.");
+        }
+    }
+    Vec::new()
 }
 
 /// The end of a path in `bind` or `external`.

@@ -162,6 +162,26 @@ fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
             "bind brain.spare -> third.Grip;",
             "bind brain.spare -> third.Grip { convert { frames ▮; }; };",
         ),
+        (
+            "hand.cdsl",
+            "language",
+            "world \"home.gdsl\" as g { writes door.pose ▮ };\n    language",
+        ),
+        (
+            "net.ddsl",
+            "    Host",
+            "    require arm.speed < third.▮\n    Host",
+        ),
+        (
+            "net.ddsl",
+            "bind brain.spare -> third.Grip;",
+            "bind brain.spare -> third.Grip { convert ▮; };",
+        ),
+        (
+            "net.ddsl",
+            "bind brain.spare -> third.Grip;",
+            "bind brain.spare -> third.Grip { convert via ▮; };",
+        ),
         ("inner.ddsl", "export Grip;", "export ▮"),
         // Not in a comment, and not in a string that means nothing.
         ("net.ddsl", "    Host", "    // bind ▮\n    Host"),
