@@ -72,7 +72,11 @@ fn check_node(next: &Snapshot, types: &Types, node: NodeId, seen: &mut Seen) -> 
     })?;
     check_required(next, places, attributes, &about.name)?;
     check_ports(next, types, node, seen)?;
-    // A rule compares attributes of both ends of an edge.
+    check_rules_at(next, types, node)
+}
+
+/// Checks the rules of the edges of a node: they compare attributes of both ends.
+fn check_rules_at(next: &Snapshot, types: &Types, node: NodeId) -> Result<(), Error> {
     let place = next.place(node)?;
     for half in place.out.all().iter().chain(next.incoming(node)) {
         let relation = types.relation(half.relation);
@@ -274,7 +278,12 @@ fn check_edge(next: &Snapshot, types: &Types, edge: EdgeId, seen: &mut Seen) -> 
     if let Some(tree) = relation.tree {
         check_tree(next, here.relation, tree, [from, to], seen)?;
     }
-    check_rules(next, types, relation, [from, to])
+    check_rules(next, types, relation, [from, to])?;
+    // The edges at this one.
+    match next.node_of(edge) {
+        Some(node) => check_rules_at(next, types, node),
+        None => Ok(()),
+    }
 }
 
 /// The name of a node, or its id.

@@ -1,6 +1,6 @@
 //! Edges to edges: an edge is a node to those that refer to it (MM06 of `RobMoSys` D3.2).
 
-use property_graph::schema::{Attribute, Entity, Kind, Port, Relation};
+use property_graph::schema::{Attribute, Comparison, Entity, Kind, Port, Relation, Rule};
 use property_graph::{Change, EdgeId, Element, Error, Graph, Id, NodeId, Schema, Snapshot, Time};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,8 +30,8 @@ fn schema() -> Schema {
         [port("what", "Frame", None), port("where", "Frame", None)],
         Some("Pose"),
     );
-    is_at.attributes.push(Attribute {
-        name: "since".to_owned(),
+    let number = |name: &str| Attribute {
+        name: name.to_owned(),
         kind: Kind::Float,
         unit: None,
         range: None,
@@ -39,19 +39,29 @@ fn schema() -> Schema {
         key: false,
         history: None,
         doc: Vec::new(),
-    });
+    };
+    is_at.attributes.push(number("since"));
+    let mut device = entity("Device");
+    device.attributes.push(number("until"));
     let said_by = [
         port("pose", "Pose", Some(1)),
         port("device", "Device", None),
     ];
     let near = [port("a", "Frame", None), port("b", "Frame", None)];
     Schema {
-        entities: vec![entity("Frame"), entity("Pose"), entity("Device")],
+        entities: vec![entity("Frame"), entity("Pose"), device],
         relations: vec![
             is_at,
             relation("said_by", said_by, None),
             relation("near", near, None),
         ],
+        rules: vec![Rule {
+            relation: "said_by".to_owned(),
+            left: (0, "since".to_owned()),
+            comparison: Comparison::LessOrEqual,
+            right: (1, "until".to_owned()),
+            message: "too late".to_owned(),
+        }],
         ..Schema::default()
     }
 }
@@ -188,6 +198,26 @@ fn the_schema_says_what_an_edge_is_to_others() {
         .change(Time::ZERO, |edit| edit.remove_edge(scene.is_at));
     removed.expect("a change");
     assert_eq!(scene.graph.snapshot().edge_count(), 0);
+}
+
+#[test]
+fn a_rule_holds_also_when_an_edge_at_an_end_changes_later() {
+    let scene = scene();
+    let said = scene.graph.change(Time::ZERO, |edit| {
+        let pose = edit.node_of(scene.is_at)?;
+        edit.set(scene.camera, "until", 4.0)?;
+        edit.add_edge("said_by", pose, scene.camera)
+    });
+    said.expect("a change");
+    let set = |since: f64| {
+        let change = |edit: &mut property_graph::Edit| edit.set(scene.is_at, "since", since);
+        scene.graph.change(Time::ZERO, change)
+    };
+    set(3.0).expect("early enough");
+    assert_eq!(
+        set(5.0).expect_err("a broken rule").to_string(),
+        "too late: 5 <= 4 does not hold for an edge of `said_by`"
+    );
 }
 
 /// Ids of nodes, and ends of edges by id.
