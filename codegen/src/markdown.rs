@@ -5,6 +5,7 @@ use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
 use crate::view::parameters::{Holds, Parameter, Parameters, Rule};
 use crate::view::types::{Named, Type};
+use crate::view::world::{World, Written};
 use crate::view::{Component, Slot};
 use rc_vocabulary::{Role, duration};
 use serde::Serialize;
@@ -28,6 +29,7 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
     context.insert("file", &component.file);
     context.insert("name", &component.name);
     context.insert("slots", &slots(component));
+    context.insert("world", &component.world.as_ref().map(world_page));
     context.insert("reactions", &reactions(component));
     let mut pages = vec![("operations.md", print(tera, "operations.md", &context)?)];
     if let Some(parameters) = &component.parameters {
@@ -40,6 +42,44 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
 fn print(tera: &Tera, template: &str, context: &Context) -> Result<String, TemplateError> {
     let text = tera.render(template, context)?;
     Ok(format!("{}\n", text.trim_end()))
+}
+
+/// What the component does with the world that it shares.
+#[derive(Debug, Serialize)]
+struct WorldPage {
+    name: String,
+    domain: String,
+    writes: String,
+    reads: String,
+}
+
+fn world_page(world: &World) -> WorldPage {
+    let listed = |names: Option<Vec<String>>| match names {
+        None => "everything".to_owned(),
+        Some(names) if names.is_empty() => "nothing".to_owned(),
+        Some(names) => names.join(", "),
+    };
+    let written = |write: &Written| {
+        let path = match &write.attribute {
+            Some(attribute) => format!("{}.{attribute}", write.kind),
+            None => write.kind.clone(),
+        };
+        let stream = match write.stream_ns {
+            None => String::new(),
+            Some(0) => " as a stream".to_owned(),
+            Some(ns) => format!(" as a stream, at most each {}", duration::text(ns)),
+        };
+        let shared = if write.shared { " (others, too)" } else { "" };
+        format!("{}{stream}{shared}", code(&path))
+    };
+    let writes = world.writes.as_ref();
+    let reads = world.reads.as_ref();
+    WorldPage {
+        name: code(&world.name),
+        domain: code(&world.domain),
+        writes: listed(writes.map(|all| all.iter().map(written).collect())),
+        reads: listed(reads.map(|all| all.iter().map(|kind| code(kind)).collect())),
+    }
 }
 
 /// The operations of one slot.
@@ -62,7 +102,8 @@ struct OperationRow<'a> {
 }
 
 fn slots(component: &Component) -> Vec<SlotPage<'_>> {
-    let slots = component.slots.iter();
+    // The page says of a world what the component does with it.
+    let slots = component.slots.iter().filter(|slot| !slot.of_world);
     let slots = slots.filter_map(|slot| Some((slot, component.interface(slot)?)));
     slots
         .map(|(slot, interface)| slot_page(slot, interface))

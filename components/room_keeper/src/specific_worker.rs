@@ -13,18 +13,19 @@ impl Worker<Context> for SpecificWorker {
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         // After a restart, the others still have the room.
-        if ctx.g.has_joined() && ctx.g.snapshot().room("kitchen").is_err() {
+        let (room, length) = (&ctx.params.room, ctx.params.length);
+        if ctx.g.has_joined() && ctx.g.snapshot().room(room).is_err() {
             ctx.g
-                .change(|edit| edit.add_room("kitchen")?.set_length(4.0))?;
+                .change(|edit| edit.add_room(room)?.set_length(length))?;
         }
         Ok(())
     }
 }
 
 impl WorldHandlers for SpecificWorker {
-    fn door_changed(&mut self, _ctx: &mut Context, change: &DoorChange) {
+    fn door_changed(&mut self, ctx: &mut Context, change: &DoorChange) {
         for door in change.added() {
-            let at = change.after.pose("kitchen", door);
+            let at = change.after.pose(ctx.params.room.as_str(), door);
             let [x, y, _] = at.map(|pose| pose.translation).unwrap_or_default();
             let width = door.width().unwrap_or_default();
             info!(

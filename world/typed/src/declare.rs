@@ -202,3 +202,134 @@ macro_rules! edit_element {
         }
     };
 }
+
+/// Declares how a view finds the node of a type that has a name.
+#[macro_export]
+macro_rules! node_by_name {
+    ($name:ident, $kind:literal, $function:ident) => {
+        impl View {
+            #[doc = concat!("The `", $kind, "` with this name.")]
+            ///
+            /// # Errors
+            /// There is none, or there are several.
+            pub fn $function(
+                &self,
+                name: &str,
+            ) -> ::core::result::Result<$name<'_>, $crate::Error> {
+                self.0.one::<$name<'static>>(name)
+            }
+        }
+    };
+}
+
+/// Declares how a view finds the edge of a type between two nodes.
+#[macro_export]
+macro_rules! edge_between {
+    ($name:ident, $kind:literal, $function:ident, $from:ident, $to:ident) => {
+        impl View {
+            #[doc = concat!("The edge `", $kind, "` between two nodes, if there is one.")]
+            ///
+            /// # Errors
+            /// A name is none of one node.
+            pub fn $function(
+                &self,
+                $from: impl $crate::End,
+                $to: impl $crate::End,
+            ) -> ::core::result::Result<::core::option::Option<$name<'_>>, $crate::Error> {
+                self.0.between_nodes::<$name<'static>>($from, $to)
+            }
+        }
+    };
+}
+
+/// Declares how a change finds the node of a type that has a name.
+#[macro_export]
+macro_rules! edit_node_by_name {
+    ($name:ident, $kind:literal, $function:ident) => {
+        impl Edit<'_> {
+            #[doc = concat!("The `", $kind, "` with this name.")]
+            ///
+            /// # Errors
+            /// There is none, or there are several.
+            pub fn $function(
+                &mut self,
+                name: &str,
+            ) -> ::core::result::Result<$name<'_>, $crate::Error> {
+                let id = $crate::existing(self.0, $kind, name)?;
+                ::core::result::Result::Ok($name { edit: self.0, id })
+            }
+        }
+    };
+}
+
+/// Declares how a change adds a node of a type, with a name if the type has one.
+#[macro_export]
+macro_rules! add_node {
+    ($name:ident, $kind:literal, $function:ident $(, $text:ident)?) => {
+        impl Edit<'_> {
+            #[doc = concat!("Adds a `", $kind, "`.")]
+            ///
+            /// # Errors
+            /// The graph has no place for it.
+            pub fn $function(
+                &mut self
+                $(, $text: &str)?
+            ) -> ::core::result::Result<$name<'_>, $crate::Error> {
+                let name: ::core::option::Option<&str> =
+                    [$($text)?].into_iter().next();
+                let id = $crate::added(self.0, $kind, name)?;
+                ::core::result::Result::Ok($name { edit: self.0, id })
+            }
+        }
+    };
+}
+
+/// Declares how a change finds the edge of a type between two nodes. `edge` adds it if there is
+/// none, `existing_edge` does not.
+#[macro_export]
+macro_rules! edit_edge {
+    (edge, $name:ident, $kind:literal, $function:ident, $from:ident, $to:ident) => {
+        $crate::edit_edge!(
+            #[doc = concat!("The edge `", $kind, "` between two nodes, which is added if there is none. In a tree, the child loses its parent then.")]
+            "the schema does not allow the edge", edge, $name, $kind, $function, $from, $to
+        );
+    };
+    (existing_edge, $name:ident, $kind:literal, $function:ident, $from:ident, $to:ident) => {
+        $crate::edit_edge!(
+            #[doc = concat!("The edge `", $kind, "` between two nodes.")]
+            "there is no such edge", existing_edge, $name, $kind, $function, $from, $to
+        );
+    };
+    (#[$doc:meta] $error:literal, $how:ident, $name:ident, $kind:literal, $function:ident, $from:ident, $to:ident) => {
+        impl Edit<'_> {
+            #[$doc]
+            ///
+            /// # Errors
+            #[doc = concat!("A name is none of one node, or ", $error, ".")]
+            pub fn $function(
+                &mut self,
+                $from: impl $crate::End,
+                $to: impl $crate::End,
+            ) -> ::core::result::Result<$name<'_>, $crate::Error> {
+                let id = $crate::$how(self.0, $kind, $from, $to)?;
+                ::core::result::Result::Ok($name { edit: self.0, id })
+            }
+        }
+    };
+}
+
+/// Declares that a component removes nodes or edges of a type.
+#[macro_export]
+macro_rules! removes {
+    ($name:ident, $how:ident) => {
+        impl $name<'_> {
+            /// Removes it.
+            ///
+            /// # Errors
+            /// It was removed before.
+            pub fn remove(self) -> ::core::result::Result<(), $crate::Error> {
+                ::core::result::Result::Ok(self.edit.$how(self.id)?)
+            }
+        }
+    };
+}

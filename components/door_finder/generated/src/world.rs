@@ -126,23 +126,11 @@ impl<'s> Frame<'s> {
         typed::read::text(self.0.get("name")?)
     }
 }
-
-impl View {
-    /// The `Frame` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn frame(&self, name: &str) -> Result<Frame<'_>, typed::Error> {
-        self.0.one::<Frame<'static>>(name)
-    }
-}
+typed::node_by_name!(Frame, "Frame", frame);
 typed::node!(
     /// What holds between two frames, when something refers to it.
     GeometricRelation, "GeometricRelation"
 );
-
-impl View {
-}
 typed::node!(
     Position, "Position"
 );
@@ -152,9 +140,6 @@ impl<'s> Position<'s> {
     pub fn coordinates(&self) -> Option<[f64; 3]> {
         typed::read::numbers::<3>(self.0.get("coordinates")?)
     }
-}
-
-impl View {
 }
 typed::node!(
     /// Angles about x, y and z.
@@ -167,15 +152,9 @@ impl<'s> Orientation<'s> {
         typed::read::numbers::<3>(self.0.get("angles")?)
     }
 }
-
-impl View {
-}
 typed::node!(
     Pose, "Pose"
 );
-
-impl View {
-}
 typed::node!(
     Twist, "Twist"
 );
@@ -190,9 +169,6 @@ impl<'s> Twist<'s> {
     pub fn angular(&self) -> Option<[f64; 3]> {
         typed::read::numbers::<3>(self.0.get("angular")?)
     }
-}
-
-impl View {
 }
 typed::node!(
     /// A room, whose frame is in a corner.
@@ -214,16 +190,7 @@ impl<'s> Room<'s> {
         typed::read::number(self.0.get("length")?)
     }
 }
-
-impl View {
-    /// The `room` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn room(&self, name: &str) -> Result<Room<'_>, typed::Error> {
-        self.0.one::<Room<'static>>(name)
-    }
-}
+typed::node_by_name!(Room, "room", room);
 typed::node!(
     /// A door, whose frame is at its hinge.
     Door, "door"
@@ -246,16 +213,7 @@ impl<'s> Door<'s> {
         typed::read::number(self.0.get("opened")?)
     }
 }
-
-impl View {
-    /// The `door` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn door(&self, name: &str) -> Result<Door<'_>, typed::Error> {
-        self.0.one::<Door<'static>>(name)
-    }
-}
+typed::node_by_name!(Door, "door", door);
 typed::edit_element!(DoorEdit, NodeId);
 
 impl DoorEdit<'_> {
@@ -283,35 +241,10 @@ impl DoorEdit<'_> {
     pub fn set_opened(&mut self, value: f64) -> Result<(), typed::Error> {
         Ok(self.edit.set(self.id, "opened", value)?)
     }
-
-    /// Removes it.
-    ///
-    /// # Errors
-    /// It was removed before.
-    pub fn remove(self) -> Result<(), typed::Error> {
-        Ok(self.edit.remove_node(self.id)?)
-    }
 }
-
-impl Edit<'_> {
-    /// The `door` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn door(&mut self, name: &str) -> Result<DoorEdit<'_>, typed::Error> {
-        let id = typed::existing(self.0, "door", name)?;
-        Ok(DoorEdit { edit: self.0, id })
-    }
-
-    /// Adds a `door`.
-    ///
-    /// # Errors
-    /// The graph has no place for it.
-    pub fn add_door(&mut self, name: &str) -> Result<DoorEdit<'_>, typed::Error> {
-        let id = typed::added(self.0, "door", Some(name))?;
-        Ok(DoorEdit { edit: self.0, id })
-    }
-}
+typed::removes!(DoorEdit, remove_node);
+typed::edit_node_by_name!(DoorEdit, "door", door);
+typed::add_node!(DoorEdit, "door", add_door, name);
 typed::edge!(
     /// Where a child is in its parent. A frame has one parent.
     Rt, "RT"
@@ -323,16 +256,7 @@ impl<'s> Rt<'s> {
         typed::read::numbers::<6>(self.0.get("pose")?)
     }
 }
-
-impl View {
-    /// The edge `RT` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn rt(&self, parent: impl typed::End, child: impl typed::End) -> Result<Option<Rt<'_>>, typed::Error> {
-        self.0.between_nodes::<Rt<'static>>(parent, child)
-    }
-}
+typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edit_element!(RtEdit, EdgeId);
 
 impl RtEdit<'_> {
@@ -343,26 +267,9 @@ impl RtEdit<'_> {
     pub fn set_pose(&mut self, value: [f64; 6]) -> Result<(), typed::Error> {
         Ok(self.edit.set(self.id, "pose", value)?)
     }
-
-    /// Removes it.
-    ///
-    /// # Errors
-    /// It was removed before.
-    pub fn remove(self) -> Result<(), typed::Error> {
-        Ok(self.edit.remove_edge(self.id)?)
-    }
 }
-
-impl Edit<'_> {
-    /// The edge `RT` between two nodes, which is added if there is none. In a tree, the child loses its parent then.
-    ///
-    /// # Errors
-    /// A name is none of one node, or the schema does not allow the edge.
-    pub fn rt(&mut self, parent: impl typed::End, child: impl typed::End) -> Result<RtEdit<'_>, typed::Error> {
-        let id = typed::edge(self.0, "RT", parent, child)?;
-        Ok(RtEdit { edit: self.0, id })
-    }
-}
+typed::removes!(RtEdit, remove_edge);
+typed::edit_edge!(edge, RtEdit, "RT", rt, parent, child);
 typed::edge!(
     /// Where a child is in another frame as something else knows it. It may close a loop, which
     /// need not agree with the tree.
@@ -375,58 +282,16 @@ impl<'s> LoopClosure<'s> {
         typed::read::numbers::<6>(self.0.get("pose")?)
     }
 }
-
-impl View {
-    /// The edge `loop_closure` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn loop_closure(
-        &self, parent: impl typed::End, child: impl typed::End,
-    ) -> Result<Option<LoopClosure<'_>>, typed::Error> {
-        self.0.between_nodes::<LoopClosure<'static>>(parent, child)
-    }
-}
+typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edge!(
     Of, "of"
 );
-
-impl View {
-    /// The edge `of` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn of(&self, what: impl typed::End, frame: impl typed::End) -> Result<Option<Of<'_>>, typed::Error> {
-        self.0.between_nodes::<Of<'static>>(what, frame)
-    }
-}
+typed::edge_between!(Of, "of", of, what, frame);
 typed::edge!(
     WithRespectTo, "with_respect_to"
 );
-
-impl View {
-    /// The edge `with_respect_to` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn with_respect_to(
-        &self, what: impl typed::End, frame: impl typed::End,
-    ) -> Result<Option<WithRespectTo<'_>>, typed::Error> {
-        self.0.between_nodes::<WithRespectTo<'static>>(what, frame)
-    }
-}
+typed::edge_between!(WithRespectTo, "with_respect_to", with_respect_to, what, frame);
 typed::edge!(
     ComposedBy, "composed_by"
 );
-
-impl View {
-    /// The edge `composed_by` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn composed_by(
-        &self, whole: impl typed::End, part: impl typed::End,
-    ) -> Result<Option<ComposedBy<'_>>, typed::Error> {
-        self.0.between_nodes::<ComposedBy<'static>>(whole, part)
-    }
-}
+typed::edge_between!(ComposedBy, "composed_by", composed_by, whole, part);

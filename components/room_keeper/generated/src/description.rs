@@ -3,6 +3,7 @@
 
 use crate::backend;
 use crate::interfaces;
+use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
 use rc_runtime::middleware::Reliability;
@@ -80,10 +81,10 @@ const SLOT_G_STREAMS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "room_keeper",
-    model_hash: 0xb7184527689cb5c9,
+    model_hash: 0x02f82d953218d483,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
-    parameters: None,
+    parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
     slots: &[SLOT_G, SLOT_G_STREAM, SLOT_G_PEERS, SLOT_G_STREAMS],
     types: &[::interfaces::rc_world::RC_DESCRIPTION],

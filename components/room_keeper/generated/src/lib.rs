@@ -8,6 +8,7 @@ mod backend;
 mod context;
 mod description;
 pub mod interfaces;
+pub mod parameters;
 pub mod world;
 
 #[cfg(feature = "testing")]
@@ -16,6 +17,7 @@ pub mod types;
 
 pub use adapter::{Handlers, embed, run};
 pub use context::Context;
+pub use parameters::Params;
 pub use rc_runtime::Worker;
 pub use rc_runtime::middleware::typed::{HandlerError, Request};
 pub use rc_runtime::middleware::{CallError, InPlace, SendError};

@@ -3,8 +3,9 @@
 
 use crate::context::Context;
 use crate::description::DESCRIPTION;
+use crate::parameters::Params;
 
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
-    Context, DESCRIPTION;
+    Context, DESCRIPTION, Params;
 }

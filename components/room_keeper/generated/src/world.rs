@@ -124,23 +124,11 @@ impl<'s> Frame<'s> {
         typed::read::text(self.0.get("name")?)
     }
 }
-
-impl View {
-    /// The `Frame` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn frame(&self, name: &str) -> Result<Frame<'_>, typed::Error> {
-        self.0.one::<Frame<'static>>(name)
-    }
-}
+typed::node_by_name!(Frame, "Frame", frame);
 typed::node!(
     /// What holds between two frames, when something refers to it.
     GeometricRelation, "GeometricRelation"
 );
-
-impl View {
-}
 typed::node!(
     Position, "Position"
 );
@@ -150,9 +138,6 @@ impl<'s> Position<'s> {
     pub fn coordinates(&self) -> Option<[f64; 3]> {
         typed::read::numbers::<3>(self.0.get("coordinates")?)
     }
-}
-
-impl View {
 }
 typed::node!(
     /// Angles about x, y and z.
@@ -165,15 +150,9 @@ impl<'s> Orientation<'s> {
         typed::read::numbers::<3>(self.0.get("angles")?)
     }
 }
-
-impl View {
-}
 typed::node!(
     Pose, "Pose"
 );
-
-impl View {
-}
 typed::node!(
     Twist, "Twist"
 );
@@ -188,9 +167,6 @@ impl<'s> Twist<'s> {
     pub fn angular(&self) -> Option<[f64; 3]> {
         typed::read::numbers::<3>(self.0.get("angular")?)
     }
-}
-
-impl View {
 }
 typed::node!(
     /// A room, whose frame is in a corner.
@@ -209,16 +185,7 @@ impl<'s> Room<'s> {
         typed::read::number(self.0.get("length")?)
     }
 }
-
-impl View {
-    /// The `room` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn room(&self, name: &str) -> Result<Room<'_>, typed::Error> {
-        self.0.one::<Room<'static>>(name)
-    }
-}
+typed::node_by_name!(Room, "room", room);
 typed::edit_element!(RoomEdit, NodeId);
 
 impl RoomEdit<'_> {
@@ -238,35 +205,10 @@ impl RoomEdit<'_> {
     pub fn set_length(&mut self, value: f64) -> Result<(), typed::Error> {
         Ok(self.edit.set(self.id, "length", value)?)
     }
-
-    /// Removes it.
-    ///
-    /// # Errors
-    /// It was removed before.
-    pub fn remove(self) -> Result<(), typed::Error> {
-        Ok(self.edit.remove_node(self.id)?)
-    }
 }
-
-impl Edit<'_> {
-    /// The `room` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn room(&mut self, name: &str) -> Result<RoomEdit<'_>, typed::Error> {
-        let id = typed::existing(self.0, "room", name)?;
-        Ok(RoomEdit { edit: self.0, id })
-    }
-
-    /// Adds a `room`.
-    ///
-    /// # Errors
-    /// The graph has no place for it.
-    pub fn add_room(&mut self, name: &str) -> Result<RoomEdit<'_>, typed::Error> {
-        let id = typed::added(self.0, "room", Some(name))?;
-        Ok(RoomEdit { edit: self.0, id })
-    }
-}
+typed::removes!(RoomEdit, remove_node);
+typed::edit_node_by_name!(RoomEdit, "room", room);
+typed::add_node!(RoomEdit, "room", add_room, name);
 typed::node!(
     /// A door, whose frame is at its hinge.
     Door, "door"
@@ -292,16 +234,7 @@ impl<'s> Door<'s> {
         typed::read::number(self.0.get("opened")?)
     }
 }
-
-impl View {
-    /// The `door` with this name.
-    ///
-    /// # Errors
-    /// There is none, or there are several.
-    pub fn door(&self, name: &str) -> Result<Door<'_>, typed::Error> {
-        self.0.one::<Door<'static>>(name)
-    }
-}
+typed::node_by_name!(Door, "door", door);
 typed::edge!(
     /// Where a child is in its parent. A frame has one parent.
     Rt, "RT"
@@ -313,16 +246,7 @@ impl<'s> Rt<'s> {
         typed::read::numbers::<6>(self.0.get("pose")?)
     }
 }
-
-impl View {
-    /// The edge `RT` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn rt(&self, parent: impl typed::End, child: impl typed::End) -> Result<Option<Rt<'_>>, typed::Error> {
-        self.0.between_nodes::<Rt<'static>>(parent, child)
-    }
-}
+typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edge!(
     /// Where a child is in another frame as something else knows it. It may close a loop, which
     /// need not agree with the tree.
@@ -335,58 +259,16 @@ impl<'s> LoopClosure<'s> {
         typed::read::numbers::<6>(self.0.get("pose")?)
     }
 }
-
-impl View {
-    /// The edge `loop_closure` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn loop_closure(
-        &self, parent: impl typed::End, child: impl typed::End,
-    ) -> Result<Option<LoopClosure<'_>>, typed::Error> {
-        self.0.between_nodes::<LoopClosure<'static>>(parent, child)
-    }
-}
+typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edge!(
     Of, "of"
 );
-
-impl View {
-    /// The edge `of` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn of(&self, what: impl typed::End, frame: impl typed::End) -> Result<Option<Of<'_>>, typed::Error> {
-        self.0.between_nodes::<Of<'static>>(what, frame)
-    }
-}
+typed::edge_between!(Of, "of", of, what, frame);
 typed::edge!(
     WithRespectTo, "with_respect_to"
 );
-
-impl View {
-    /// The edge `with_respect_to` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn with_respect_to(
-        &self, what: impl typed::End, frame: impl typed::End,
-    ) -> Result<Option<WithRespectTo<'_>>, typed::Error> {
-        self.0.between_nodes::<WithRespectTo<'static>>(what, frame)
-    }
-}
+typed::edge_between!(WithRespectTo, "with_respect_to", with_respect_to, what, frame);
 typed::edge!(
     ComposedBy, "composed_by"
 );
-
-impl View {
-    /// The edge `composed_by` between two nodes, if there is one.
-    ///
-    /// # Errors
-    /// A name is none of one node.
-    pub fn composed_by(
-        &self, whole: impl typed::End, part: impl typed::End,
-    ) -> Result<Option<ComposedBy<'_>>, typed::Error> {
-        self.0.between_nodes::<ComposedBy<'static>>(whole, part)
-    }
-}
+typed::edge_between!(ComposedBy, "composed_by", composed_by, whole, part);
