@@ -99,7 +99,7 @@ pub fn connect(
     connector.choose_transports();
     connector.check_conversions();
     connector.check_trees();
-    connector.check_languages();
+    languages::check(deployment, components, &mut connector.found);
     let mut network = connector.network();
     connector.check_requires_cycles(&network);
     connector.check_start_order(&network);
