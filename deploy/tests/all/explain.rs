@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 24] = [
+const NO_CODES: [&str; 25] = [
     "a-b",
     "build-dependencies",
     "default-features",
@@ -29,6 +29,7 @@ const NO_CODES: [&str; 24] = [
     "rc-middleware",
     "rc-ros2",
     "rc-runtime",
+    "rc-world-typed",
     "rcdeploy-guard",
     "requires-python",
     "robocomp-component",

@@ -9,6 +9,11 @@ use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// Both tests have a component `roamer`, whose launcher in the common target folder names the files of
+/// the test that has built it last.
+static LAUNCHER: Mutex<()> = Mutex::new(());
 
 /// Prints where it and what it imports is.
 const WORKER: &str = r#"import os
@@ -43,6 +48,7 @@ fn places(site: &Site) -> Vec<PathBuf> {
 
 #[test]
 fn a_component_in_python_runs_on_another_host() {
+    let _launcher = LAUNCHER.lock().unwrap_or_else(PoisonError::into_inner);
     let test = "a_component_in_python_runs_on_another_host";
     let files = [
         ("roamer.cdsl", CDSL),
@@ -116,6 +122,7 @@ fn a_component_in_python_runs_on_another_host() {
 /// The same behind a real ssh server, on a host of its own.
 #[test]
 fn a_component_in_python_runs_behind_an_ssh_server() {
+    let _launcher = LAUNCHER.lock().unwrap_or_else(PoisonError::into_inner);
     let test = "a_component_in_python_runs_behind_an_ssh_server";
     let Some(cable) = cable(test) else { return };
     let files = [

@@ -108,7 +108,7 @@ dproto ros_pose :: geometry { }",
             a.dproto:4:13: error[unknown-domain]: unknown domain `geometri` (did you mean `geometry`?)
             a.dproto:5:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)
             a.dproto:6:8: error[missing-field]: `e` has no field `semantic` (add `semantic = …`)
-            a.dproto:6:42: error[unknown-field]: unknown field `colour`
+            a.dproto:6:42: error[unknown-field]: unknown field `colour` (expected one of `semantic`, `coord`, `algebraic`, `ddr`, `dr`, `units`, `composes`, `usingddr`, `axes`, `frames`, `sequence`, `covariance`, `tolerance`, `loss`)
             a.dproto:6:55: error[repeated-key]: `e` already has a field `coord`; first given here at a.dproto:6:24
             a.dproto:7:78: error[wrong-count]: `quaternion` has 4 values, `position3` has 3
             a.dproto:8:90: error[unknown-type]: unknown type `piont` (did you mean `point`?)
@@ -119,7 +119,7 @@ dproto ros_pose :: geometry { }",
             a.dproto:9:147: error[unknown-axes]: unknown axes `robocomp`
             a.dproto:10:8: error[conflicting-fields]: `i` composes others; it has no `coord`
             a.dproto:10:64: error[semantic-mismatch]: `ros_quaternion` is Orientation, the part is Position
-            a.dproto:10:94: error[unknown-prototype]: unknown prototype `nothing`
+            a.dproto:10:94: error[unknown-prototype]: unknown prototype `nothing` (expected one of `a`, `b`, `c`, `d`, `e`, `f`, `g`, `h`, `i`, `j`, `plain_position`, `ros_pose`, `ros_position`, `ros_quaternion`)
             a.dproto:11:51: error[missing-symbol]: the map lacks `Orientation` of Pose
             a.dproto:12:8: error[duplicate-name]: `ros_pose` is declared twice; first declared here at common.dproto:34:8
         "#]],
