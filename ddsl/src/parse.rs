@@ -1,19 +1,19 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
+mod bind;
 mod chain;
 mod world;
 
 use crate::ast::{
-    Bind, Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
+    Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
     ParameterValue, Process, Restart, SlotPath, Slots,
 };
-use crate::duplicates::check_unique;
 use crate::settings;
+use bind::bind;
 use chain::chain;
 use pest::iterators::Pair;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Literal, Name, ParseContext};
-use std::collections::BTreeSet;
 use world::world;
 
 #[allow(
@@ -77,10 +77,6 @@ const PROCESS: [(&str, Rule); 5] = [
     ("cpu", Rule::cpu),
     ("priority", Rule::priority),
 ];
-const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
-/// What stands after `via`.
-const PROCESS_WORD: &str = "process";
-const CONVERT: [(&str, Rule); 1] = [("frames", Rule::frames)];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
 const HOST: [(&str, Rule); 3] = [
@@ -144,7 +140,7 @@ fn decl(
         Rule::external => Decl::External(external(r, pair)),
         Rule::chain => Decl::Chain(chain(r, pair)),
         Rule::world => Decl::World(world(r, pair)),
-        Rule::require => Decl::Require(Box::new(require(r, pair)?)),
+        Rule::require => Decl::Require(Box::new(rc_pdsl::condition::require(r, pair)?)),
         Rule::middleware => Decl::Middleware(middleware(r, pair)?),
         Rule::domain => {
             let word = r.first_word(&pair);
@@ -163,91 +159,6 @@ fn decl(
             return None;
         }
     })
-}
-
-fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<rc_pdsl::ast::Rule> {
-    let (mut condition, mut message) = (None, None);
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::condition => condition = Some(part),
-            Rule::string => message = Some(part),
-            Rule::semicolon => r.semicolon(&part),
-            _ => {}
-        }
-    }
-    rc_pdsl::condition::rule(r, condition?, &message?)
-}
-
-fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
-    let (mut paths, mut convert) = (Vec::new(), None);
-    let (mut frames, mut process) = (Vec::new(), None);
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::slot_path => paths.extend(slot_path(r, part)),
-            Rule::semicolon => r.semicolon(&part),
-            Rule::bind_block => {
-                for part in part.into_inner() {
-                    match part.as_rule() {
-                        Rule::convert => {
-                            convert = convert.or(Some(r.first_word(&part).span));
-                            process = process.or(via_process(r, &part));
-                            frames.extend(frames_of(r, part));
-                        }
-                        Rule::skipped => report_skipped(r, &part, &BIND, "`convert`"),
-                        _ => {}
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    check_unique(&frames, "slot", &mut r.found);
-    let mut seen = BTreeSet::new();
-    frames.retain(|slot: &Name| seen.insert(slot.text.clone()));
-    let [consumer, provider] = <[SlotPath; 2]>::try_from(paths).ok()?;
-    Some(Bind {
-        consumer,
-        provider,
-        convert,
-        frames,
-        process,
-    })
-}
-
-/// Where `via process` stands in a `convert`.
-fn via_process(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Span> {
-    let mut parts = pair.clone().into_inner();
-    let via = parts.find(|part| part.as_rule() == Rule::via)?;
-    let span = r.span(&via);
-    let word = r.texts(via).pop()?;
-    if word.text.eq_ignore_ascii_case(PROCESS_WORD) {
-        return Some(span);
-    }
-    let message = format!("expected `{PROCESS_WORD}`, found `{}`", word.text);
-    let error = Diagnostic::error("unknown-field", word.span, message);
-    r.found.push(error.suggest(&word.text, [PROCESS_WORD]));
-    None
-}
-
-/// The slots that `convert { frames SLOT; }` names.
-fn frames_of(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<Name> {
-    let mut slots = Vec::new();
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::semicolon => r.semicolon(&part),
-            Rule::convert_block => {
-                for part in part.into_inner() {
-                    match part.as_rule() {
-                        Rule::frames => slots.extend(r.texts(part)),
-                        Rule::skipped => report_skipped(r, &part, &CONVERT, "`frames`"),
-                        _ => {}
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    slots
 }
 
 fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> External {

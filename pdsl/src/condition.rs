@@ -9,7 +9,7 @@ use pest::RuleType;
 use pest::iterators::Pair;
 use rc_configuration::condition::Comparator;
 use rc_diagnostics::{Diagnostic, Span};
-use rc_syntax::{Name, ParseContext, Trivia};
+use rc_syntax::{Language, Name, ParseContext, Terminal, Trivia};
 
 /// What a rule of `condition.pest` stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,20 +78,28 @@ macro_rules! condition_rules {
     };
 }
 
-/// Parses the condition and the message of `require CONDITION "MESSAGE";`. Reports an error and
-/// returns `None` if the operators of the condition are misplaced.
-pub fn rule<R: ConditionRule>(
+/// Parses `require CONDITION "MESSAGE";`. Reports an error and returns `None` if the operators of the
+/// condition are misplaced.
+pub fn require<R: ConditionRule + Language>(
     r: &mut ParseContext<'_>,
-    condition: Pair<'_, R>,
-    message: &Pair<'_, R>,
+    pair: Pair<'_, R>,
 ) -> Option<ast::Rule> {
-    let condition = read(r, condition)?;
+    let (mut condition, mut message) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule().terminal() {
+            Some(Terminal::String) => message = Some(r.string(&part).text),
+            Some(Terminal::Semicolon) => r.semicolon(&part),
+            _ if part.as_rule().part() == Part::Condition => condition = Some(part),
+            _ => {}
+        }
+    }
+    let condition = read(r, condition?)?;
     let text = &r.text[condition.span.start..condition.span.end];
     let text = Trivia::new(text).significant().trim_end().to_owned();
     Some(ast::Rule {
         condition,
         text,
-        message: r.string(message).text,
+        message: message?,
     })
 }
 

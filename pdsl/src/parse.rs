@@ -2,7 +2,6 @@
 
 use crate::ast::{
     Array, DefaultValue, File, Flag, FlagKind, Group, Item, Length, List, Param, Params, Range,
-    Rule as RequireRule,
 };
 use crate::condition;
 use pest::iterators::Pair;
@@ -101,7 +100,7 @@ fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
             Rule::param => {
                 items.extend(param(r, part).map(|param| Item::Param(Box::new(param))));
             }
-            Rule::require => items.extend(require(r, part).map(Item::Rule)),
+            Rule::require => items.extend(condition::require(r, part).map(Item::Rule)),
             Rule::skipped => items.extend(skipped(r, &part)),
             Rule::group => {
                 let Block {
@@ -139,19 +138,6 @@ fn block(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Block {
         items,
         length: length(bounds),
     }
-}
-
-fn require(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<RequireRule> {
-    let (mut condition, mut message) = (None, None);
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::condition => condition = Some(part),
-            Rule::string => message = Some(part),
-            Rule::semicolon => r.semicolon(&part),
-            _ => {}
-        }
-    }
-    condition::rule(r, condition?, &message?)
 }
 
 fn param(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Param> {
