@@ -12,6 +12,7 @@ mod writer;
 pub use error::{DecodeError, EncodeError};
 pub use reader::Reader;
 pub use writer::Writer;
+pub(crate) use writer::allocation;
 
 use std::collections::BTreeMap;
 use zerocopy::{FromBytes, FromZeros, IntoBytes};
@@ -115,7 +116,8 @@ impl Cdr for bool {
 
 impl Cdr for String {
     fn encode(&self, writer: &mut Writer<'_>) {
-        text(self, writer);
+        writer.holds(self.len(), self.capacity());
+        write_text(self, writer);
     }
 
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
@@ -127,6 +129,11 @@ impl Cdr for String {
 
 /// Writes a borrowed string.
 pub fn text(value: &str, writer: &mut Writer<'_>) {
+    writer.holds(value.len(), value.len());
+    write_text(value, writer);
+}
+
+fn write_text(value: &str, writer: &mut Writer<'_>) {
     if value.as_bytes().contains(&0) {
         writer.fail(EncodeError::ZeroByte);
     }
@@ -137,13 +144,19 @@ pub fn text(value: &str, writer: &mut Writer<'_>) {
 
 /// Writes a borrowed sequence.
 pub fn sequence<T: Cdr>(items: &[T], writer: &mut Writer<'_>) {
+    writer.holds(size_of_val(items), size_of_val(items));
+    write_sequence(items, writer);
+}
+
+fn write_sequence<T: Cdr>(items: &[T], writer: &mut Writer<'_>) {
     writer.length(items.len());
     T::encode_all(items, writer);
 }
 
 impl<T: Cdr> Cdr for Vec<T> {
     fn encode(&self, writer: &mut Writer<'_>) {
-        sequence(self, writer);
+        writer.holds(size_of_val(&self[..]), self.capacity() * size_of::<T>());
+        write_sequence(self, writer);
     }
 
     fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
@@ -184,8 +197,24 @@ impl<T: Cdr> Cdr for Option<T> {
     }
 }
 
+/// Room of a node of a `BTreeMap`, in entries.
+const NODE_ROOM: usize = 11;
+/// How many entries a node has at least, unless it is the root.
+const NODE_LEAST: usize = 5;
+/// The bytes of a node's links to others.
+const NODE_LINKS: usize = 14 * size_of::<usize>();
+
 impl<K: Cdr + Ord, V: Cdr> Cdr for BTreeMap<K, V> {
     fn encode(&self, writer: &mut Writer<'_>) {
+        let node = NODE_ROOM * size_of::<(K, V)>() + NODE_LINKS;
+        let nodes = match self.len() {
+            0 => 0,
+            1..=NODE_ROOM => 1,
+            more => 1 + more / NODE_LEAST,
+        };
+        for _ in 0..nodes {
+            writer.holds(node, node);
+        }
         writer.length(self.len());
         for (key, value) in self {
             key.encode(writer);

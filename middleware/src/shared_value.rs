@@ -2,9 +2,10 @@
 //!
 //! The sender of such a message makes a value of its parameters, which it has checked. Each
 //! receiver takes this value, or a clone while others have it. A receiver of other types, or one
-//! that needs bytes, gets the encoding, which is made at most once.
+//! that needs bytes, gets the encoding. The sender makes it at most once for all of its middlewares,
+//! a receiver for itself: a message that waits in a queue grows no more.
 
-use crate::cdr::{EncodeError, Reader, Writer};
+use crate::cdr::{EncodeError, Reader, Writer, allocation};
 use crate::header::Encoding;
 use crate::request_body::RequestBody;
 use crate::rpc::Envelope;
@@ -34,7 +35,11 @@ trait Body: Any + Send + Sync {
 
     fn length(&self) -> usize;
 
+    fn memory(&self) -> usize;
+
     fn bytes(&self) -> &[u8];
+
+    fn to_bytes(&self) -> Vec<u8>;
 
     fn into_any(self: Arc<Self>) -> Arc<dyn Any + Send + Sync>;
 }
@@ -46,6 +51,9 @@ struct Typed<T> {
     write: fn(&T, &mut Writer<'_>),
     /// Of envelope and value, encoded.
     length: usize,
+    /// Of the value, in bytes, without its encoding.
+    memory: usize,
+    /// Of the sender.
     bytes: OnceLock<Vec<u8>>,
 }
 
@@ -58,19 +66,32 @@ impl<T: Send + Sync + 'static> Body for Typed<T> {
         self.length
     }
 
+    fn memory(&self) -> usize {
+        let encoded = self.bytes.get().map_or(0, Vec::capacity);
+        self.memory.saturating_add(allocation(encoded))
+    }
+
     fn bytes(&self) -> &[u8] {
-        self.bytes.get_or_init(|| {
-            let mut bytes = Vec::with_capacity(self.length);
-            bytes.extend(self.envelope.iter().flatten());
-            let mut writer = Writer::over(bytes);
-            (self.write)(&self.value, &mut writer);
-            // Its sender has checked it.
-            writer.into_bytes()
-        })
+        self.bytes.get_or_init(|| self.encode())
+    }
+
+    fn to_bytes(&self) -> Vec<u8> {
+        self.bytes.get().cloned().unwrap_or_else(|| self.encode())
     }
 
     fn into_any(self: Arc<Self>) -> Arc<dyn Any + Send + Sync> {
         self
+    }
+}
+
+impl<T> Typed<T> {
+    fn encode(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.length);
+        bytes.extend(self.envelope.iter().flatten());
+        let mut writer = Writer::over(bytes);
+        (self.write)(&self.value, &mut writer);
+        // Its sender has checked it.
+        writer.into_bytes()
     }
 }
 
@@ -88,13 +109,8 @@ impl SharedValue {
         envelope: Option<Envelope>,
         parameters: P,
     ) -> Result<Self, EncodeError> {
-        let length = measure(envelope.as_ref(), |writer| parameters.put(writer))?;
-        Ok(Self::new(
-            envelope,
-            parameters.own(),
-            Returned::write,
-            length,
-        ))
+        let size = measure(envelope.as_ref(), false, |writer| parameters.put(writer))?;
+        Ok(Self::new(envelope, parameters.own(), Returned::write, size))
     }
 
     /// The body with a result behind its envelope.
@@ -103,21 +119,24 @@ impl SharedValue {
         result: T,
         write: fn(&T, &mut Writer<'_>),
     ) -> Result<Self, EncodeError> {
-        let length = measure(Some(&envelope), |writer| write(&result, writer))?;
-        Ok(Self::new(Some(envelope), result, write, length))
+        let size = measure(Some(&envelope), true, |writer| write(&result, writer))?;
+        Ok(Self::new(Some(envelope), result, write, size))
     }
 
     fn new<T: Send + Sync + 'static>(
         envelope: Option<Envelope>,
         value: T,
         write: fn(&T, &mut Writer<'_>),
-        length: usize,
+        size: Size,
     ) -> Self {
+        // The counters of an `Arc` are before its content.
+        let own = allocation(size_of::<Typed<T>>() + 2 * size_of::<usize>());
         Self(Arc::new(Typed {
             envelope,
             value,
             write,
-            length,
+            length: size.length,
+            memory: own.saturating_add(size.memory),
             bytes: OnceLock::new(),
         }))
     }
@@ -132,9 +151,20 @@ impl SharedValue {
         self.len() == 0
     }
 
-    /// The encoding, which the first call makes.
+    /// The memory that the value takes with its encoding, if there is one, in bytes.
+    pub fn memory(&self) -> usize {
+        self.0.memory()
+    }
+
+    /// The encoding, which the first call makes for all owners. For the sender, before it hands the
+    /// value over: from then on its memory is counted.
     pub fn bytes(&self) -> &[u8] {
         self.0.bytes()
+    }
+
+    /// The encoding for one receiver.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        self.0.to_bytes()
     }
 
     fn is<T: 'static>(&self) -> bool {
@@ -158,15 +188,29 @@ impl std::fmt::Debug for SharedValue {
     }
 }
 
-/// The length of a body behind its envelope. It fails if the body cannot be encoded.
+/// The size of a message, in bytes.
+#[derive(Clone, Copy)]
+struct Size {
+    /// Of envelope and value, encoded.
+    length: usize,
+    /// Of the memory behind the value.
+    memory: usize,
+}
+
+/// The size of a body behind its envelope, which is sent itself (`is_moved`) or copied. It fails if
+/// the body cannot be encoded.
 fn measure(
     envelope: Option<&Envelope>,
+    is_moved: bool,
     write: impl FnOnce(&mut Writer<'_>),
-) -> Result<usize, EncodeError> {
-    let mut writer = Writer::counting(envelope.map_or(0, |envelope| envelope.len()));
+) -> Result<Size, EncodeError> {
+    let mut writer = Writer::counting(envelope.map_or(0, |envelope| envelope.len()), is_moved);
     write(&mut writer);
     writer.finish()?;
-    Ok(writer.len())
+    Ok(Size {
+        length: writer.len(),
+        memory: writer.memory(),
+    })
 }
 
 /// A received message.
@@ -209,8 +253,8 @@ pub struct HeldValue {
     envelope: Option<Envelope>,
     length: usize,
     value: Cell<Option<SharedValue>>,
-    /// The same, once somebody needs its bytes.
-    encoded: OnceCell<SharedValue>,
+    /// Its bytes, once somebody needs them.
+    encoded: OnceCell<Vec<u8>>,
 }
 
 impl std::fmt::Debug for HeldValue {
@@ -246,25 +290,23 @@ impl HeldValue {
         self.envelope.as_ref().map_or(&[], |envelope| envelope)
     }
 
-    /// The encoding. Empty if the value was taken.
+    /// The encoding. Empty if the value was taken before somebody needed it.
     pub fn bytes(&self) -> &[u8] {
-        if let Some(value) = self.value.take() {
-            // There is none yet: `take` leaves the value in one place.
-            let _ = self.encoded.set(value);
-        }
-        self.encoded.get().map_or(&[], SharedValue::bytes)
+        self.encoded.get_or_init(|| {
+            let value = self.value.take();
+            let bytes = value.as_ref().map(SharedValue::to_bytes);
+            self.value.set(value);
+            bytes.unwrap_or_default()
+        })
     }
 
-    /// The value for another receiver. It is there once, unless somebody has needed its bytes.
+    /// The value for another receiver, once.
     fn share(&self) -> Option<SharedValue> {
-        self.value.take().or_else(|| self.encoded.get().cloned())
+        self.value.take()
     }
 
     /// The value, if it is a `T`, once.
     pub(crate) fn take<T: Clone + Send + Sync + 'static>(&self) -> Option<T> {
-        if let Some(encoded) = self.encoded.get() {
-            return encoded.clone().into_value();
-        }
         let value = self.value.take()?;
         if value.is::<T>() {
             return value.into_value();

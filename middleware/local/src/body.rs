@@ -30,7 +30,8 @@ impl Body {
         &mut self.words.as_mut_bytes()[..self.length]
     }
 
-    fn room(&self) -> usize {
+    /// The memory that it takes, in bytes.
+    pub(crate) fn room(&self) -> usize {
         self.words.as_bytes().len()
     }
 }

@@ -64,11 +64,11 @@ impl Content {
         }
     }
 
-    /// Length of the encoding, in bytes.
-    fn len(&self) -> usize {
+    /// The memory that it takes, in bytes. It stays as it is while the request waits.
+    fn memory(&self) -> usize {
         match self {
-            Self::Copied(body) => body.len(),
-            Self::Value(value) => value.len(),
+            Self::Copied(body) => body.capacity(),
+            Self::Value(value) => value.memory(),
         }
     }
 }
@@ -242,7 +242,7 @@ impl LocalClient {
             return Err(CallError::NoServer(self.address.clone()));
         };
         let is_full = queue.requests.len() >= REQUEST_QUEUE;
-        if is_full || !server.gauge.add(request.body.len()) {
+        if is_full || !server.gauge.add(request.body.memory()) {
             return Err(CallError::QueueFull(self.address.clone()));
         }
         queue.requests.push_back(request);
@@ -503,7 +503,7 @@ impl Server for LocalServer {
         let Some(request) = request else {
             return Ok(false);
         };
-        self.gauge.remove(request.body.len());
+        self.gauge.remove(request.body.memory());
         let mut reply = LocalReply {
             value: None,
             copied: Vec::new(),

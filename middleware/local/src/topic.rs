@@ -29,7 +29,11 @@ struct Queue {
     signal: WakeEvent,
 }
 
-type Sample = (Header, Content);
+#[derive(Clone)]
+struct Sample {
+    header: Header,
+    content: Content,
+}
 
 /// The body of a sample.
 #[derive(Clone)]
@@ -39,18 +43,11 @@ enum Content {
 }
 
 impl Content {
-    /// Length of the encoding, in bytes.
-    fn len(&self) -> usize {
+    /// The memory that it takes, in bytes. It stays as it is while the sample waits.
+    fn memory(&self) -> usize {
         match self {
-            Self::Bytes(body) => body.bytes().len(),
-            Self::Value(value) => value.len(),
-        }
-    }
-
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Bytes(body) => body.bytes(),
-            Self::Value(value) => value.bytes(),
+            Self::Bytes(body) => body.room(),
+            Self::Value(value) => value.memory(),
         }
     }
 }
@@ -71,17 +68,17 @@ impl Queue {
         if self.depth == 0 {
             return;
         }
-        let size = sample.1.len();
+        let size = sample.content.memory();
         let Some(room) = self.gauge.limit().checked_sub(size as u64) else {
             return self.gauge.drop_one();
         };
         let mut samples = lock(&self.samples);
         while samples.len() >= self.depth || self.gauge.bytes() > room {
             let is_full = samples.len() >= self.depth;
-            let Some((_, body)) = samples.pop_front() else {
+            let Some(oldest) = samples.pop_front() else {
                 break;
             };
-            self.gauge.remove(body.len());
+            self.gauge.remove(oldest.content.memory());
             if !is_full {
                 self.gauge.drop_one();
             }
@@ -94,9 +91,9 @@ impl Queue {
 
     /// Takes the oldest sample.
     fn next(&self) -> Option<Sample> {
-        let (header, body) = lock(&self.samples).pop_front()?;
-        self.gauge.remove(body.len());
-        Some((header, body))
+        let sample = lock(&self.samples).pop_front()?;
+        self.gauge.remove(sample.content.memory());
+        Some(sample)
     }
 }
 
@@ -182,9 +179,10 @@ impl Outlet {
     }
 
     /// Hands the body to all subscribers, which share it.
-    fn share(&self, header: Header, body: Content) {
+    fn share(&self, header: Header, content: Content) {
         let sender = self.sender;
-        let sample: Sample = (Header { sender, ..header }, body);
+        let header = Header { sender, ..header };
+        let sample = Sample { header, content };
         // One lock for both steps: a late subscriber gets each sample once.
         let state = lock(&self.state);
         self.kept.push(sample.clone());
@@ -286,13 +284,22 @@ pub(crate) struct LocalSubscriber {
 
 /// A sample that its receiver keeps.
 struct Kept {
-    body: Content,
+    body: KeptBody,
     _counted: Arc<()>,
+}
+
+enum KeptBody {
+    Shared(Arc<Body>),
+    /// The encoding of a value.
+    Own(Vec<u8>),
 }
 
 impl KeptSample for Kept {
     fn memory(&self) -> &[u8] {
-        self.body.bytes()
+        match &self.body {
+            KeptBody::Shared(body) => body.bytes(),
+            KeptBody::Own(bytes) => bytes,
+        }
     }
 }
 
@@ -313,10 +320,10 @@ impl Subscriber for LocalSubscriber {
         &mut self,
         take: &mut dyn FnMut(Header, Message<'_>),
     ) -> Result<bool, ReceiveError> {
-        let Some((header, body)) = self.queue.next() else {
+        let Some(Sample { header, content }) = self.queue.next() else {
             return Ok(false);
         };
-        match body {
+        match content {
             Content::Bytes(body) => take(header, Message::Bytes(body.bytes())),
             Content::Value(value) => take(header, Message::Value(value.into())),
         }
@@ -337,11 +344,14 @@ impl Subscriber for LocalSubscriber {
                 reason: format!("its receiver keeps more than {KEPT_SAMPLES} samples"),
             });
         }
-        let Some((header, body)) = self.queue.next() else {
+        let Some(Sample { header, content }) = self.queue.next() else {
             return Ok(false);
         };
         let kept = Kept {
-            body,
+            body: match content {
+                Content::Bytes(body) => KeptBody::Shared(body),
+                Content::Value(value) => KeptBody::Own(value.to_bytes()),
+            },
             _counted: Arc::clone(&self.kept),
         };
         take(header, Box::new(kept));

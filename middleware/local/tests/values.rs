@@ -8,6 +8,7 @@ use rc_middleware::{
     Backend, CallError, Client, EncodeError, Environment, Header, Message, OpenError, Subscriber,
     WakeEvent, wait,
 };
+use std::collections::BTreeMap;
 use std::os::fd::AsFd;
 use std::sync::mpsc;
 use std::thread;
@@ -22,6 +23,7 @@ impl rc_conformance::Subject for Local {
 }
 
 const SCAN: Operation = Operation::one_way("scan", 1, 7);
+const TELL: Operation = Operation::one_way("tell", 2, 7);
 const SIZE: usize = 1 << 20;
 
 /// The next sample, which is a value.
@@ -63,6 +65,100 @@ fn a_value_is_copied_once_for_each_subscriber() {
         let bytes = 2 * count * (SIZE as u64 + 5);
         assert!(used.bytes_total < bytes + 1024, "{count}: {used:?}");
     }
+}
+
+/// Queues count what a message takes: never less than is allocated for it, and not much more.
+#[test]
+fn a_queue_counts_the_memory_of_values() {
+    fn texts(count: usize, text: &str) -> Vec<String> {
+        vec![text.to_owned(); count]
+    }
+    let network = Network::new(&Local);
+    let address = endpoint("default/Laser/scan");
+    let backend = network.join_bare("both");
+    let mut subscriber = backend.subscriber(&address).expect("a subscriber");
+    let queue = subscriber.queue().expect("a gauge");
+    let port = backend.publisher(&address).expect("a publisher");
+    let mut topic = TypedPublisher::new(port, SCAN);
+    // Encoded, an empty list takes 4 bytes.
+    let lists: Vec<Vec<u8>> = vec![Vec::new(); 1000];
+    let short: Vec<Vec<u8>> = vec![vec![7]; 1000];
+    let map = |count: u32| -> BTreeMap<u32, f64> { (0..count).map(|key| (key, 1.5)).collect() };
+    let mut check = |what: &str, factor: u64, publish: &mut dyn FnMut(&mut TypedPublisher)| {
+        // Queues have their room after the first sample.
+        for is_warm in [false, true] {
+            let used = allocation_counter::measure(|| publish(&mut topic));
+            let (counted, taken) = (queue.bytes(), u64::try_from(used.bytes_current));
+            let taken = taken.expect("a sample that waits");
+            assert!(
+                !is_warm || counted >= taken,
+                "{what}: {counted} of {taken} bytes"
+            );
+            assert!(
+                !is_warm || counted <= factor * taken + 64,
+                "{what}: {counted} of {taken} bytes"
+            );
+            let mut came = 0;
+            while subscriber
+                .receive_message(&mut |_, _| came += 1)
+                .expect("to receive")
+            {}
+            assert_eq!((came, queue.bytes(), queue.dropped()), (1, 0, 0), "{what}");
+        }
+    };
+    check("numbers", 1, &mut |to| {
+        to.publish_parts((&vec![1.5_f64; 1000],)).expect("sent");
+    });
+    check("empty lists", 1, &mut |to| {
+        to.publish_parts((&lists,)).expect("sent");
+    });
+    check("short lists", 3, &mut |to| {
+        to.publish_parts((&lists, &short[..])).expect("sent");
+    });
+    check("texts", 3, &mut |to| {
+        let texts = texts(100, "abc");
+        to.publish_parts(("front", &texts[..], &Some("x".to_owned())))
+            .expect("sent");
+    });
+    for count in [1, 5, 11, 12, 200] {
+        check("maps", 4, &mut |to| {
+            to.publish_parts((&map(count),)).expect("sent");
+        });
+    }
+}
+
+/// A queue of values is full by their memory. Encoded, 3,000,000 empty lists take 12 MB.
+#[test]
+fn a_value_beyond_the_memory_of_a_queue_is_dropped() {
+    let network = Network::new(&Local);
+    let address = endpoint("default/Laser/scan");
+    let backend = network.join_bare("both");
+    let subscriber = backend.subscriber(&address).expect("a subscriber");
+    let queue = subscriber.queue().expect("a gauge");
+    let port = backend.publisher(&address).expect("a publisher");
+    let mut topic = TypedPublisher::new(port, SCAN);
+    let lists: Vec<Vec<u8>> = vec![Vec::new(); 3_000_000];
+    topic.publish_parts((&lists,)).expect("to be sent");
+    assert_eq!((queue.bytes(), queue.dropped()), (0, 1));
+    let lists = &lists[..1_000_000];
+    for count in 1..=4 {
+        topic.publish_parts((lists,)).expect("to be sent");
+        assert!(queue.bytes() <= queue.limit(), "{queue:?}");
+        assert!(queue.bytes() >= 24_000_000 * count.min(2), "{queue:?}");
+    }
+    assert_eq!(queue.dropped(), 3, "each of the last two replaces one");
+    let client = backend.client(&endpoint("default/Ask")).expect("a client");
+    let mut server = backend.server(&endpoint("default/Ask")).expect("a server");
+    let queue = server.queue().expect("a gauge");
+    let mut client = TypedClient::new(client, LIMIT);
+    for _ in 0..2 {
+        client.send(&TELL, (lists,)).expect("there is room");
+    }
+    let full = client.send(&TELL, (lists,));
+    assert!(matches!(full, Err(CallError::QueueFull(_))), "{full:?}");
+    assert!(queue.bytes() >= 48_000_000, "{queue:?}");
+    while server.serve_message(&mut |_, _, _| {}).expect("requests") {}
+    assert_eq!(queue.bytes(), 0);
 }
 
 const LIMIT: Duration = Duration::from_secs(20);

@@ -30,8 +30,33 @@ enum Output<'m> {
     Buffer { bytes: Vec<u8>, skips: bool },
     /// Memory of the size of the body, filled up to `at`.
     Memory { memory: &'m mut [u8], at: usize },
-    /// Nothing: only the length of the body counts, and whether it can be encoded.
-    Count(usize),
+    /// Nothing: only the length of the body counts, whether it can be encoded, and the memory that
+    /// its value takes.
+    Count(Counted),
+}
+
+/// What a value takes.
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    /// The length of the encoding so far.
+    at: usize,
+    /// The allocated memory behind the value, in bytes.
+    memory: usize,
+    /// Whether the value itself is sent, and not a copy of it, which has no spare room.
+    is_moved: bool,
+}
+
+/// What an allocation of this many bytes takes: allocators add a word, and round up.
+pub(crate) const fn allocation(bytes: usize) -> usize {
+    if bytes == 0 {
+        return 0;
+    }
+    let whole = bytes.saturating_add(size_of::<usize>());
+    if whole < 32 {
+        32
+    } else {
+        whole.div_ceil(16).saturating_mul(16)
+    }
 }
 
 impl Default for Output<'_> {
@@ -56,10 +81,15 @@ impl Writer<'static> {
         }
     }
 
-    /// Counts the bytes of a body that begins at this offset.
-    pub(crate) fn counting(at: usize) -> Self {
+    /// Counts the bytes of a body that begins at this offset, and the memory behind its value,
+    /// which is sent itself or copied.
+    pub(crate) fn counting(at: usize, is_moved: bool) -> Self {
         Self {
-            output: Output::Count(at),
+            output: Output::Count(Counted {
+                at,
+                memory: 0,
+                is_moved,
+            }),
             skipped: 0,
             error: None,
         }
@@ -126,7 +156,7 @@ impl<'m> Writer<'m> {
     pub fn len(&self) -> usize {
         match &self.output {
             Output::Buffer { bytes, .. } => bytes.len() + self.skipped,
-            Output::Memory { at, .. } | Output::Count(at) => *at,
+            Output::Memory { at, .. } | Output::Count(Counted { at, .. }) => *at,
         }
     }
 
@@ -199,7 +229,24 @@ impl<'m> Writer<'m> {
                     self.fail(EncodeError::Changed);
                 }
             }
-            Output::Count(at) => *at += bytes.len(),
+            Output::Count(counted) => counted.at += bytes.len(),
+        }
+    }
+
+    /// Counts an allocation of the value, of which it uses `used` bytes and has `room`.
+    #[inline]
+    pub(super) fn holds(&mut self, used: usize, room: usize) {
+        if let Output::Count(counted) = &mut self.output {
+            let bytes = if counted.is_moved { room } else { used };
+            counted.memory = counted.memory.saturating_add(allocation(bytes));
+        }
+    }
+
+    /// The counted memory behind the value, in bytes.
+    pub(crate) fn memory(&self) -> usize {
+        match &self.output {
+            Output::Count(counted) => counted.memory,
+            Output::Buffer { .. } | Output::Memory { .. } => 0,
         }
     }
 
