@@ -25,9 +25,9 @@ pub enum Layout {
 /// and force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the names are those of the field")]
-pub struct Spatial {
-    pub angular: [f64; 3],
-    pub linear: [f64; 3],
+pub struct Spatial<T = f64> {
+    pub angular: [T; 3],
+    pub linear: [T; 3],
 }
 
 fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
@@ -58,6 +58,38 @@ impl<T: Real> Transform<T> {
     #[must_use]
     pub fn point(&self, point: [T; 3]) -> [T; 3] {
         sum(turned(&self.rotation, point), self.translation)
+    }
+
+    /// The matrix of the vector product with the translation: `t × v`.
+    #[must_use]
+    pub fn lever(&self) -> Matrix<T> {
+        let [x, y, z] = self.translation;
+        let zero = T::constant(0.0);
+        [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    }
+
+    /// This twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and
+    /// `v' = R v + t × R ω` (Lynch and Park, Modern Robotics, 3.3.2).
+    #[must_use]
+    pub fn twist(&self, twist: &Spatial<T>) -> Spatial<T> {
+        let angular = turned(&self.rotation, twist.angular);
+        let linear = turned(&self.rotation, twist.linear);
+        Spatial {
+            angular,
+            linear: sum(linear, cross(self.translation, angular)),
+        }
+    }
+
+    /// This wrench, in the other frame and at its origin: `f' = R f` and `τ' = R τ + t × R f`.
+    /// Its power with a twist is the same in both frames.
+    #[must_use]
+    pub fn wrench(&self, wrench: &Spatial<T>) -> Spatial<T> {
+        let angular = turned(&self.rotation, wrench.angular);
+        let linear = turned(&self.rotation, wrench.linear);
+        Spatial {
+            angular: sum(angular, cross(self.translation, linear)),
+            linear,
+        }
     }
 }
 
@@ -109,30 +141,6 @@ impl Transform {
         Self {
             rotation: [row(0), row(1), row(2)],
             translation: [get(0, 3), get(1, 3), get(2, 3)],
-        }
-    }
-
-    /// This twist, in the other frame and at its origin: the adjoint, `ω' = R ω` and
-    /// `v' = R v + t × R ω` (Lynch and Park, Modern Robotics, 3.3.2).
-    #[must_use]
-    pub fn twist(&self, twist: &Spatial) -> Spatial {
-        let angular = turned(&self.rotation, twist.angular);
-        let linear = turned(&self.rotation, twist.linear);
-        Spatial {
-            angular,
-            linear: sum(linear, cross(self.translation, angular)),
-        }
-    }
-
-    /// This wrench, in the other frame and at its origin: `f' = R f` and `τ' = R τ + t × R f`.
-    /// Its power with a twist is the same in both frames.
-    #[must_use]
-    pub fn wrench(&self, wrench: &Spatial) -> Spatial {
-        let angular = turned(&self.rotation, wrench.angular);
-        let linear = turned(&self.rotation, wrench.linear);
-        Spatial {
-            angular: sum(angular, cross(self.translation, linear)),
-            linear,
         }
     }
 }

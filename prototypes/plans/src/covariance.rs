@@ -2,7 +2,9 @@
 //!
 //! The covariance of a vector is that of its cartesian components, in its unit and axes, whatever
 //! its coordinates are. That of an orientation is about small turns in radians, about the fixed axes
-//! as in messages of ROS, or about the moving ones, those of the body.
+//! as in messages of ROS, or about the moving ones, those of the body. A change of frames is done
+//! behind that of axes: the rotation of the transform for each part, and the vector product with its
+//! translation for twists and wrenches.
 
 use crate::edge;
 use crate::refusal::Refusal;
@@ -12,8 +14,8 @@ use crate::values::{Notes, stored};
 use crate::vector;
 use rc_formula::{NOT_NEGATIVE, Term};
 use rc_prototypes::model::{Covariance, Prototype};
-use rc_quantity::rotation::{Matrix, product, transposed};
-use rc_quantity::{Real, Unit};
+use rc_quantity::rotation::{IDENTITY, Matrix, product, transposed, turned};
+use rc_quantity::{Axes, Real, Transform, Unit};
 use rc_vocabulary::Primitive;
 use std::ops::Range;
 
@@ -77,11 +79,12 @@ pub(crate) struct Ends<'s, 'p> {
     pub(crate) to: (&'s Shape, &'p Prototype),
 }
 
-/// Converts a covariance, whose numbers are `own`, of the values `input`.
+/// Converts a covariance, whose numbers are `own`, of the values `input`. With a transform, the
+/// covariance in the frame to which it leads, from that of the values.
 pub(crate) fn convert<'r>(
     ends: &Ends<'_, '_>,
-    input: &[Term<'r>],
-    own: &[Term<'r>],
+    (input, own): (&[Term<'r>], &[Term<'r>]),
+    transform: Option<&Transform<Term<'r>>>,
     notes: &mut Notes,
 ) -> Result<Vec<Term<'r>>, Refusal> {
     let of = |(shape, prototype): (&'_ Shape, &'_ Prototype)| {
@@ -101,8 +104,14 @@ pub(crate) fn convert<'r>(
     }
     let places = (places(&sources, &from_says), places(&targets, &to_says));
     let side: usize = targets.iter().map(Block::side).sum();
-    let mut out = vec![Term::constant(0.0); side * side];
+    // A change of frames mixes numbers of several units: it is done in those of the meanings.
+    let unit = |of: &Block<'_>, at: usize| match transform {
+        Some(_) => of.base_unit(),
+        None => of.unit(at),
+    };
+    let mut parts: Parts<'r> = Vec::with_capacity(sources.len());
     for (row, (source, target)) in sources.iter().zip(&targets).enumerate() {
+        let mut of_row = Vec::with_capacity(sources.len());
         for (column, (other, goal)) in sources.iter().zip(&targets).enumerate() {
             let mut part = [[Term::constant(0.0); 3]; 3];
             for (at, next) in cells(source, other) {
@@ -110,17 +119,91 @@ pub(crate) fn convert<'r>(
                 part[at][next] = own.get(place).copied().ok_or(Refusal::NoWay)?;
             }
             let part = product(&jacobians[row], &part);
-            let part = product(&part, &transposed(&jacobians[column]));
+            let mut part = product(&part, &transposed(&jacobians[column]));
             for (at, next) in cells(target, goal) {
-                let value = scaled(part[at][next], &source.unit(at), &target.unit(at))?;
-                let value = scaled(value, &other.unit(next), &goal.unit(next))?;
-                let number = to_says.number.unwrap_or(Primitive::F64);
+                let value = scaled(part[at][next], &source.unit(at), &unit(target, at))?;
+                part[at][next] = scaled(value, &other.unit(next), &unit(goal, next))?;
+            }
+            of_row.push(part);
+        }
+        parts.push(of_row);
+    }
+    if let Some(transform) = transform {
+        parts = moved(&parts, &motion(&targets, transform, turns.1)?);
+    }
+    let mut out = vec![Term::constant(0.0); side * side];
+    let number = to_says.number.unwrap_or(Primitive::F64);
+    for (row, (target, of_row)) in targets.iter().zip(&parts).enumerate() {
+        for (column, (goal, part)) in targets.iter().zip(of_row).enumerate() {
+            for (at, next) in cells(target, goal) {
+                let value = scaled(part[at][next], &unit(target, at), &target.unit(at))?;
+                let value = scaled(value, &unit(goal, next), &goal.unit(next))?;
                 let place = (places.1[row] + at) * side + places.1[column] + next;
                 out[place] = stored(value, number, notes);
             }
         }
     }
     Ok(out)
+}
+
+/// The parts of a covariance, by the blocks of their rows and columns.
+type Parts<'r> = Vec<Vec<Matrix<Term<'r>>>>;
+
+/// How blocks follow those of another frame, by rows and columns: in the axes of the targets, and in
+/// the units of their meanings.
+fn motion<'r>(
+    targets: &[Block<'_>],
+    transform: &Transform<Term<'r>>,
+    is_moving: bool,
+) -> Result<Vec<Vec<Option<Matrix<Term<'r>>>>>, Refusal> {
+    let mut out = Vec::with_capacity(targets.len());
+    for target in targets {
+        let axes = target.leaf.axes;
+        let axes = axes.ok_or_else(|| Refusal::NoAxes(target.leaf.semantic.clone()))?;
+        let change = Axes::ROS.matrix_to(axes).map(|row| row.map(Term::constant));
+        let own = Transform {
+            rotation: product(&change, &product(&transform.rotation, &transposed(&change))),
+            translation: turned(&change, transform.translation),
+        };
+        let row = targets.iter().map(|other| {
+            match (target.meaning, other.meaning) {
+                // A turn about the axes of the body is the same one in all frames.
+                ("Orientation", "Orientation") if is_moving => {
+                    Some(IDENTITY.map(|row| row.map(Term::constant)))
+                }
+                (one, other) if one == other => Some(own.rotation),
+                ("LinearVelocity", "AngularVelocity") | ("Torque", "Force") => {
+                    Some(product(&own.lever(), &own.rotation))
+                }
+                _ => None,
+            }
+        });
+        out.push(row.collect());
+    }
+    Ok(out)
+}
+
+/// `G C Gᵀ`, part by part.
+fn moved<'r>(parts: &Parts<'r>, motion: &[Vec<Option<Matrix<Term<'r>>>>]) -> Parts<'r> {
+    let known = |row: &[Option<Matrix<Term<'r>>>]| -> Vec<(usize, Matrix<Term<'r>>)> {
+        let row = row.iter().enumerate();
+        row.filter_map(|(at, own)| Some((at, (*own)?))).collect()
+    };
+    let rows: Vec<_> = motion.iter().map(|row| known(row)).collect();
+    let part = |row: &[(usize, Matrix<Term<'r>>)], column: &[(usize, Matrix<Term<'r>>)]| {
+        let mut out = [[Term::constant(0.0); 3]; 3];
+        for (from, left) in row {
+            for (to, right) in column {
+                let added = product(&product(left, &parts[*from][*to]), &transposed(right));
+                for (own, more) in out.iter_mut().flatten().zip(added.iter().flatten()) {
+                    *own = *own + *more;
+                }
+            }
+        }
+        out
+    };
+    let row = |row| rows.iter().map(|column| part(row, column)).collect();
+    rows.iter().map(|own| row(own)).collect()
 }
 
 /// How far a covariance may be from symmetric and from positive, as a part of the variances: numbers
@@ -217,6 +300,14 @@ impl Block<'_> {
         unit.unwrap_or_else(|| vector::unit_of(self.meaning).to_owned())
     }
 
+    /// The unit of the components by their meaning: of the SI, and radians.
+    fn base_unit(&self) -> String {
+        match self.meaning {
+            "Orientation" => "rad".to_owned(),
+            meaning => vector::unit_of(meaning).to_owned(),
+        }
+    }
+
     /// How the components follow those of the source, but for their units.
     fn jacobian<'r>(
         &self,
@@ -228,7 +319,7 @@ impl Block<'_> {
         let is_turn = self.meaning == "Orientation" || vector::is_axial(self.meaning);
         let axes = (self.leaf.axes, target.leaf.axes);
         let change = vector::change(axes.0, axes.1, is_turn, notes);
-        let jacobian = change.unwrap_or(rc_quantity::rotation::IDENTITY);
+        let jacobian = change.unwrap_or(IDENTITY);
         let jacobian = jacobian.map(|row| row.map(Term::constant));
         if self.meaning != "Orientation" || from_moving == to_moving {
             return Ok(jacobian);

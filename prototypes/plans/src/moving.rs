@@ -6,19 +6,37 @@ use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{Leaf, Shape};
 use crate::values::Notes;
-use crate::vector::{self, Vector};
+use crate::vector::{self, Vector, is_axial};
 use rc_formula::Term;
-use rc_quantity::Axes;
 use rc_quantity::rotation::{Matrix, product, turned};
+use rc_quantity::{Axes, Spatial, Transform};
 
 /// How many numbers a transform has: the rows of `[R | t]`. It is that between two frames with the
 /// axes of ROS, in metres.
 pub const TRANSFORM: usize = 12;
 
-/// A position and an orientation, with the axes of ROS.
+/// The linear and the angular part of a twist and of a wrench, which depend on the origin of their
+/// frame.
+const TWIST: [&str; 2] = ["LinearVelocity", "AngularVelocity"];
+const WRENCH: [&str; 2] = ["Force", "Torque"];
+
+/// What is at one place: vectors by their meanings, and an orientation, with the axes of ROS.
+#[derive(Default)]
 struct Placed<'r> {
-    position: Option<Vector<'r>>,
+    vectors: Vec<(&'static str, Vector<'r>)>,
     turn: Option<Matrix<Term<'r>>>,
+}
+
+/// The transform whose numbers these are.
+pub(crate) fn transform<'r>(numbers: &[Term<'r>]) -> Result<Transform<Term<'r>>, Refusal> {
+    let (&[first, second, third], []) = numbers.as_chunks::<4>() else {
+        return Err(Refusal::NoWay);
+    };
+    let rows = [first, second, third];
+    Ok(Transform {
+        rotation: rows.map(|[x, y, z, _]| [x, y, z]),
+        translation: rows.map(|[.., by]| by),
+    })
 }
 
 /// Converts the numbers of one shape into those of another one in a frame to which the transform
@@ -26,15 +44,11 @@ struct Placed<'r> {
 pub(crate) fn convert<'r>(
     from: &Shape,
     to: &Shape,
-    (input, transform): (&[Term<'r>], &[Term<'r>]),
+    (input, transform): (&[Term<'r>], &Transform<Term<'r>>),
     notes: &mut Notes,
 ) -> Result<Vec<Term<'r>>, Refusal> {
-    let (&[first, second, third], []) = transform.as_chunks::<4>() else {
-        return Err(Refusal::NoWay);
-    };
-    let rows = [first, second, third];
     if is_one(from) && is_one(to) {
-        return placed(from, to, (input, &rows), notes);
+        return placed(from, to, (input, transform), notes);
     }
     let (Shape::Parts(_), Shape::Parts(wanted)) = (from, to) else {
         return Err(Refusal::NoWay);
@@ -49,41 +63,89 @@ pub(crate) fn convert<'r>(
     Ok(out)
 }
 
-/// Whether a shape has one place: it is a leaf, or a position and an orientation.
+/// Whether a shape has one place: it is a leaf, or its parts are leaves that mean different things.
 fn is_one(shape: &Shape) -> bool {
     let Shape::Parts(parts) = shape else {
         return true;
     };
-    let count = |meaning: &str| {
-        let own = |part: &Shape| matches!(part, Shape::Leaf(leaf) if leaf.semantic == meaning);
-        parts.iter().filter(|(_, part)| own(part)).count()
-    };
-    let (positions, turns) = (count("Position"), count("Orientation"));
-    positions <= 1 && turns <= 1 && positions + turns == parts.len()
+    let mut seen = Vec::with_capacity(parts.len());
+    parts.iter().all(|(_, part)| {
+        let Shape::Leaf(leaf) = part else {
+            return false;
+        };
+        let is_new = !seen.contains(&leaf.semantic);
+        seen.push(leaf.semantic.clone());
+        is_new
+    })
 }
 
 /// Converts what has one place.
 fn placed<'r>(
     from: &Shape,
     to: &Shape,
-    (input, rows): (&[Term<'r>], &[[Term<'r>; 4]; 3]),
+    (input, transform): (&[Term<'r>], &Transform<Term<'r>>),
     notes: &mut Notes,
 ) -> Result<Vec<Term<'r>>, Refusal> {
-    let turn = rows.map(|[x, y, z, _]| [x, y, z]);
-    let by = rows.map(|[.., by]| by);
-    let there = load(from, input, notes)?;
-    let position = there.position.map(|position| {
-        let [Some(x), Some(y), Some(z)] = position else {
-            return Err(Refusal::Missing("z".to_owned()));
-        };
-        let [x, y, z] = turned(&turn, [x, y, z]);
-        Ok([Some(x + by[0]), Some(y + by[1]), Some(z + by[2])])
-    });
-    let here = Placed {
-        position: position.transpose()?,
-        turn: there.turn.map(|own| product(&turn, &own)),
+    let mut there = Placed::default();
+    load(from, input, notes, &mut there)?;
+    let mut here = Placed {
+        vectors: Vec::with_capacity(there.vectors.len()),
+        turn: there.turn.map(|own| product(&transform.rotation, &own)),
     };
+    let is_part = matches!(from, Shape::Parts(_));
+    for pair in [TWIST, WRENCH].iter().filter(|_| is_part) {
+        let Some(own) = there.spatial(pair)? else {
+            continue;
+        };
+        let moved = if *pair == TWIST {
+            transform.twist(&own)
+        } else {
+            transform.wrench(&own)
+        };
+        here.vectors.push((pair[0], moved.linear.map(Some)));
+        here.vectors.push((pair[1], moved.angular.map(Some)));
+    }
+    for (meaning, own) in &there.vectors {
+        if here.vector(meaning).is_some() {
+            continue;
+        }
+        let own = whole(*own)?;
+        let moved = match *meaning {
+            "Position" => transform.point(own),
+            _ => turned(&transform.rotation, own),
+        };
+        here.vectors.push((meaning, moved.map(Some)));
+    }
     store(to, &here, notes)
+}
+
+/// The components of a vector, which a turn needs all.
+fn whole(vector: Vector<'_>) -> Result<[Term<'_>; 3], Refusal> {
+    match vector {
+        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
+        _ => Err(Refusal::Missing("z".to_owned())),
+    }
+}
+
+impl<'r> Placed<'r> {
+    fn vector(&self, meaning: &str) -> Option<Vector<'r>> {
+        let mut all = self.vectors.iter();
+        let found = all.find(|(own, _)| *own == meaning);
+        found.map(|(_, vector)| *vector)
+    }
+
+    /// The twist or the wrench with these parts. `None` if it has neither.
+    fn spatial(&self, parts: &[&str; 2]) -> Result<Option<Spatial<Term<'r>>>, Refusal> {
+        let [linear, angular] = parts.map(|part| self.vector(part));
+        let missing = |at: usize| Refusal::Missing(parts[at].to_owned());
+        if linear.is_none() && angular.is_none() {
+            return Ok(None);
+        }
+        Ok(Some(Spatial {
+            linear: whole(linear.ok_or_else(|| missing(0))?)?,
+            angular: whole(angular.ok_or_else(|| missing(1))?)?,
+        }))
+    }
 }
 
 /// The axes of a leaf, which a change of frames needs.
@@ -93,46 +155,65 @@ fn axes(leaf: &Leaf) -> Result<Axes, Refusal> {
 }
 
 /// The change between two axes, which is no step of its own.
-fn change(from: Axes, to: Axes) -> Option<Matrix> {
-    vector::change(Some(from), Some(to), false, &mut Notes::default())
+fn change(from: Axes, to: Axes, is_axial: bool) -> Option<Matrix> {
+    vector::change(Some(from), Some(to), is_axial, &mut Notes::default())
 }
 
-fn load<'r>(shape: &Shape, input: &[Term<'r>], notes: &mut Notes) -> Result<Placed<'r>, Refusal> {
+/// The meaning of vectors that change their frame.
+fn vector_of(leaf: &Leaf) -> Option<&'static str> {
+    Some(match leaf.semantic.as_str() {
+        "Position" | "PointSet" => "Position",
+        "LinearVelocity" => "LinearVelocity",
+        "AngularVelocity" => "AngularVelocity",
+        "Acceleration" => "Acceleration",
+        "Force" => "Force",
+        "Torque" => "Torque",
+        _ => return None,
+    })
+}
+
+fn load<'r>(
+    shape: &Shape,
+    input: &[Term<'r>],
+    notes: &mut Notes,
+    out: &mut Placed<'r>,
+) -> Result<(), Refusal> {
     let leaf = match shape {
         Shape::Leaf(leaf) => leaf,
         Shape::Parts(parts) => {
-            let mut all = Placed {
-                position: None,
-                turn: None,
-            };
             let mut rest = input;
             for (_, part) in parts {
                 let (own, behind) = rest.split_at_checked(part.len()).ok_or(Refusal::NoWay)?;
-                let part = load(part, own, notes)?;
-                all.position = all.position.or(part.position);
-                all.turn = all.turn.or(part.turn);
+                load(part, own, notes, out)?;
                 rest = behind;
             }
-            return Ok(all);
+            return Ok(());
         }
     };
+    let meaning = leaf.semantic.as_str();
     if !leaf.in_geometry {
-        return Err(Refusal::Still(leaf.semantic.clone()));
+        return Err(Refusal::Still(meaning.to_owned()));
     }
-    let change = change(axes(leaf)?, Axes::ROS);
-    let (position, turn) = match leaf.semantic.as_str() {
-        "Position" | "PointSet" => (Some(vector::load(leaf, input, notes)?), None),
-        "Orientation" => (None, Some(rotation::load(leaf, input, notes)?)),
+    let change = |is_axial| Ok(change(axes(leaf)?, Axes::ROS, is_axial));
+    if let Some(vector) = vector_of(leaf) {
+        let change = change(is_axial(meaning))?;
+        let own = vector::load(leaf, input, notes)?;
+        let own = vector::changed(own, change.as_ref());
+        out.vectors.push((vector, own));
+        return Ok(());
+    }
+    let turn = match meaning {
+        "Orientation" => rotation::load(leaf, input, notes)?,
         "Pose" => {
             let (position, turn) = pose_of_leaf(leaf, input, notes)?;
-            (Some(position), Some(turn))
+            let position = vector::changed(position, change(false)?.as_ref());
+            out.vectors.push(("Position", position));
+            turn
         }
         other => return Err(Refusal::Still(other.to_owned())),
     };
-    Ok(Placed {
-        position: position.map(|own| vector::changed(own, change.as_ref())),
-        turn: turn.map(|own| rotation::changed(own, change.as_ref())),
-    })
+    out.turn = Some(rotation::changed(turn, change(false)?.as_ref()));
+    Ok(())
 }
 
 fn store<'r>(
@@ -150,19 +231,21 @@ fn store<'r>(
             return Ok(out);
         }
     };
-    let change = change(Axes::ROS, axes(leaf)?);
-    let position = || {
-        let own = here.position.ok_or(Refusal::NoWay)?;
-        Ok(vector::changed(own, change.as_ref()))
+    let change = |is_axial| Ok(change(Axes::ROS, axes(leaf)?, is_axial));
+    let vector = |meaning: &str| {
+        let own = here.vector(meaning).ok_or(Refusal::NoWay)?;
+        Ok(vector::changed(own, change(is_axial(meaning))?.as_ref()))
     };
     let turn = || {
         let own = here.turn.ok_or(Refusal::NoWay)?;
-        Ok(rotation::changed(own, change.as_ref()))
+        Ok(rotation::changed(own, change(false)?.as_ref()))
     };
+    if let Some(meaning) = vector_of(leaf) {
+        return vector::store(vector(meaning)?, leaf, notes);
+    }
     match leaf.semantic.as_str() {
-        "Position" | "PointSet" => vector::store(position()?, leaf, notes),
         "Orientation" => rotation::store(&turn()?, leaf, notes),
-        "Pose" => homogeneous(position()?, &turn()?, leaf, notes),
+        "Pose" => homogeneous(vector("Position")?, &turn()?, leaf, notes),
         other => Err(Refusal::Still(other.to_owned())),
     }
 }

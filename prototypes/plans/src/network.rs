@@ -130,8 +130,8 @@ impl<'l> Network<'l> {
             let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
             terms.extend(covariance::convert(
                 &ends,
-                &inputs,
-                &own,
+                (&inputs, &own),
+                None,
                 &mut of_covariance,
             )?);
             given.extend(own);
@@ -181,18 +181,29 @@ impl<'l> Network<'l> {
         self.agree(one, other)?;
         let mut pairs = Vec::new();
         self.pairs(&[one], &[other], &mut pairs);
-        let mut ends = pairs.iter().flat_map(|(from, to)| [from, to]);
+        let mut parts = pairs.iter().flat_map(|(from, to)| [from, to]);
         let is_sure = |of: &Chain<'_>| of.first().is_some_and(|of| of.covariance.is_some());
-        if ends.any(is_sure) {
-            return Err(Refusal::Still("covariance".to_owned()));
+        if parts.any(|of| of.len() > 1 && is_sure(of)) {
+            return Err(Refusal::Still("covariance of a part".to_owned()));
         }
         let (input, output) = (self.shape(from)?, self.shape(to)?);
-        let recorder = Recorder::new(input.len() + TRANSFORM);
+        let ends = covariance::Ends {
+            from: (input, one),
+            to: (output, other),
+        };
+        let counts = [ends.from, ends.to].map(|(shape, of)| covariance::count(shape, of));
+        let spread = if counts[0] == counts[1] { counts[0] } else { 0 };
+        let recorder = Recorder::new(input.len() + spread + TRANSFORM);
         let inputs = self::inputs(&recorder, input);
-        let places = input.len()..input.len() + TRANSFORM;
+        let number = one.covariance.as_ref().and_then(|of| of.number);
+        let number = number.unwrap_or(Primitive::F64);
+        let places = input.len()..input.len() + spread;
+        let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
+        let places = input.len() + spread..input.len() + spread + TRANSFORM;
         let transform: Vec<Term> = places
             .map(|at| recorder.input(at, Primitive::F64))
             .collect();
+        let transform = moving::transform(&transform)?;
         let mut notes = self.notes(from, to, true)?;
         let mut direct = Notes::default();
         // What else changes is what changes between two frames that are one.
@@ -204,10 +215,18 @@ impl<'l> Network<'l> {
         }
         notes.kinds.insert(Kind::Frames);
         let mut of_values = Notes::default();
-        let terms = moving::convert(input, output, (&inputs, &transform), &mut of_values)?;
+        let mut terms = moving::convert(input, output, (&inputs, &transform), &mut of_values)?;
+        if spread > 0 {
+            let given = (&inputs[..], &own[..]);
+            let of_spread = covariance::convert(&ends, given, Some(&transform), &mut of_values)?;
+            terms.extend(of_spread);
+        } else if one.covariance.is_some() || other.covariance.is_some() {
+            of_values.lose("the covariance is not converted", Bound::None);
+        }
         of_values.kinds.clear();
         notes.add(of_values);
         rotation::require_length(input, &inputs)?;
+        covariance::require_positive(&own);
         let program = recorder.program(&terms);
         let plan = Plan {
             from: from.to_owned(),
@@ -220,8 +239,8 @@ impl<'l> Network<'l> {
             notes: Vec::new(),
             program,
             transform: TRANSFORM,
-            input: numbers((input, one), 0),
-            output: numbers((output, other), 0),
+            input: numbers(ends.from, spread),
+            output: numbers(ends.to, spread),
         };
         self.within_limit(to, plan)
     }

@@ -78,7 +78,7 @@ impl fmt::Display for Refusal {
             Self::NoWay => f.write_str("no alias and no conversion leads from one to the other"),
             Self::Still(what) => write!(
                 f,
-                "a change of frames converts positions, orientations and poses, and no {what}"
+                "a change of frames converts positions, orientations, velocities, accelerations and forces, and no {what}"
             ),
             Self::NoAxes(what) => write!(
                 f,

@@ -1,14 +1,19 @@
 //! Changes between frames that move.
 
+use crate::functions::written;
 use crate::library;
 use rc_plans::{Plan, TRANSFORM};
-use rc_quantity::rotation::EulerOrder;
+use rc_quantity::rotation::{EulerOrder, Quaternion};
+use std::fmt::Write;
+use std::process::Command;
 
 /// Prototypes of a point and a pose with these axes and unit.
 fn text(axes: &str, unit: &str, frame: &str, more: &str) -> String {
     format!(
         "axes own :: {axes}
          algebraic xyz :: Scalar{{x, y, z}}
+         algebraic xy :: Scalar{{x, y}}
+         algebraic one :: Scalar{{distance}}
          algebraic quat :: Scalar{{x, y, z, w}}
          units u :: qudt, xyz {{ x = {unit}, y = {unit}, z = {unit} }}
          dproto point :: geometry {{ semantic = Position coord = cartesian algebraic = xyz
@@ -25,8 +30,10 @@ fn text(axes: &str, unit: &str, frame: &str, more: &str) -> String {
              composes = {{ Position = place, Orientation = turn }} }}
          dproto both :: geometry {{ semantic = PairPose composes = {{ Obj1 = inner, Obj2 = inner }}
              frames = {{ with_respect_to = {frame} }} }}
-         dproto speed :: geometry {{ semantic = LinearVelocity coord = cartesian algebraic = xyz
-             ddr = :: ROS{{a/P}} dr = {{ x = x, y = y, z = z }} axes = own }}
+         dproto flat :: geometry {{ semantic = LinearVelocity coord = cartesian algebraic = xy
+             ddr = :: ROS{{a/P}} dr = {{ x = x, y = y }} axes = own }}
+         dproto range :: geometry {{ semantic = Range coord = distance algebraic = one
+             ddr = :: ROS{{a/R}} dr = {{ range = distance }} }}
          dproto bare :: geometry {{ semantic = Position coord = cartesian algebraic = xyz
              ddr = :: ROS{{a/P}} dr = {{ x = x, y = y, z = z }} units = u }}"
     )
@@ -79,7 +86,7 @@ fn points_and_poses_move_with_their_units_and_axes() {
     let angle = 0.3_f64;
     let turn = [(angle / 2.0).sin(), 0.0, 0.0, (angle / 2.0).cos()];
     let input = [&[1000.0, 2000.0, 500.0][..], &turn].concat();
-    let expected = rc_quantity::rotation::Quaternion::of_matrix(&EulerOrder::XYZ_MOVING.matrix([
+    let expected = Quaternion::of_matrix(&EulerOrder::XYZ_MOVING.matrix([
         angle,
         0.0,
         std::f64::consts::FRAC_PI_2,
@@ -121,17 +128,170 @@ fn a_covariance_of_a_part_is_refused() {
     for name in ["pose", "both"] {
         let refused = rc_plans::moving((&from, name), (&to, name)).map(drop);
         let reason = refused.map_err(|refusal| refusal.to_string());
-        assert!(reason.is_err_and(|reason| reason.ends_with("and no covariance")));
+        assert!(reason.is_err_and(|reason| reason.ends_with("and no covariance of a part")));
     }
 }
 
 #[test]
 fn what_does_not_move_is_refused() {
-    let expected = "no-conversion: a change of frames converts positions, orientations and poses, and no LinearVelocity";
-    assert_eq!(plan("speed").map(drop), Err(expected.to_owned()));
+    let refused = |name: &str| plan(name).map(drop).expect_err("refused");
+    assert!(
+        refused("range").ends_with(", and no Range"),
+        "{}",
+        refused("range")
+    );
+    let expected = "no-conversion: the first one has no value `z`";
+    assert_eq!(refused("flat"), expected);
     let expected = "no-conversion: a change of frames needs the axes of both ends, and the Position of one of them has none";
-    assert_eq!(plan("bare").map(drop), Err(expected.to_owned()));
-    let sure = library(&text(ROS, "m", "map", "covariance = { member covariance }"));
-    let refused = rc_plans::moving((&sure, "point"), (&sure, "point"));
-    assert!(refused.is_err_and(|refusal| refusal.to_string().ends_with("and no covariance")));
+    assert_eq!(refused("bare"), expected);
+}
+
+/// A meaning at one end: its name, the units of its vectors, and what its covariance says.
+struct End {
+    name: &'static str,
+    axes: &'static str,
+    units: [&'static str; 2],
+    rotation: &'static str,
+}
+
+/// Prototypes of all that moves, each with a covariance.
+fn all(end: &End) -> String {
+    let End {
+        name,
+        axes,
+        units: [one, other],
+        rotation,
+    } = end;
+    let three = "algebraic = v3 ddr = :: c99{double[3]} dr = { 0 = 0, 1 = 1, 2 = 2 }";
+    let leaf = |name: &str, semantic: &str, more: &str| {
+        format!(
+            "dproto {name} :: geometry {{ semantic = {semantic} coord = cartesian {three} axes = own {more} }}\n"
+        )
+    };
+    let sure = "covariance = { member c }";
+    let mut out = format!(
+        "axes own :: {}\nalgebraic v3 :: Vector{{3}}\nalgebraic v4 :: Vector{{4}}\n\
+         units one :: qudt, v3 {{ 0 = \"{one}\", 1 = \"{one}\", 2 = \"{one}\" }}\n\
+         units other :: qudt, v3 {{ 0 = \"{other}\", 1 = \"{other}\", 2 = \"{other}\" }}\n",
+        axes.replace(' ', ", ")
+    );
+    let single = |semantic: &str| leaf(name, semantic, &format!("units = one {sure}"));
+    out += &match *name {
+        "point" => single("Position"),
+        "speed" => single("LinearVelocity"),
+        "spin" => single("AngularVelocity"),
+        "push" => single("Acceleration"),
+        "force" => single("Force"),
+        "torque" => single("Torque"),
+        "twist" | "wrench" => {
+            let parts = if *name == "twist" {
+                ["LinearVelocity", "AngularVelocity"]
+            } else {
+                ["Force", "Torque"]
+            };
+            format!(
+                "{}{}dproto {name} :: geometry {{ semantic = {} composes = {{ {} = linear, {} = angular }} {sure} }}\n",
+                leaf("linear", parts[0], "units = one"),
+                leaf("angular", parts[1], "units = other"),
+                if *name == "twist" { "Twist" } else { "Wrench" },
+                parts[0],
+                parts[1],
+            )
+        }
+        _ => format!(
+            "{}dproto turn :: geometry {{ semantic = Orientation coord = quaternion algebraic = v4 \
+             ddr = :: c99{{double[4]}} dr = {{ 0 = 0, 1 = 1, 2 = 2, 3 = 3 }} axes = own }}\n\
+             dproto pose :: geometry {{ semantic = Pose composes = {{ Position = place, Orientation = turn }} \
+             covariance = {{ member c, order = xyz_rpy, rotation = {rotation} }} }}\n",
+            leaf("place", "Position", "units = one")
+        ),
+    };
+    out
+}
+
+/// Values with their covariances, from left-handed axes in other units: as pinocchio moves them.
+#[test]
+fn all_that_moves_equals_pinocchio() {
+    let test = "all_that_moves_equals_pinocchio";
+    let Some(python) = rc_test_support::python::packages("pinocchio", "pin==4.1.0\n", test) else {
+        return;
+    };
+    let mut random = fastrand::Rng::with_seed(38);
+    let mut number = move || random.f64() * 2.0 - 1.0;
+    let units = [
+        ("point", ["mm", ""], ["m", ""]),
+        ("speed", ["mm/s", ""], ["m/s", ""]),
+        ("spin", ["deg/s", ""], ["rad/s", ""]),
+        ("push", ["m/s^2", ""], ["m/s^2", ""]),
+        ("force", ["kN", ""], ["N", ""]),
+        ("torque", ["N*m", ""], ["N*m", ""]),
+        ("twist", ["mm/s", "deg/s"], ["m/s", "rad/s"]),
+        ("wrench", ["kN", "N*m"], ["N", "N*m"]),
+        ("pose_fixed_fixed", ["mm", ""], ["m", ""]),
+        ("pose_fixed_moving", ["mm", ""], ["m", ""]),
+        ("pose_moving_fixed", ["mm", ""], ["m", ""]),
+        ("pose_moving_moving", ["mm", ""], ["m", ""]),
+    ];
+    let (mut lines, mut count) = (String::new(), 0);
+    for (kind, own, wanted) in units {
+        let mut rotations = kind.split('_').skip(1);
+        let mut end = |axes, units: [&'static str; 2]| End {
+            name: kind.split('_').next().expect("a name"),
+            axes,
+            units: units.map(|unit| if unit.is_empty() { "m" } else { unit }),
+            rotation: rotations.next().unwrap_or("fixed"),
+        };
+        let (from, to) = (end("right up ahead", own), end("right ahead up", wanted));
+        let (sender, receiver) = (library(&all(&from)), library(&all(&to)));
+        let plan = rc_plans::moving((&sender, from.name), (&receiver, to.name)).expect("a plan");
+        assert!(plan.lost.is_empty(), "{plan}");
+        for _ in 0..50 {
+            let rotation = EulerOrder::RPY.matrix([3.0 * number(), 1.5 * number(), 3.0 * number()]);
+            let transform = rotation.map(|[x, y, z]| [x, y, z, 5.0 * number()]).concat();
+            let mut value: Vec<f64> = (0..3).map(|_| number()).collect();
+            match from.name {
+                "twist" | "wrench" => value.extend((0..3).map(|_| number())),
+                "pose" => {
+                    let angles = [3.0 * number(), 1.5 * number(), 3.0 * number()];
+                    let turn = Quaternion::of_matrix(&EulerOrder::RPY.matrix(angles));
+                    value.extend(turn.to_xyzw());
+                }
+                _ => {}
+            }
+            let side = if value.len() == 3 { 3 } else { 6 };
+            let root: Vec<f64> = (0..side * side).map(|_| number()).collect();
+            let cell = |row: usize, column: usize| -> f64 {
+                let row = &root[side * row..][..side];
+                row.iter()
+                    .zip(&root[side * column..])
+                    .map(|(a, b)| a * b)
+                    .sum()
+            };
+            let cells = (0..side * side).map(|at| cell(at / side, at % side));
+            value.extend(cells);
+            let given = [&value[..], &transform].concat();
+            let found = plan.program.run(&given).expect("in range");
+            let words = |end: &End| format!("{}|{}|{}", end.axes, end.units[0], end.units[1]);
+            write!(lines, "{kind},{},{}", words(&from), words(&to)).expect("a text");
+            for number in transform.iter().chain(&value).chain(&found) {
+                write!(lines, ",{number:e}").expect("a text");
+            }
+            lines.push('\n');
+            count += 1;
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let list = written(folder.path(), "moving.csv", &lines);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/moving.py");
+    let output = Command::new(python)
+        .arg(script)
+        .arg(&list)
+        .output()
+        .expect("Python");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout).trim(),
+        count.to_string()
+    );
 }
