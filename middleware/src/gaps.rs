@@ -4,7 +4,7 @@ use crate::Header;
 
 /// Number of senders that are remembered: twice as many as publish on one topic, so that there is
 /// room for their successors.
-const SENDERS: usize = 2 * crate::qos::MAX_PUBLISHERS;
+const SENDERS: usize = 2 * crate::qos::MOST_PUBLISHERS;
 /// A gap of more samples counts once the next sample of the sender follows it.
 const DOUBTFUL: u64 = 1000;
 /// No sender sends so many samples: 49 days of a sample each millisecond.
@@ -52,7 +52,6 @@ impl Gaps {
             return 0;
         }
         let Some(at) = self.heard.iter().position(|known| known.id == sender) else {
-            self.heard.reserve_exact(SENDERS - self.heard.len());
             self.heard.truncate(SENDERS - 1);
             let new = Sender {
                 id: sender,

@@ -8,9 +8,23 @@ pub use rc_vocabulary::qos::{
 pub const MAX_READERS: usize = 64;
 /// Most tools that observe a topic. They have places of their own.
 pub const MAX_OBSERVERS: usize = 4;
-/// Most publishers of a topic.
+/// Most publishers of a topic that is not deeper than that.
 pub const MAX_PUBLISHERS: usize = 16;
+/// Most publishers of any topic.
+pub const MOST_PUBLISHERS: usize = 64;
 /// Most processes of one service.
 pub const MAX_NODES: usize = 128;
 /// Most requests of one client that wait at a server.
 pub const REQUEST_QUEUE: usize = 16;
+
+/// How many publishers a topic of this depth admits: as many as it is deep, so that a sample of each
+/// waits at a subscriber, but [`MAX_PUBLISHERS`] at least and [`MOST_PUBLISHERS`] at most.
+///
+/// ```
+/// use rc_middleware::qos::publishers;
+///
+/// assert_eq!([1, 16, 40, 64, 1000].map(publishers), [16, 16, 40, 64, 64]);
+/// ```
+pub fn publishers(depth: usize) -> usize {
+    depth.clamp(MAX_PUBLISHERS, MOST_PUBLISHERS)
+}

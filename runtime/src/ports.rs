@@ -1,6 +1,7 @@
 //! The connections of a component, opened in the order of its description.
 
 mod counts;
+mod early;
 mod endpoints;
 mod frames;
 
@@ -24,6 +25,7 @@ use crate::time::follower::Follower;
 use crate::time::lockstep::State as SourceState;
 use crate::time::source::Source;
 use crate::time::{TimeRole, TimeSource};
+pub use early::{Awaited, EarlySamples};
 use endpoints::{call_endpoint, is_needed};
 use rc_management::component::{ClockKind, Role};
 use rc_middleware::lifecycle::LifecycleService;
@@ -34,7 +36,7 @@ use rc_middleware::{
     OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, WakeEvent, fan_out,
     network_time,
 };
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -102,6 +104,8 @@ pub struct Connections {
     exact: Exact,
     /// For tests: the replies of slots without a server, each with the index of its slot.
     defaults: &'static [(usize, DefaultReply)],
+    /// What a worker may await inside of a turn.
+    early: OnceCell<EarlySamples>,
 }
 
 /// What takes part in each connection. A connection has them from its beginning.
@@ -192,6 +196,7 @@ impl Connections {
             source: None,
             exact: Exact::Off,
             defaults: &[],
+            early: OnceCell::new(),
         }
     }
 
@@ -472,6 +477,7 @@ impl Connections {
                         None => port,
                     };
                     let port = self.fed((&slot, operation), port);
+                    let port = self.shared_early((&slot, operation), &endpoint, port)?;
                     Ok(Receiver::Subscriber {
                         port: self.exact.subscriber(at, operation, port),
                         operation,

@@ -119,6 +119,7 @@ macro_rules! suite {
             sixty_four_clients_are_served
             a_thousand_requests_get_their_own_replies
             sixteen_publishers_reach_sixty_four_subscribers
+            sixty_four_publishers_share_a_topic_of_that_depth
         );
         $crate::suite!(@of typed, $subject,
             topics_carry_values

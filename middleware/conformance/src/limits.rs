@@ -4,7 +4,7 @@ use crate::Subject;
 use crate::calls::{ask, echo};
 use crate::network::{LIMIT, Network, endpoint, header, keep_last, receive, serve, until};
 use rc_middleware::Header;
-use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
+use rc_middleware::qos::{MAX_PUBLISHERS, MAX_READERS, MOST_PUBLISHERS, REQUEST_QUEUE};
 use std::cell::RefCell;
 use std::sync::mpsc::channel;
 
@@ -92,23 +92,32 @@ pub fn a_thousand_requests_get_their_own_replies(subject: &dyn Subject) {
 
 /// Each sample reaches each subscriber.
 pub fn sixteen_publishers_reach_sixty_four_subscribers(subject: &dyn Subject) {
+    all_reach_all(subject, MAX_PUBLISHERS, MAX_READERS);
+}
+
+/// A topic admits as many publishers as it is deep.
+pub fn sixty_four_publishers_share_a_topic_of_that_depth(subject: &dyn Subject) {
+    all_reach_all(subject, MOST_PUBLISHERS, 2);
+}
+
+fn all_reach_all(subject: &dyn Subject, publishers: usize, subscribers: usize) {
     let network = Network::new(subject);
-    let topic = keep_last(MAX_PUBLISHERS as u32, &endpoint("default/Laser/scan"));
+    let topic = keep_last(publishers as u32, &endpoint("default/Laser/scan"));
     let backend = network.join("all");
-    let mut subscribers: Vec<_> = (0..MAX_READERS)
+    let mut readers: Vec<_> = (0..subscribers)
         .map(|_| backend.subscriber(&topic).expect("a subscriber"))
         .collect();
-    let mut publishers: Vec<_> = (0..MAX_PUBLISHERS)
+    let mut writers: Vec<_> = (0..publishers)
         .map(|_| backend.publisher(&topic).expect("a publisher"))
         .collect();
-    for (publisher, number) in publishers.iter_mut().zip(0_u8..) {
-        until("all are there", || publisher.peers() == MAX_READERS);
-        publisher.publish(header(1), &[number]).expect("to publish");
+    for (writer, number) in writers.iter_mut().zip(0_u8..) {
+        until("all are there", || writer.peers() == subscribers);
+        writer.publish(header(1), &[number]).expect("to publish");
     }
-    for subscriber in &mut subscribers {
-        let values = receive(&mut **subscriber, MAX_PUBLISHERS);
+    for reader in &mut readers {
+        let values = receive(&mut **reader, publishers);
         let mut senders: Vec<_> = values.iter().map(|(_, body)| body[0]).collect();
         senders.sort_unstable();
-        assert_eq!(senders, (0..MAX_PUBLISHERS as u8).collect::<Vec<_>>());
+        assert_eq!(senders, (0..publishers as u8).collect::<Vec<_>>());
     }
 }

@@ -7,7 +7,7 @@ use crate::service::{EventPorts, calls, event, topic, transient_local_topic};
 use crate::session::Session;
 use crate::{names, opening, service_files};
 use iceoryx2::service::port_factory::PortFactory;
-use rc_middleware::{Durability, Endpoint, Environment, OpenError};
+use rc_middleware::{Durability, Endpoint, Environment, OpenError, qos};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -42,8 +42,9 @@ impl Holder {
         let held = opening::open(&self.session, endpoint, |session, endpoint| {
             let (address, types) = (&endpoint.address, &endpoint.types);
             let depth = (endpoint.qos.depth as usize).max(1);
+            let publishers = qos::publishers(depth);
             let name = names::topic(address);
-            let notifier = event(session, &name, EventPorts::Topic, Some(types))?;
+            let notifier = event(session, &name, EventPorts::Topic(publishers), Some(types))?;
             let mut held = vec![OpenService::Topic(
                 topic(session, &name, types, depth)?,
                 notifier,
@@ -52,7 +53,7 @@ impl Holder {
                 let late = event(
                     session,
                     &names::late_joiners(address),
-                    EventPorts::LateJoiners,
+                    EventPorts::LateJoiners(publishers),
                     None,
                 )?;
                 let kept =

@@ -10,7 +10,7 @@ use crate::ports::PublisherPort;
 use crate::service::EventPorts;
 use crate::session::Session;
 use iceoryx2::port::update_connections::UpdateConnections;
-use rc_middleware::{Endpoint, OpenError, WakeEvent, wait};
+use rc_middleware::{Endpoint, OpenError, WakeEvent, qos, wait};
 use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -36,10 +36,12 @@ impl LateJoinerThread {
             address: endpoint.address.to_string(),
             reason: error.to_string(),
         };
+        let publishers = qos::publishers(endpoint.qos.depth as usize);
         let late = names::late_joiners(&endpoint.address);
-        let listener = Listener::open(session, &late, EventPorts::LateJoiners, None)?;
+        let listener = Listener::open(session, &late, EventPorts::LateJoiners(publishers), None)?;
         let topic = names::topic(&endpoint.address);
-        let notifier = Notifier::open(session, &topic, EventPorts::Topic, Some(&endpoint.types))?;
+        let (ports, types) = (EventPorts::Topic(publishers), Some(&endpoint.types));
+        let notifier = Notifier::open(session, &topic, ports, types)?;
         let end = WakeEvent::new().map_err(failed)?;
         let ended = end.clone();
         let thread = std::thread::Builder::new()

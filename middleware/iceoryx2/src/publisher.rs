@@ -12,7 +12,7 @@ use crate::tool_ports;
 use iceoryx2::prelude::AllocationStrategy;
 use iceoryx2::service::port_factory::publisher::PortFactoryPublisher;
 use rc_middleware::{
-    Durability, Encoding, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError,
+    Durability, Encoding, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError, qos,
 };
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -29,8 +29,10 @@ pub(crate) fn open(
     let (address, types) = (&endpoint.address, &endpoint.types);
     let keeps = endpoint.qos.durability == Durability::TransientLocal;
     let depth = (endpoint.qos.depth as usize).max(1);
+    let publishers = qos::publishers(depth);
     let name = names::topic(address);
-    let notifier = Notifier::open(session, &name, EventPorts::Topic, Some(types))?;
+    let ports = EventPorts::Topic(publishers);
+    let notifier = Notifier::open(session, &name, ports, Some(types))?;
     let topic = if keeps {
         transient_local_topic(session, &names::transient_local(address), types, depth)?
     } else {
@@ -97,7 +99,9 @@ impl SharedPublisher {
         let port = Self::builder(&topic).name(&tool_ports::port_name());
         let port = port.create();
         let port = port.map_err(|error| refusal(&name)(format!("{error:?}")))?;
-        let notifier = Notifier::open(session, &name, EventPorts::Topic, Some(&endpoint.types))?;
+        let publishers = qos::publishers(endpoint.qos.depth as usize);
+        let (ports, types) = (EventPorts::Topic(publishers), Some(&endpoint.types));
+        let notifier = Notifier::open(session, &name, ports, types)?;
         Ok(Self {
             address: endpoint.address.to_string(),
             _late_joiners: None,

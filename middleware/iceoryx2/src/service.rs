@@ -10,7 +10,9 @@ use iceoryx2::service::Service as _;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
-use rc_middleware::qos::{MAX_NODES, MAX_OBSERVERS, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE};
+use rc_middleware::qos::{
+    self, MAX_NODES, MAX_OBSERVERS, MAX_PUBLISHERS, MAX_READERS, REQUEST_QUEUE,
+};
 use rc_middleware::{KEPT_SAMPLES, OpenError, Qos, TypeIdentity};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
@@ -40,10 +42,10 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// The use of an event service, which determines how many notifiers and listeners it admits.
 #[derive(Clone, Copy)]
 pub(crate) enum EventPorts {
-    /// Publishers notify subscribers.
-    Topic,
-    /// Subscribers notify transient-local publishers.
-    LateJoiners,
+    /// So many publishers notify subscribers.
+    Topic(usize),
+    /// Subscribers notify so many transient-local publishers.
+    LateJoiners(usize),
     /// Clients notify the server. Admits a dead server and a refused one, too.
     Server,
     /// The server notifies one client. Admits dead servers, too.
@@ -54,8 +56,8 @@ impl EventPorts {
     fn limits(self) -> (usize, usize) {
         match self {
             // A transient-local publisher has two notifiers.
-            Self::Topic => (2 * MAX_PUBLISHERS + MAX_OBSERVERS, MAX_READERS),
-            Self::LateJoiners => (MAX_READERS, MAX_PUBLISHERS),
+            Self::Topic(publishers) => (2 * publishers + MAX_OBSERVERS, MAX_READERS),
+            Self::LateJoiners(publishers) => (MAX_READERS, publishers),
             Self::Server => (MAX_READERS, 4),
             Self::Client => (4, 1),
         }
@@ -71,7 +73,7 @@ pub(crate) fn topic(
 ) -> Result<TopicService, OpenError> {
     let verifier = require(name, types)?;
     session.attempt(name, MessagingPattern::PublishSubscribe, types, |service| {
-        topic_builder(session, service)
+        topic_builder(session, service, qos::publishers(depth))
             .subscriber_max_buffer_size(depth.max(DEPTH))
             .subscriber_max_borrowed_samples(BORROWED)
             .history_size(0)
@@ -79,7 +81,7 @@ pub(crate) fn topic(
             .or_else(|_| {
                 // The creator may have reserved less than the minimum of this process, but enough
                 // for this endpoint, which then keeps no samples.
-                topic_builder(session, service)
+                topic_builder(session, service, MAX_PUBLISHERS)
                     .subscriber_max_buffer_size(depth)
                     .open_with_attributes(&verifier)
             })
@@ -99,9 +101,11 @@ pub(crate) fn transient_local_topic(
         name,
         MessagingPattern::PublishSubscribe,
         types,
-        |service| match topic_builder(session, service).open_with_attributes(&verifier) {
+        |service| match topic_builder(session, service, MAX_PUBLISHERS)
+            .open_with_attributes(&verifier)
+        {
             Ok(topic) => Ok(topic),
-            Err(_) => topic_builder(session, service)
+            Err(_) => topic_builder(session, service, qos::publishers(depth))
                 .subscriber_max_buffer_size(depth.max(DEPTH))
                 .subscriber_max_borrowed_samples(BORROWED)
                 .history_size(depth)
@@ -121,7 +125,9 @@ pub(crate) fn existing_topic(
         name,
         MessagingPattern::PublishSubscribe,
         types,
-        |service| match topic_builder(session, service).open_with_attributes(&verifier) {
+        |service| match topic_builder(session, service, MAX_PUBLISHERS)
+            .open_with_attributes(&verifier)
+        {
             Ok(topic) => Ok(Some(topic)),
             Err(PublishSubscribeOpenError::DoesNotExist) => Ok(None),
             Err(error) => Err(error),
@@ -170,15 +176,15 @@ pub(crate) fn event(
         None => (AttributeVerifier::new(), &NO_TYPES),
     };
     session.attempt(name, MessagingPattern::Event, types, |service| {
-        session
-            .node
-            .service_builder(service)
-            .event()
+        let builder = || session.node.service_builder(service).event();
+        builder()
             .max_notifiers(notifiers)
             .max_listeners(listeners)
             .max_nodes(MAX_NODES)
             .event_id_max_value(TRANSIENT_LOCAL)
             .open_or_create_with_attributes(&verifier)
+            // That of a topic which is less deep has fewer notifiers.
+            .or_else(|_| builder().open_with_attributes(&verifier))
     })
 }
 
@@ -196,6 +202,7 @@ const NO_TYPES: TypeIdentity = TypeIdentity {
 fn topic_builder(
     session: &Session,
     service: &ServiceName,
+    publishers: usize,
 ) -> builder::publish_subscribe::Builder<[u8], MessageHeader, Service> {
     session
         .node
@@ -203,7 +210,7 @@ fn topic_builder(
         .publish_subscribe::<[u8]>()
         .user_header::<MessageHeader>()
         .enable_safe_overflow(true)
-        .max_publishers(MAX_PUBLISHERS + MAX_OBSERVERS)
+        .max_publishers(publishers + MAX_OBSERVERS)
         .max_subscribers(MAX_READERS + MAX_OBSERVERS)
         .max_nodes(MAX_NODES)
 }

@@ -10,7 +10,7 @@ use crate::tool_ports;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
 use rc_middleware::{
-    Durability, Endpoint, Header, KeptSample, OpenError, ReceiveError, Subscriber, Unread,
+    Durability, Endpoint, Header, KeptSample, OpenError, ReceiveError, Subscriber, Unread, qos,
 };
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
@@ -29,7 +29,8 @@ pub(crate) fn open(
     let name = names::topic(&endpoint.address);
     let types = &endpoint.types;
     // The listener comes first: a transient-local publisher that joins meanwhile notifies it.
-    let listener = Listener::open(session, &name, EventPorts::Topic, Some(types))?;
+    let ports = EventPorts::Topic(qos::publishers(depth(endpoint)));
+    let listener = Listener::open(session, &name, ports, Some(types))?;
     let topic = topic(session, &name, types, depth(endpoint))?;
     let mut subscriber = SharedSubscriber {
         volatile: Source::new(endpoint, topic, 0)?,

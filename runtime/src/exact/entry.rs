@@ -101,6 +101,9 @@ kinds! {
     Fired = 25 "fired",
     /// The worker asked for a number that no other run has.
     Unique = 26 "unique",
+    /// The worker waits for the shared world: the time in `value`, what came in `type_hash`, and its
+    /// bytes.
+    Awaited = 27 "awaited",
     /// The worker published a sample; `value` is its encoding.
     Publish = 32 "publish",
     /// The worker sent a command.

@@ -41,6 +41,20 @@ impl Exact {
         }
     }
 
+    /// What happens while the worker waits.
+    pub(crate) fn awaited(&self, real: impl FnOnce() -> Entry<'static>) -> Entry<'static> {
+        match self {
+            Self::Off => real(),
+            Self::Record(recorder) => {
+                let entry = real();
+                recorder.push(&entry);
+                entry
+            }
+            Self::Replay(replay) if !replay.is_in_turn() => real(),
+            Self::Replay(replay) => replay.take(Kind::Awaited, 0, 0),
+        }
+    }
+
     /// A text that decides what the worker does.
     pub(crate) fn text(&self, kind: Kind, real: impl FnOnce() -> String) -> String {
         match self {

@@ -9,18 +9,21 @@ use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
 use rc_runtime::middleware::{OpenError, Reader, SendError};
-use rc_runtime::{Core, Ports};
+use rc_runtime::{Core, EarlySamples, Ports};
 use rc_world::{
     Error, Message, News, Rights, STATE, STREAM, Setup, Status, Steady, Token, Topic, World,
 };
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How many messages of a replica are published in a turn at most. The others follow in the next
 /// one.
 const MOST_A_TURN: usize = 64;
+
+/// The longest time for which a worker waits for a change.
+const LONGEST_WAIT: Duration = Duration::from_hours(1);
 
 /// How often the log says at most that messages were refused.
 const REPORTS: Duration = Duration::from_secs(10);
@@ -125,14 +128,43 @@ impl Driver {
         let now = now.as_nanos();
         self.time.store(now, Ordering::Relaxed);
         self.steady.follow(Duration::from_nanos(now));
-        if self.steady.time() >= self.due {
+        let is_due = self.steady.time() >= self.due;
+        if is_due {
             self.due = self.world.turn(self.steady.time());
         }
         self.report();
         let told = self.send(send);
         let version = self.world.snapshot().version();
         let is_new = std::mem::replace(&mut self.shown, version) != version;
-        told || is_new
+        told || is_new || is_due
+    }
+
+    /// Waits until this replica has a change, at most for `limit` of the system's time, and for an hour.
+    /// Returns whether it has it. Meanwhile the replica gets what others send, and no handler runs. In simulated time it
+    /// does not wait, for nothing arrives within a turn.
+    pub fn wait_for(
+        &mut self,
+        token: Token,
+        limit: Duration,
+        early: &EarlySamples,
+        send: Send<'_>,
+    ) -> bool {
+        let until = Instant::now() + limit.min(LONGEST_WAIT);
+        // The next turn of the loop shows what is new.
+        let shown = self.shown;
+        while !self.world.has(token) {
+            let Some(came) = early.next(until) else {
+                break;
+            };
+            if let Some((interface, topic, bytes)) = came.sample {
+                let topics: &[Topic] = if interface == 0 { &STATE } else { &STREAM };
+                // What is no message, the event loop says later.
+                let _ = self.receive(topics.get(topic), &mut Reader::new(&bytes));
+            }
+            self.turn(came.now, send);
+        }
+        self.shown = shown;
+        self.world.has(token)
     }
 
     /// Says in the log that messages were refused: those of a replica with another schema, for example.
@@ -186,6 +218,7 @@ impl Driver {
 /// A [`Driver`] with its publishers.
 pub struct Member {
     driver: Driver,
+    early: EarlySamples,
     state: Vec<TypedPublisher>,
     stream: Vec<TypedPublisher>,
 }
@@ -225,6 +258,7 @@ impl Member {
         };
         Ok(Self {
             driver: Driver::new(core, schema, rights),
+            early: ports.early_samples().clone(),
             state: open(slots[0], &STATE)?,
             stream: open(slots[1], &STREAM)?,
         })
@@ -255,6 +289,13 @@ impl Member {
         self.driver
             .send(&mut |message| publish(state, stream, message));
         Ok(changed)
+    }
+
+    /// Waits until this replica has a change, as [`Driver::wait_for`] does.
+    pub fn wait_for(&mut self, token: Token, limit: Duration) -> bool {
+        let (state, stream) = (&mut self.state, &mut self.stream);
+        let send = &mut |message: &Message| publish(state, stream, message);
+        self.driver.wait_for(token, limit, &self.early, send)
     }
 
     /// Does what is due at the time of the network. Returns whether anything was done.

@@ -12,7 +12,8 @@ use graph_merge::{Conflict, unique_writer};
 use graph_schema::Schema;
 use property_graph::{Edit, Graph, Keep, Moment, Snapshot, Time};
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// The time at which changes are made, by the clock of the network.
@@ -71,6 +72,9 @@ impl Setup {
 pub struct World {
     graph: Graph,
     core: Mutex<Core>,
+    /// Wakes the threads that wait for a change.
+    changed: Condvar,
+    waiting: AtomicUsize,
     clock: Clock,
 }
 
@@ -89,6 +93,8 @@ impl World {
             graph: Graph::new(Arc::clone(&setup.schema), setup.writer),
             clock: Arc::clone(&setup.clock),
             core: Mutex::new(Core::new(setup)),
+            changed: Condvar::new(),
+            waiting: AtomicUsize::new(0),
         }
     }
 
@@ -146,12 +152,39 @@ impl World {
         &self,
         make: impl FnOnce(&mut Edit) -> Result<T, Error>,
     ) -> Result<(T, Token), Error> {
-        self.core().change(&self.graph, (self.clock)(), make)
+        let mut core = self.core();
+        let changed = core.change(&self.graph, (self.clock)(), make);
+        self.wake(core);
+        changed
     }
 
     /// Whether this replica has a change.
     pub fn has(&self, token: Token) -> bool {
         self.core().has(token)
+    }
+
+    /// Waits until this replica has a change, at most for `limit`. Returns whether it has it. Another thread
+    /// hands in what arrives: one that waits for itself waits in vain. A worker uses the function of its
+    /// context.
+    pub fn wait_for(&self, token: Token, limit: Duration) -> bool {
+        let core = self.core();
+        // Others look at the number behind the lock, so none of them misses this thread.
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let waited = self
+            .changed
+            .wait_timeout_while(core, limit, |core| !core.has(token));
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        let (core, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        core.has(token)
+    }
+
+    /// Wakes the threads that wait, once the lock is free.
+    fn wake(&self, core: MutexGuard<'_, Core>) {
+        let is_awaited = self.waiting.load(Ordering::Relaxed) > 0;
+        drop(core);
+        if is_awaited {
+            self.changed.notify_all();
+        }
     }
 
     /// Whether all other replicas had a change when they last told what they have.
@@ -200,13 +233,17 @@ impl World {
     /// wrong with it is counted in [`Status`]; nothing is changed then. While there are conflicts, the
     /// changes that it brings are shown at the next [`World::turn`].
     pub fn receive(&self, now: Duration, message: Message) {
-        self.core()
-            .receive(&self.graph, (self.clock)(), now, message);
+        let mut core = self.core();
+        core.receive(&self.graph, (self.clock)(), now, message);
+        self.wake(core);
     }
 
     /// Does what is due, and returns when something is due next, by the same clock.
     pub fn turn(&self, now: Duration) -> Duration {
-        self.core().turn(&self.graph, (self.clock)(), now)
+        let mut core = self.core();
+        let next = core.turn(&self.graph, (self.clock)(), now);
+        self.wake(core);
+        next
     }
 
     /// A message to publish.

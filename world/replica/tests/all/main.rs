@@ -3,4 +3,5 @@
 mod network;
 mod news;
 mod partitions;
+mod threads;
 mod wrong;
