@@ -7,7 +7,7 @@ mod frames;
 pub(crate) use frames::{Fed, Frames, IdleFlag, Shared, Source, Tf, TfSlot, Tree, history};
 
 use frames::NoTransform;
-use rc_conversion::{Fault, Place, Plan, Program};
+use rc_conversion::{Fault, Place, Plan, Program, Ran};
 use rc_diagnostics::foreign::clean;
 use rc_middleware::in_place::zerocopy::IntoBytes;
 use rc_middleware::request_body::{RequestBody, buffer};
@@ -35,7 +35,7 @@ pub(crate) struct Conversions {
 
 /// Counts the messages of a slot. One thread counts, others read.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ConversionCounts(Arc<[AtomicU64; 3]>);
+pub(crate) struct ConversionCounts(Arc<[AtomicU64; 4]>);
 
 impl ConversionCounts {
     /// Messages that were converted.
@@ -53,13 +53,21 @@ impl ConversionCounts {
         self.0[2].load(Ordering::Relaxed)
     }
 
-    fn note<T>(&self, result: &Result<T, Refused>) {
+    /// Messages that were converted, and have three turns at a gimbal lock.
+    pub(crate) fn locked(&self) -> u64 {
+        self.0[3].load(Ordering::Relaxed)
+    }
+
+    fn note(&self, result: &Result<Ran, Refused>) {
         let counter = match result {
             Ok(_) => 0,
             Err(Refused::Fault(_)) => 1,
             Err(Refused::Frames { .. }) => 2,
         };
         self.0[counter].fetch_add(1, Ordering::Relaxed);
+        if result.as_ref().is_ok_and(|ran| ran.is_locked) {
+            self.0[3].fetch_add(1, Ordering::Relaxed);
+        }
     }
 }
 
@@ -151,7 +159,7 @@ struct SampleProgram {
 }
 
 /// What became of a sample.
-enum Ran {
+enum Became {
     /// It stays as it is.
     Unchanged,
     /// The copy is the converted one.
@@ -163,22 +171,22 @@ enum Ran {
 impl SampleProgram {
     /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
     /// While the component is not active, nobody is asked where frames are.
-    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Ran, Refused> {
+    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Became, Refused> {
         let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
         let program = match header.encoding {
             Encoding::Cdr => &self.cdr,
             Encoding::Image => &self.image,
         };
         let Some(program) = program.as_ref().filter(|_| !is_strange) else {
-            return Ok(Ran::Unchanged);
+            return Ok(Became::Unchanged);
         };
         let is_idle = self.frames.as_ref().is_some_and(Frames::is_idle);
         if is_idle && program.takes_transforms() {
-            return Ok(Ran::Dropped);
+            return Ok(Became::Dropped);
         }
         let result = convert(program, self.frames.as_mut(), copy.fill(body));
         self.counts.note(&result);
-        result.map(|()| Ran::Converted)
+        result.map(|_| Became::Converted)
     }
 }
 
@@ -187,10 +195,9 @@ fn convert(
     program: &Program,
     frames: Option<&mut Frames>,
     bytes: &mut [u8],
-) -> Result<(), Refused> {
+) -> Result<Ran, Refused> {
     let Some(frames) = frames.filter(|_| program.takes_transforms()) else {
-        program.run(bytes, 0)?;
-        return Ok(());
+        return Ok(program.run_with(bytes, 0, &[])?);
     };
     let needed = program.needed(bytes, 0)?;
     let transforms = frames.transforms(&needed).map_err(|(at, reason)| {
@@ -202,8 +209,7 @@ fn convert(
             reason,
         }
     })?;
-    program.run_with(bytes, 0, &transforms)?;
-    Ok(())
+    Ok(program.run_with(bytes, 0, &transforms)?)
 }
 
 impl ConvertingSubscriber {
@@ -274,10 +280,10 @@ impl Subscriber for ConvertingSubscriber {
         let mut fault = None;
         let received = port.receive(
             &mut |mut header, body| match programs.run(header, body, copy) {
-                Ok(Ran::Dropped) => unread.note(header.sender),
-                Ok(ran) => {
+                Ok(Became::Dropped) => unread.note(header.sender),
+                Ok(became) => {
                     unread.renumber(&mut header);
-                    let is_converted = matches!(ran, Ran::Converted);
+                    let is_converted = matches!(became, Became::Converted);
                     take(header, if is_converted { copy.bytes() } else { body });
                 }
                 Err(error) => {
@@ -308,10 +314,10 @@ impl Subscriber for ConvertingSubscriber {
         let received = port.receive_kept(&mut |mut header, sample| {
             let mut copy = Copied::default();
             match programs.run(header, sample.memory(), &mut copy) {
-                Ok(Ran::Dropped) => unread.note(header.sender),
-                Ok(ran) => {
+                Ok(Became::Dropped) => unread.note(header.sender),
+                Ok(became) => {
                     unread.renumber(&mut header);
-                    let is_converted = matches!(ran, Ran::Converted);
+                    let is_converted = matches!(became, Became::Converted);
                     take(header, if is_converted { Box::new(copy) } else { sample });
                 }
                 Err(error) => {
@@ -414,7 +420,9 @@ impl CallPrograms {
         let Some(program) = self.reply(case, header.encoding) else {
             return Ok(false);
         };
-        let result = program.run(copy.fill(body), at).map_err(Refused::from);
+        let result = program
+            .run_with(copy.fill(body), at, &[])
+            .map_err(Refused::from);
         counts.note(&result);
         match result {
             Ok(_) => Ok(true),
@@ -446,7 +454,7 @@ fn converted_request(
         return Ok(None);
     };
     let mut bytes = buffer(request)?;
-    let result = program.run(&mut bytes, at).map_err(Refused::from);
+    let result = program.run_with(&mut bytes, at, &[]).map_err(Refused::from);
     counts.note(&result);
     match result {
         Ok(_) => Ok(Some(bytes)),

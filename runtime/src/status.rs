@@ -316,6 +316,7 @@ impl Status {
             messages: counts.converted(),
             bad_values: counts.refused(),
             unplaced: counts.unplaced(),
+            locked: counts.locked(),
         })
     }
 

@@ -213,6 +213,9 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
             if converted.unplaced > 0 {
                 write!(f, ", without a transform {}", converted.unplaced)?;
             }
+            if converted.locked > 0 {
+                write!(f, ", at a gimbal lock {}", converted.locked)?;
+            }
         }
         if let Some(clock) = &component.clock {
             write!(f, "  {}", clock_text(clock))?;

@@ -283,6 +283,9 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
         if converted.unplaced > 0 {
             facts += &format!(", {} without a transform", converted.unplaced);
         }
+        if converted.locked > 0 {
+            facts += &format!(", {} at a gimbal lock", converted.locked);
+        }
     }
     vec![
         Span::styled(slot.name.clone(), strong()),

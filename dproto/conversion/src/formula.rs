@@ -5,6 +5,7 @@ use crate::number::Stored;
 use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use rc_quantity::Real;
+use rc_quantity::rotation::LOCKED;
 use rc_vocabulary::Primitive;
 
 /// A formula over the numbers of a group. Equal formulas have equal operations.
@@ -14,6 +15,8 @@ pub struct Formula {
     pub steps: Vec<Step>,
     /// What becomes of each number of the group.
     pub outputs: Vec<Operand>,
+    /// Where one of these is below [`LOCKED`], three turns among the outputs are at a gimbal lock.
+    pub locks: Vec<Operand>,
 }
 
 /// An operation with its operands.
@@ -143,6 +146,8 @@ pub(crate) struct Scratch {
     pub(crate) texts: Vec<(usize, usize)>,
     /// Where numbers are.
     pub(crate) numbers: Vec<(usize, Primitive)>,
+    /// Whether a formula has met a gimbal lock.
+    pub(crate) is_locked: bool,
 }
 
 impl Formula {
@@ -159,6 +164,7 @@ impl Formula {
         let all = steps.all(|(at, step)| step.operands.iter().all(|of| known(of, at)));
         all && self.outputs.len() == inputs
             && self.outputs.iter().all(|of| known(of, self.steps.len()))
+            && self.locks.iter().all(|of| known(of, self.steps.len()))
     }
 
     /// Converts the numbers at the marks from `first`. Fails with the place of a number that the
@@ -173,6 +179,7 @@ impl Formula {
             marks,
             values,
             transforms,
+            is_locked,
             ..
         } = scratch;
         let marks = marks.get(first..).unwrap_or_default();
@@ -194,6 +201,8 @@ impl Formula {
             let value = step.operation.apply(operands);
             values.push(value.ok_or(Rejected::Value(start))?);
         }
+        let mut locks = self.locks.iter();
+        *is_locked |= locks.any(|of| of.of(values, inputs, transforms) < LOCKED);
         for (own, ((at, number), output)) in (0..).zip(marks.iter().zip(&self.outputs)) {
             if *output == Operand::Input(own) {
                 // It keeps its bits.
@@ -262,6 +271,10 @@ impl fmt::Display for Formula {
                 Operands(&step.operands)
             )?;
         }
-        write!(f, "={}", Operands(&self.outputs))
+        write!(f, "={}", Operands(&self.outputs))?;
+        if !self.locks.is_empty() {
+            write!(f, "%{}", Operands(&self.locks))?;
+        }
+        Ok(())
     }
 }

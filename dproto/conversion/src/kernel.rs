@@ -47,8 +47,8 @@ impl Kernel {
         let are_neighbours = marks
             .iter()
             .all(|(at, own)| *own == number && Some(*at) == expected.next());
-        if !are_neighbours || !COUNTS.contains(&marks.len()) || marks.len() != formula.outputs.len()
-        {
+        let is_whole = marks.len() == formula.outputs.len() && formula.locks.is_empty();
+        if !are_neighbours || !COUNTS.contains(&marks.len()) || !is_whole {
             return None;
         }
         let outputs = (0_u32..).zip(&formula.outputs).map(|(own, output)| {

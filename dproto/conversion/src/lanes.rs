@@ -4,6 +4,7 @@
 use crate::formula::{Formula, Operand, Operation};
 use crate::number::Stored;
 use alloc::vec::Vec;
+use rc_quantity::rotation::LOCKED;
 use rc_vocabulary::Primitive;
 
 /// The elements of a block. Its values stay in the nearest cache.
@@ -24,6 +25,8 @@ pub(crate) struct Lanes {
     inputs: usize,
     /// Where the operands of each step are. One that an operation does not have is the first value.
     places: Vec<[usize; 4]>,
+    /// Whether an element of any block was at a gimbal lock.
+    pub(crate) is_locked: bool,
 }
 
 impl Lanes {
@@ -50,9 +53,33 @@ impl Lanes {
             if !is_whole {
                 break;
             }
+            self.note_locks((formula, transforms), marks.0.len(), length);
             done += length;
         }
         done
+    }
+
+    /// Notes whether an element of a block is at a gimbal lock.
+    fn note_locks(
+        &mut self,
+        (formula, transforms): (&Formula, &[f64]),
+        inputs: usize,
+        length: usize,
+    ) {
+        for lock in &formula.locks {
+            let place = match lock {
+                Operand::Input(at) => Some(self.inputs + *at as usize),
+                Operand::Step(at) => Some(self.inputs + inputs + *at as usize),
+                Operand::Constant(_) | Operand::Transform(_) => None,
+            };
+            self.is_locked |= match place {
+                Some(place) => self.values.get(place).is_some_and(|lane| {
+                    let mut values = lane.iter().take(length);
+                    values.any(|value| *value < LOCKED)
+                }),
+                None => constant(lock, transforms).is_some_and(|value| value < LOCKED),
+            };
+        }
     }
 
     /// Lays out the values of a formula. Constants are as wide as the rest, in place of a branch for

@@ -333,7 +333,16 @@ impl Parser<'_> {
             });
         }
         let outputs = self.operands()?;
-        let formula = Formula { steps, outputs };
+        let locks = if self.take('%') {
+            self.operands()?
+        } else {
+            Vec::new()
+        };
+        let formula = Formula {
+            steps,
+            outputs,
+            locks,
+        };
         let inputs = items
             .iter()
             .map(Item::marked)
@@ -357,7 +366,7 @@ impl Parser<'_> {
                 Operand::Transform(self.number()?)
             } else {
                 let rest = &self.text[self.at..];
-                let end = rest.find(['&', ';', '}']).unwrap_or(rest.len());
+                let end = rest.find(['&', ';', '%', '}']).unwrap_or(rest.len());
                 let Ok(constant) = rest[..end].parse::<f64>() else {
                     return self.fail("a number");
                 };

@@ -25,6 +25,15 @@ pub struct Program {
     looks: Option<Box<Program>>,
 }
 
+/// What a program has done to a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ran {
+    /// The byte behind the values.
+    pub end: usize,
+    /// Whether three turns that it wrote are at a gimbal lock: then the first one is 0.
+    pub is_locked: bool,
+}
+
 impl Program {
     /// The program that converts these values.
     #[must_use]
@@ -101,17 +110,24 @@ impl Program {
         bytes: &mut [u8],
         at: usize,
         transforms: &[Transform],
-    ) -> Result<usize, Fault> {
+    ) -> Result<Ran, Fault> {
         if transforms.len() != self.moves.len() {
             return Err(Fault::Value(at));
         }
-        let (step, at) = self.begin(bytes, at)?;
+        let (step, end) = self.begin(bytes, at)?;
         if step == self.steps.len() {
-            return Ok(at);
+            return Ok(Ran {
+                end,
+                is_locked: false,
+            });
         }
         let mut scratch = Scratch::default();
         scratch.transforms.extend(transforms.iter().flatten());
-        self.steps(step..self.steps.len(), bytes, at, &mut scratch)
+        let end = self.steps(step..self.steps.len(), bytes, end, &mut scratch)?;
+        Ok(Ran {
+            end,
+            is_locked: scratch.is_locked || scratch.lanes.is_locked,
+        })
     }
 
     /// Converts a message, whose values begin at byte `at`. Alignment counts from the start of
@@ -120,7 +136,7 @@ impl Program {
     /// # Errors
     /// The message is too short, or holds a number that its type cannot hold in the other unit.
     pub fn run(&self, bytes: &mut [u8], at: usize) -> Result<usize, Fault> {
-        self.run_with(bytes, at, &[])
+        self.run_with(bytes, at, &[]).map(|ran| ran.end)
     }
 }
 

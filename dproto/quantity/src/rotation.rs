@@ -7,7 +7,7 @@ mod euler;
 mod quaternion;
 mod vector;
 
-pub use euler::{Euler, EulerOrder, Turns};
+pub use euler::{Euler, EulerOrder, LOCKED, Turns};
 pub use quaternion::{NoRotation, Quaternion};
 pub use vector::{AxisAngle, from_rotation_vector, to_rotation_vector};
 

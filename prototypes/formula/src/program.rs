@@ -217,11 +217,17 @@ pub struct Program {
     pub(crate) inputs: usize,
     pub(crate) nodes: Vec<Node>,
     pub(crate) outputs: Vec<Operand>,
+    pub(crate) locks: Vec<Operand>,
 }
 
 impl Program {
     /// The nodes that the outputs need, and requirements with what they need.
-    pub(crate) fn new(inputs: usize, nodes: Vec<Node>, outputs: Vec<Operand>) -> Self {
+    pub(crate) fn new(
+        inputs: usize,
+        nodes: Vec<Node>,
+        outputs: Vec<Operand>,
+        locks: &[usize],
+    ) -> Self {
         let mut needed = vec![false; nodes.len()];
         let need = |operand: &Operand, needed: &mut Vec<bool>| {
             if let Operand::Node(at) = operand
@@ -255,10 +261,13 @@ impl Program {
             }
         }
         let outputs = outputs.into_iter().map(|of| placed(of, &places)).collect();
+        let locks = locks.iter().filter(|at| needed[**at]);
+        let locks = locks.map(|at| Operand::Node(places[*at])).collect();
         Self {
             inputs,
             nodes: kept,
             outputs,
+            locks,
         }
     }
 
@@ -320,6 +329,12 @@ impl Program {
                 _ => false,
             }
         })
+    }
+
+    /// Values of operations: where one is below [`LOCKED`](rc_quantity::rotation::LOCKED), three turns
+    /// that the formula gives are at a gimbal lock.
+    pub fn locks(&self) -> &[Operand] {
+        &self.locks
     }
 
     /// The values that it gives, in their order.

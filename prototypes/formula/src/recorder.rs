@@ -19,6 +19,8 @@ struct State {
     known: HashMap<Node, usize>,
     /// How the value of each node is stored exactly.
     numbers: Vec<Primitive>,
+    /// The nodes whose values tell a gimbal lock.
+    locks: Vec<usize>,
 }
 
 /// A number of a formula: one that is known, or what an operation gives.
@@ -96,7 +98,8 @@ impl Recorder {
     /// The operations that these terms need, in their order. Requirements are kept.
     pub fn program(&self, outputs: &[Term<'_>]) -> Program {
         let outputs: Vec<Operand> = outputs.iter().map(Term::operand).collect();
-        Program::new(self.inputs, self.state.borrow().nodes.clone(), outputs)
+        let state = self.state.borrow();
+        Program::new(self.inputs, state.nodes.clone(), outputs, &state.locks)
     }
 }
 
@@ -181,6 +184,13 @@ impl<'r> Term<'r> {
     pub fn required(self, least: f64, most: f64) -> Self {
         let operation = Operation::Require(least.to_bits(), most.to_bits());
         Self::of(operation, &[self])
+    }
+
+    /// Three turns are at a gimbal lock where this value is below [`LOCKED`](rc_quantity::rotation::LOCKED).
+    pub fn may_lock(self) {
+        if let Self::Node(recorder, at) = self {
+            recorder.state.borrow_mut().locks.push(at);
+        }
     }
 
     /// The greatest integer that is not above.

@@ -80,6 +80,8 @@ impl Plan {
             values.push(push(operation, operands));
         }
         let results = self.program.results().iter().map(|of| term(of, &values));
+        let locks = self.program.locks().iter();
+        let locks = locks.map(|of| term(of, &values)).collect();
         let own: BTreeMap<u32, Operand> = to
             .iter()
             .zip(results)
@@ -90,6 +92,7 @@ impl Plan {
         Formula {
             outputs: outputs.collect(),
             steps,
+            locks,
         }
     }
 }

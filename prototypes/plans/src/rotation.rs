@@ -146,7 +146,9 @@ pub(crate) fn store<'r>(
         }
         Representation::Vector => named(&["x", "y", "z"], &to_rotation_vector(matrix), "rad"),
         Representation::Euler(order) => {
-            named(&names(&to.coordinate), &order.solved(matrix).0, "rad")
+            let (angles, size) = order.solved(matrix);
+            size.may_lock();
+            named(&names(&to.coordinate), &angles, "rad")
         }
     };
     let mut out = Vec::with_capacity(to.values.len());

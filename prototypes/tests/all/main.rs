@@ -6,6 +6,7 @@ mod faults;
 mod library;
 mod printing;
 mod random;
+mod real;
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_prototypes::load;

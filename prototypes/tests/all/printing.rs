@@ -6,7 +6,7 @@ use rc_diagnostics::SourceMap;
 use rc_prototypes::{format, parse};
 
 /// The syntax tree without places.
-fn tree(text: &str) -> String {
+pub(crate) fn tree(text: &str) -> String {
     let mut sources = SourceMap::new();
     let source = sources.add("a.dproto", text);
     let (file, found) = parse(&sources, source);

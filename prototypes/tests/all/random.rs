@@ -70,11 +70,16 @@ const WORDS: [&str; 64] = [
     "-",
 ];
 
-/// Texts of random words, most of them inside a prototype. A tenth of them is checked. `cargo xtask fuzz` tries more.
+/// Texts of random words, most of them inside a prototype. A tenth of them is checked. `RC_DPROTO_TEXTS`
+/// sets another number of them, and `cargo xtask fuzz` tries more for a time.
 #[test]
 fn no_text_causes_a_panic() {
+    let count = std::env::var("RC_DPROTO_TEXTS").ok();
+    let count = count.map_or(3_000, |count| {
+        count.parse().expect("RC_DPROTO_TEXTS is a number")
+    });
     let mut random = fastrand::Rng::with_seed(38);
-    for number in 0..3_000 {
+    for number in 0..count {
         let mut text = String::new();
         if random.u8(..) > 40 {
             text.push_str("dproto a :: geometry { semantic = Position ");

@@ -93,6 +93,7 @@ fn conditions_are_reported_until_the_network_stops() {
                     messages: 9,
                     bad_values: 1,
                     unplaced: 0,
+                    locked: 0,
                 },
             )]),
             ..Heartbeat::default()

@@ -66,6 +66,7 @@ fn a_formula_is_printed_and_read_again() {
         formula: Formula {
             steps: steps.to_vec(),
             outputs: vec![Operand::Step(1), Operand::Input(0), Operand::Step(4)],
+            locks: vec![Operand::Step(2)],
         },
     };
     let plan = Plan {

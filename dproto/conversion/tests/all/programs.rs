@@ -319,9 +319,29 @@ fn points_move_by_the_transform_of_their_message() {
         assert_eq!(needed.len(), 1);
         assert_eq!((needed[0].from.as_str(), needed[0].to), ("lidar", "map"));
         assert_eq!(needed[0].time, -1_999_999_995);
-        let end = program.run_with(&mut bytes, 0, &[transform]);
-        assert_eq!(end, Ok(bytes.len()));
+        let ran = program.run_with(&mut bytes, 0, &[transform]);
+        assert_eq!(ran.map(|ran| ran.end), Ok(bytes.len()));
         assert_eq!(bytes, moved(&vec![[12.0, 4.0]; count]).0);
+    }
+}
+
+/// The program of a message tells a lock of any of its elements, by single steps and in blocks.
+#[test]
+fn a_gimbal_lock_is_told() {
+    let plan: Plan = "0i:[{2d!|L@0&@1;=$0&@1%$0}]".parse().expect("a plan");
+    let program = plan.program(0, Place::Input).expect("a program");
+    for count in [1, 15, 200] {
+        for locked in [None, Some(0), Some(count - 1)] {
+            let mut message = Message::default()
+                .u32(u32::try_from(count).expect("few"))
+                .u32(0);
+            for at in 0..count {
+                let size = if Some(at) == locked { 1e-15_f64 } else { 0.5 };
+                message = message.put(size.to_le_bytes()).put(0_f64.to_le_bytes());
+            }
+            let ran = program.run_with(&mut message.0, 0, &[]).expect("a message");
+            assert_eq!(ran.is_locked, locked.is_some(), "{count} {locked:?}");
+        }
     }
 }
 

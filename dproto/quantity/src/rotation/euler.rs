@@ -34,7 +34,7 @@ pub struct Euler {
 }
 
 /// The cosine, or the sine, of the middle angle below which the outer turns are about one line.
-const LOCKED: f64 = 1e-14;
+pub const LOCKED: f64 = 1e-14;
 
 const AXES: [[usize; 3]; 12] = [
     [0, 1, 2],

@@ -2,7 +2,10 @@
 
 use crate::samples::{self, samples};
 use crate::{library, python};
+use rc_conversion::{Formula, Item};
 use rc_plans::{Network, Plan, Program, c, rust};
+use rc_quantity::rotation::{EulerOrder, Quaternion};
+use rc_vocabulary::Primitive;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -151,6 +154,73 @@ pub(crate) fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("a file");
     path
+}
+
+/// The program of a message with these numbers.
+fn message(width: usize, formula: Formula) -> rc_conversion::Program {
+    let marks = u32::try_from(width).expect("few");
+    rc_conversion::Program::new(&[Item::Group {
+        items: vec![Item::Marked(marks, Primitive::F64)],
+        formula,
+    }])
+}
+
+/// The program that a connection runs over the bytes of a message computes the bits of the plan, and
+/// refuses what it refuses.
+#[test]
+fn programs_of_messages_give_the_numbers_of_the_plan() {
+    let (mut count, mut refused) = (0, 0);
+    for case in cases() {
+        let program = &case.plan.program;
+        let (inputs, outputs) = (program.inputs(), program.outputs());
+        let width = inputs.max(outputs);
+        let places = |count: usize| (0..).map(Some).take(count).collect::<Vec<Option<u32>>>();
+        let formula = case
+            .plan
+            .formula((&places(inputs), &places(outputs)), width, 0);
+        let of_message = message(width, formula);
+        for sample in &case.samples {
+            let mut numbers = sample.clone();
+            numbers.resize(width, 0.0);
+            let mut bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+            let ran = of_message.run(&mut bytes, 0);
+            let Ok(expected) = program.run(sample) else {
+                assert!(ran.is_err(), "{} {sample:?}", case.plan);
+                refused += 1;
+                continue;
+            };
+            assert_eq!(ran, Ok(bytes.len()), "{} {sample:?}", case.plan);
+            let (found, _) = bytes.as_chunks::<8>();
+            for (own, other) in found.iter().zip(&expected) {
+                let bits = u64::from_le_bytes(*own);
+                assert_eq!(bits, other.to_bits(), "{} {sample:?}", case.plan);
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 15_000, "{count} and {refused} refused");
+}
+
+/// Angles of which only the sum is known are counted, and no others.
+#[test]
+fn a_gimbal_lock_is_told() {
+    let library = library(&samples::text());
+    let network = Network::new(&library);
+    let mut told = 0;
+    for order in EulerOrder::all() {
+        let name = samples::euler(order);
+        let plan = network.plan(samples::TURN, &name).expect("a plan");
+        let places: Vec<Option<u32>> = (0..4).map(Some).collect();
+        let of_message = message(4, plan.formula((&places, &places[..3]), 4, 0));
+        for turn in samples::turns() {
+            let mut bytes: Vec<u8> = turn.iter().flat_map(|n| n.to_le_bytes()).collect();
+            let ran = of_message.run_with(&mut bytes, 0, &[]).expect("a turn");
+            let expected = order.angles(&Quaternion::xyzw(turn).matrix()).is_locked;
+            assert_eq!(ran.is_locked, expected, "{name} {turn:?}");
+            told += usize::from(expected);
+        }
+    }
+    assert!(told > 20, "{told}");
 }
 
 #[test]

@@ -55,6 +55,7 @@ fn of_links(golden: &mut Golden) {
                     messages: 9,
                     bad_values: 1,
                     unplaced: 0,
+                    locked: 0,
                 },
             )]),
             peers: BTreeMap::from([(text("laser"), 1)]),
@@ -135,6 +136,7 @@ fn of_supervisors(golden: &mut Golden) {
                 messages: 9,
                 bad_values: 1,
                 unplaced: 2,
+                locked: 1,
             },
         )]),
         troubles: vec![supervisor::Trouble {
