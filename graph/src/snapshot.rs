@@ -300,17 +300,25 @@ impl Snapshot {
 
     /// The nodes of a type and of all that inherit from it.
     pub fn instances(&self, kind: impl Named) -> impl Iterator<Item = NodeId> {
-        let wanted = self.symbol(kind);
-        let schema = &self.types.schema;
-        let below = schema.entities.iter().filter_map(move |entity| {
-            let symbol = self.symbol(entity.name.as_str())?;
-            let is_below = wanted.is_some_and(|w| w != symbol && self.types.is_a(symbol, w));
-            is_below.then_some(symbol)
-        });
-        wanted
-            .into_iter()
-            .chain(below)
+        self.types_below(kind)
             .flat_map(|symbol| self.of_type(symbol))
+    }
+
+    /// How many nodes of a type, and of all that inherit from it, there are.
+    pub fn count_of_instances(&self, kind: impl Named) -> usize {
+        let types = self.types_below(kind);
+        types.map(|symbol| self.count_of_type(symbol)).sum()
+    }
+
+    fn types_below(&self, kind: impl Named) -> impl Iterator<Item = Symbol> {
+        let wanted = self.symbol(kind);
+        let below = wanted.map(|wanted| self.types.below(wanted));
+        wanted.into_iter().chain(below.into_iter().flatten())
+    }
+
+    /// The relations whose edges are nodes of a type to others.
+    pub fn relations_as(&self, kind: Symbol) -> impl Iterator<Item = Symbol> {
+        self.types.relations_as(kind)
     }
 
     /// The nodes to which edges of a relation lead from a node.

@@ -230,6 +230,26 @@ impl Types {
     }
 }
 
+impl Types {
+    /// The types that inherit from another one, in the order of their symbols.
+    pub(crate) fn below(&self, wanted: Symbol) -> impl Iterator<Item = Symbol> {
+        let entities = (0..).map(Symbol).zip(&self.entities);
+        entities.filter_map(move |(symbol, entity)| {
+            let is_below = entity.as_ref()?.ancestors.contains(&wanted);
+            (is_below && symbol != wanted).then_some(symbol)
+        })
+    }
+
+    /// The relations whose edges are another type as ends of others, or that have its name.
+    pub(crate) fn relations_as(&self, wanted: Symbol) -> impl Iterator<Item = Symbol> {
+        let relations = (0..).map(Symbol).zip(&self.relations);
+        relations.filter_map(move |(symbol, relation)| {
+            relation.as_ref()?;
+            self.is_a(symbol, wanted).then_some(symbol)
+        })
+    }
+}
+
 fn table<T>(items: Vec<(Symbol, T)>) -> Vec<Option<T>> {
     let mut table: Vec<Option<T>> = Vec::new();
     for (symbol, item) in items {

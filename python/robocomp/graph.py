@@ -97,6 +97,7 @@ class Snapshot:
         rows: int = ROWS,
     ) -> list[Any]:
         """The rows of a query in openCypher, as named tuples. `$name` in the text is a parameter.
+        `_units` of a row has the unit of each column, or `None`.
 
         Raises `ValueError` with the place if the text is wrong, and if the query takes more steps or
         makes more rows.
@@ -129,13 +130,15 @@ class Snapshot:
 
 
 @lru_cache(maxsize=64)
-def _row(columns: tuple[str, ...]) -> Any:
+def _row(columns: tuple[str, ...], units: tuple[str | None, ...]) -> Any:
     # A column that is no word of Python has its number as its name.
-    return namedtuple("Row", columns, rename=True)
+    row: Any = namedtuple("Row", columns, rename=True)
+    row._units = dict(zip(row._fields, units, strict=True))
+    return row
 
 
-def _rows(columns: list[str], rows: list[list[Any]]) -> list[Any]:
-    row = _row(tuple(columns))
+def _rows(columns: list[str], units: list[str | None], rows: list[list[Any]]) -> list[Any]:
+    row = _row(tuple(columns), tuple(units))
     return [row._make(cells) for cells in rows]
 
 

@@ -1,5 +1,6 @@
 //! The syntax tree of a query.
 
+use property_graph::schema::Factor;
 use rc_diagnostics::Span;
 
 /// A name with its place.
@@ -163,11 +164,21 @@ pub(crate) enum Function {
     Chain,
 }
 
+/// A number in a unit.
+#[derive(Clone, Debug)]
+pub(crate) struct InUnit {
+    pub(crate) of: Expr,
+    pub(crate) unit: Name,
+    /// How it is converted, which the check sets.
+    pub(crate) factor: Option<Factor>,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) enum Expr {
     Literal(crate::Cell),
     Variable(usize),
-    Parameter(Name),
+    /// With its place among all parameters of the query.
+    Parameter(Name, usize),
     Property(Box<Expr>, Property),
     Index(Box<Expr>, Box<Expr>),
     List(Vec<Expr>),
@@ -175,6 +186,7 @@ pub(crate) enum Expr {
     Negate(Box<Expr>),
     IsNull(Box<Expr>, bool),
     Binary(Operator, Box<Expr>, Box<Expr>),
+    InUnit(Box<InUnit>),
     Call(Function, Vec<Expr>),
     /// `count(*)` has no argument.
     Aggregate(Aggregate, bool, Option<Box<Expr>>),
@@ -185,12 +197,13 @@ impl Expr {
     pub(crate) fn variables(&self, all: &mut Vec<usize>) {
         match self {
             Self::Variable(slot) => all.push(*slot),
-            Self::Literal(_) | Self::Parameter(_) | Self::Aggregate(_, _, None) => {}
+            Self::Literal(_) | Self::Parameter(..) | Self::Aggregate(_, _, None) => {}
             Self::Property(a, _)
             | Self::Not(a)
             | Self::Negate(a)
             | Self::IsNull(a, _)
             | Self::Aggregate(_, _, Some(a)) => a.variables(all),
+            Self::InUnit(own) => own.of.variables(all),
             Self::Index(a, b) | Self::Binary(_, a, b) => {
                 a.variables(all);
                 b.variables(all);
@@ -210,10 +223,11 @@ impl Expr {
     pub(crate) fn has_aggregate(&self) -> bool {
         match self {
             Self::Aggregate(..) => true,
-            Self::Literal(_) | Self::Variable(_) | Self::Parameter(_) => false,
+            Self::Literal(_) | Self::Variable(_) | Self::Parameter(..) => false,
             Self::Property(a, _) | Self::Not(a) | Self::Negate(a) | Self::IsNull(a, _) => {
                 a.has_aggregate()
             }
+            Self::InUnit(own) => own.of.has_aggregate(),
             Self::Index(a, b) | Self::Binary(_, a, b) => a.has_aggregate() || b.has_aggregate(),
             Self::List(all) | Self::Call(_, all) => all.iter().any(Self::has_aggregate),
         }

@@ -1,64 +1,74 @@
 //! Compares a query with the schema before it runs.
 
-use crate::ast::{Chain, Clause, Expr, Item, Name};
+use crate::ast::{Aggregate, Chain, Clause, Expr, Function, Item, Name, Operator};
+use crate::cell::Cell;
 use crate::parse::Parsed;
+use crate::units::Measured;
 use property_graph::Schema;
 use rc_diagnostics::{Diagnostic, Diagnostics, foreign, nearest};
 use std::collections::{HashMap, HashSet};
 
-struct Checker<'a> {
-    schema: &'a Schema,
-    found: Diagnostics,
+pub(crate) struct Checker<'a> {
+    pub(crate) schema: &'a Schema,
+    pub(crate) found: Diagnostics,
     /// Types of nodes by variable, where a pattern says them.
-    nodes: HashMap<usize, String>,
+    pub(crate) nodes: HashMap<usize, String>,
     /// Relations by variable, where a pattern says exactly one.
-    edges: HashMap<usize, String>,
+    pub(crate) edges: HashMap<usize, String>,
+    /// Units of variables that are numbers.
+    units: HashMap<usize, Measured>,
     parameters: Option<&'a HashSet<String>>,
 }
 
 /// Findings: types and attributes that the schema does not have are errors in a strict domain and
-/// warnings in an open one. Parameters are checked if they are known.
+/// warnings in an open one; numbers of different units are errors in both. Parameters are checked if
+/// they are known. Also returns the units of the columns, and sets the conversions in the query.
 pub(crate) fn check(
-    parsed: &Parsed,
+    parsed: &mut Parsed,
     schema: &Schema,
     parameters: Option<&HashSet<String>>,
-) -> Diagnostics {
+) -> (Diagnostics, Vec<Option<String>>) {
     let mut checker = Checker {
         schema,
         found: Diagnostics::new(),
         nodes: HashMap::new(),
         edges: HashMap::new(),
+        units: HashMap::new(),
         parameters,
     };
-    for clause in &parsed.clauses {
+    let mut columns = Vec::new();
+    for clause in &mut parsed.clauses {
         match clause {
             Clause::Match(pattern) => {
-                for chain in &pattern.chains {
+                for chain in &mut pattern.chains {
                     checker.chain(chain);
                 }
-                if let Some(condition) = &pattern.condition {
+                if let Some(condition) = &mut pattern.condition {
                     checker.expr(condition);
                 }
             }
             Clause::Project(project) => {
-                for item in &project.items {
-                    checker.expr(&item.value);
-                    checker.follow(item);
+                columns.clear();
+                for item in &mut project.items {
+                    let unit = checker.expr(&mut item.value);
+                    columns.push(unit.as_ref().map(|measured| measured.unit.clone()));
+                    checker.follow(item, unit);
                 }
-                let order = project.order.iter().map(|(value, _)| value);
-                let ends = project.skip.iter().chain(&project.limit);
-                for value in order.chain(ends).chain(&project.condition) {
+                let order = project.order.iter_mut().map(|(value, _)| value);
+                let ends = project.skip.iter_mut().chain(&mut project.limit);
+                for value in order.chain(ends).chain(&mut project.condition) {
                     checker.expr(value);
                 }
             }
         }
     }
-    checker.found
+    (checker.found, columns)
 }
 
 impl Checker<'_> {
     /// A variable that is only named again keeps its type.
-    fn follow(&mut self, item: &Item) {
+    fn follow(&mut self, item: &Item, unit: Option<Measured>) {
+        self.units.extend(unit.map(|unit| (item.variable, unit)));
         if let Expr::Variable(slot) = item.value {
             if let Some(kind) = self.nodes.get(&slot).cloned() {
                 self.nodes.insert(item.variable, kind);
@@ -81,9 +91,9 @@ impl Checker<'_> {
         self.found.push(diagnostic);
     }
 
-    fn chain(&mut self, chain: &Chain) {
+    fn chain(&mut self, chain: &mut Chain) {
         let schema = self.schema;
-        for node in &chain.nodes {
+        for node in &mut chain.nodes {
             if let Some(label) = &node.label {
                 let is_relation = schema.relation(&label.text).is_some();
                 if schema.entity(&label.text).is_some() || is_relation {
@@ -95,12 +105,11 @@ impl Checker<'_> {
                     self.unknown("unknown-type", label, message, &known);
                 }
             }
-            for (name, value) in &node.properties {
-                self.attribute(node.variable, &name.name);
-                self.expr(value);
+            for (name, value) in &mut node.properties {
+                self.written(node.variable, &name.name, value);
             }
         }
-        for edge in &chain.edges {
+        for edge in &mut chain.edges {
             for kind in &edge.types {
                 if schema.relation(&kind.text).is_none() && !schema.relations.is_empty() {
                     let known: Vec<&str> = schema.relations.iter().map(|r| &*r.name).collect();
@@ -114,9 +123,8 @@ impl Checker<'_> {
             {
                 self.edges.insert(edge.variable, kind.text.clone());
             }
-            for (name, value) in &edge.properties {
-                self.attribute(edge.variable, &name.name);
-                self.expr(value);
+            for (name, value) in &mut edge.properties {
+                self.written(edge.variable, &name.name, value);
             }
         }
     }
@@ -150,10 +158,31 @@ impl Checker<'_> {
         }
     }
 
-    fn expr(&mut self, expr: &Expr) {
+    /// An attribute in a pattern, with the value that it must have.
+    fn written(&mut self, variable: usize, name: &Name, value: &mut Expr) {
+        self.attribute(variable, name);
+        let own = self.unit_of(variable, name, None);
+        let unit = self.expr(value);
+        self.in_unit_of(own.as_ref(), value, unit.as_ref());
+    }
+
+    /// Several values, which have one unit.
+    fn several(&mut self, all: &mut [Expr]) -> Option<Measured> {
+        let mut known = None;
+        for value in all {
+            let own = self.expr(value);
+            self.in_unit_of(known.as_ref(), value, own.as_ref());
+            known = known.or(own);
+        }
+        known
+    }
+
+    /// Checks an expression, and returns the unit of its numbers.
+    fn expr(&mut self, expr: &mut Expr) -> Option<Measured> {
         match expr {
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Aggregate(_, _, None) => {}
-            Expr::Parameter(name) => {
+            Expr::Literal(_) | Expr::Aggregate(_, _, None) => None,
+            Expr::Variable(slot) => self.units.get(slot).cloned(),
+            Expr::Parameter(name, _) => {
                 if self
                     .parameters
                     .is_some_and(|known| !known.contains(&name.text))
@@ -163,22 +192,73 @@ impl Checker<'_> {
                     let diagnostic = Diagnostic::error("unknown-parameter", name.span, message);
                     self.found.push(diagnostic.suggest(&name.text, known));
                 }
+                None
             }
             Expr::Property(of, name) => {
-                if let Expr::Variable(slot) = **of {
-                    self.attribute(slot, &name.name);
-                }
                 self.expr(of);
+                let Expr::Variable(slot) = **of else {
+                    return None;
+                };
+                self.attribute(slot, &name.name);
+                self.unit_of(slot, &name.name, None)
             }
-            Expr::Not(a)
-            | Expr::Negate(a)
-            | Expr::IsNull(a, _)
-            | Expr::Aggregate(_, _, Some(a)) => self.expr(a),
-            Expr::Index(a, b) | Expr::Binary(_, a, b) => {
+            Expr::Not(a) | Expr::IsNull(a, _) => {
                 self.expr(a);
-                self.expr(b);
+                None
             }
-            Expr::List(all) | Expr::Call(_, all) => all.iter().for_each(|a| self.expr(a)),
+            Expr::Negate(a) => self.expr(a),
+            Expr::Aggregate(what, _, Some(a)) => {
+                let unit = self.expr(a);
+                unit.filter(|_| *what != Aggregate::Count)
+            }
+            Expr::InUnit(own) => {
+                let inner = self.expr(&mut own.of);
+                let (measured, factor) = self.stated(&own.unit, inner);
+                own.factor = factor;
+                Some(measured)
+            }
+            Expr::Index(a, b) => {
+                let unit = self.expr(a);
+                self.expr(b);
+                if let Expr::Property(of, name) = &**a
+                    && let (Expr::Variable(slot), Expr::Literal(Cell::Int(at))) = (&**of, &**b)
+                {
+                    let at = usize::try_from(*at).ok()?;
+                    return self.unit_of(*slot, &name.name, Some(at));
+                }
+                unit
+            }
+            Expr::Binary(operator, a, b) => {
+                let (one, other) = (self.expr(a), self.expr(b));
+                match operator {
+                    Operator::Add | Operator::Subtract | Operator::Modulo => {
+                        self.same_unit((a, one), (b, other))
+                    }
+                    Operator::Multiply | Operator::Divide => Self::product(*operator, one, other),
+                    Operator::Equal
+                    | Operator::NotEqual
+                    | Operator::Less
+                    | Operator::LessOrEqual
+                    | Operator::Greater
+                    | Operator::GreaterOrEqual
+                    | Operator::In => {
+                        self.same_unit((a, one), (b, other));
+                        None
+                    }
+                    Operator::Or
+                    | Operator::Xor
+                    | Operator::And
+                    | Operator::StartsWith
+                    | Operator::EndsWith
+                    | Operator::Contains => None,
+                }
+            }
+            Expr::List(all) | Expr::Call(Function::Coalesce, all) => self.several(all),
+            Expr::Call(function, all) => {
+                let units: Vec<_> = all.iter_mut().map(|a| self.expr(a)).collect();
+                let is_number = *function == Function::Absolute;
+                units.into_iter().next().flatten().filter(|_| is_number)
+            }
         }
     }
 }

@@ -1,16 +1,17 @@
 //! Expressions.
 
 use crate::ast::{Expr, Function, Operator, Property};
+use crate::budget::Error;
 use crate::cell::Cell;
-use crate::run::Error;
+use property_graph::schema::Factor;
 use property_graph::{Id, NodeId, Snapshot, Symbol};
 use std::cmp::Ordering;
-use std::collections::HashMap;
 
 /// What expressions are evaluated in.
 pub(crate) struct Scope<'a> {
     pub(crate) graph: &'a Snapshot,
-    pub(crate) parameters: &'a HashMap<String, Cell>,
+    /// The values of the parameters in the query, as far as they have some.
+    pub(crate) parameters: Vec<Option<&'a Cell>>,
     /// The names of attributes in the query, as far as the graph knows them.
     pub(crate) symbols: Vec<Option<Symbol>>,
     /// How many steps functions may take that walk over the graph.
@@ -53,14 +54,31 @@ fn cell(truth: Option<bool>) -> Cell {
     truth.map_or(Cell::Null, Cell::Bool)
 }
 
+/// A number in another unit, or a list of numbers.
+fn converted(value: &Cell, factor: &Factor) -> Result<Cell, Error> {
+    match value {
+        Cell::Null => Ok(Cell::Null),
+        Cell::List(all) => {
+            let all = all.iter().map(|cell| converted(cell, factor));
+            Ok(Cell::List(all.collect::<Result<_, _>>()?))
+        }
+        other => {
+            let number = other.number().ok_or_else(|| wrong("a number", other))?;
+            Ok(Cell::Float(factor.apply(number)))
+        }
+    }
+}
+
 impl Scope<'_> {
     pub(crate) fn eval(&self, expr: &Expr, row: &[Cell]) -> Result<Cell, Error> {
         match expr {
             Expr::Literal(value) => Ok(value.clone()),
             Expr::Variable(slot) => Ok(row.get(*slot).cloned().unwrap_or(Cell::Null)),
-            Expr::Parameter(name) => {
-                let value = self.parameters.get(&name.text).cloned();
-                value.ok_or_else(|| Error::Parameter(rc_diagnostics::foreign::clean(&name.text)))
+            Expr::Parameter(name, slot) => {
+                let value = self.parameters.get(*slot).copied().flatten();
+                value
+                    .cloned()
+                    .ok_or_else(|| Error::Parameter(rc_diagnostics::foreign::clean(&name.text)))
             }
             Expr::Property(of, name) => match self.eval(of, row)? {
                 Cell::Null => Ok(Cell::Null),
@@ -93,6 +111,13 @@ impl Scope<'_> {
             Expr::IsNull(of, wanted) => {
                 let is = self.eval(of, row)? == Cell::Null;
                 Ok(Cell::Bool(is == *wanted))
+            }
+            Expr::InUnit(own) => {
+                let value = self.eval(&own.of, row)?;
+                match &own.factor {
+                    Some(factor) => converted(&value, factor),
+                    None => Ok(value),
+                }
             }
             Expr::Binary(operator, a, b) => self.binary(*operator, a, b, row),
             Expr::Call(function, arguments) => self.call(*function, arguments, row),
@@ -287,7 +312,7 @@ impl Scope<'_> {
 /// A list, with a bound on all that lists in it hold: a list of one list twice is small in memory, but
 /// not for those that compare or print it.
 fn list(cells: Vec<Cell>) -> Result<Cell, Error> {
-    let mut left = crate::run::LONGEST_LIST;
+    let mut left = crate::budget::LONGEST_LIST;
     if !fits(&cells, &mut left) {
         return Err(Error::Overflow);
     }
@@ -311,7 +336,7 @@ fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Err
     match (operator, left, right) {
         (_, Cell::Null, _) | (_, _, Cell::Null) => Ok(Cell::Null),
         (Operator::Add, Cell::Text(a), Cell::Text(b)) => {
-            if a.len() + b.len() > crate::run::LONGEST_TEXT {
+            if a.len() + b.len() > crate::budget::LONGEST_TEXT {
                 return Err(Error::Overflow);
             }
             Ok(Cell::Text(format!("{a}{b}").into()))

@@ -30,20 +30,23 @@
 //! ```
 
 mod ast;
+mod budget;
 mod cell;
 mod check;
 mod eval;
+mod groups;
 mod lexer;
 mod matching;
 mod named;
 mod parse;
 mod plan;
-mod run;
+mod stages;
 mod traversal;
+mod units;
 
+pub use budget::{Budget, Error};
 pub use cell::Cell;
 pub use named::Queries;
-pub use run::{Budget, Error};
 pub use traversal::{Mark, Traversal, Traverser, traverse};
 
 pub use property_graph::Snapshot;
@@ -61,6 +64,7 @@ pub const LONGEST_QUERY: usize = 64 * 1024;
 pub struct Query {
     parsed: parse::Parsed,
     columns: Vec<String>,
+    units: Vec<Option<String>>,
 }
 
 /// What a query has found.
@@ -68,6 +72,8 @@ pub struct Query {
 pub struct Rows {
     /// Names of the columns.
     pub columns: Vec<String>,
+    /// Units of their numbers, as far as the schema and the query say them.
+    pub units: Vec<Option<String>>,
     /// The rows.
     pub cells: Vec<Vec<Cell>>,
 }
@@ -111,21 +117,26 @@ impl Query {
             ));
             return (None, found);
         }
-        let parsed = match parse::parse(text, source) {
+        let mut parsed = match parse::parse(text, source) {
             Ok(parsed) => parsed,
             Err(error) => {
                 found.push(error);
                 return (None, found);
             }
         };
-        found.extend(check::check(&parsed, schema, parameters));
+        let (findings, units) = check::check(&mut parsed, schema, parameters);
+        found.extend(findings);
         let columns = match parsed.clauses.last() {
             Some(ast::Clause::Project(last)) => {
                 last.items.iter().map(|item| item.name.clone()).collect()
             }
             _ => Vec::new(),
         };
-        let query = (!found.has_errors()).then_some(Self { parsed, columns });
+        let query = (!found.has_errors()).then_some(Self {
+            parsed,
+            columns,
+            units,
+        });
         (query, found)
     }
 
@@ -137,15 +148,17 @@ impl Query {
         mut budget: Budget,
     ) -> Result<Rows, Error> {
         let names = self.parsed.properties.iter();
+        let values = self.parsed.parameters.iter();
         let scope = Scope {
             graph,
-            parameters,
+            parameters: values.map(|name| parameters.get(name)).collect(),
             symbols: names.map(|name| graph.symbol(name)).collect(),
             walk: budget.steps.into(),
         };
-        let cells = run::run(&self.parsed, &scope, &mut budget)?;
+        let cells = stages::run(&self.parsed, &scope, &mut budget)?;
         Ok(Rows {
             columns: self.columns.clone(),
+            units: self.units.clone(),
             cells,
         })
     }

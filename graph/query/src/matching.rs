@@ -1,24 +1,26 @@
 //! Patterns: rows for all ways in which nodes and edges fit.
 
-use crate::ast::{Direction, Expr, Match, NodePattern};
+use crate::ast::Match;
+use crate::budget::{Budget, Error};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
-use crate::plan::{self, Label, Place, Plan, Step, Way, relations};
-use crate::run::{Budget, Error};
-use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot, Symbol};
+use crate::plan::{Label, Place, Plan, Step, Way};
+use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot};
 
-/// Walks through patterns.
-pub(crate) struct Matcher<'a, 'p> {
+/// What takes the rows, one after the other.
+pub(crate) type Sink<'f> = &'f mut dyn FnMut(&mut [Cell], &mut Budget) -> Result<(), Error>;
+
+/// Walks through a pattern.
+struct Matcher<'a, 'f, 'p> {
     scope: &'a Scope<'a>,
-    steps: &'a [Step<'p>],
-    /// The parts of the condition that are tested once a step is done.
-    tests: &'a [Vec<&'p Expr>],
+    plan: &'a Plan<'p>,
     /// How many tests on the way have failed to be computed: then the whole condition decides.
     doubts: usize,
     pattern: &'p Match,
-    pub(crate) budget: &'a mut Budget,
+    budget: &'a mut Budget,
     used: Vec<EdgeId>,
-    rows: Vec<Vec<Cell>>,
+    is_found: bool,
+    sink: Sink<'f>,
 }
 
 /// A node as a value: the edge, if it stands for one.
@@ -35,41 +37,40 @@ fn place(graph: &Snapshot, cell: &Cell) -> Option<NodeId> {
     }
 }
 
-/// The rows of a pattern, each with the values of `row`.
-pub(crate) fn rows<'a>(
-    scope: &'a Scope<'a>,
-    pattern: &Match,
-    row: &[Cell],
-    budget: &'a mut Budget,
-) -> Result<Vec<Vec<Cell>>, Error> {
+/// Gives all rows of a pattern to `sink`, each with the values of `row`. Returns whether there are any.
+pub(crate) fn rows<'p>(
+    scope: &Scope<'_>,
+    pattern: &'p Match,
+    plan: &Plan<'p>,
+    row: &mut [Cell],
+    budget: &mut Budget,
+    sink: Sink<'_>,
+) -> Result<bool, Error> {
     // Nothing is found at what an optional pattern has not found.
-    if pattern
-        .earlier
-        .iter()
-        .any(|variable| row[*variable] == Cell::Null)
-    {
-        return Ok(Vec::new());
+    let mut earlier = pattern.earlier.iter();
+    if earlier.any(|variable| row[*variable] == Cell::Null) {
+        return Ok(false);
     }
-    let plan = Plan::new(scope.graph, pattern, row);
     let mut matcher = Matcher {
         scope,
-        tests: &plan.tests,
-        steps: &plan.steps,
+        plan,
         doubts: 0,
         pattern,
         budget,
         used: Vec::new(),
-        rows: Vec::new(),
+        is_found: false,
+        sink,
     };
-    matcher.step(0, &mut row.to_vec())?;
-    Ok(matcher.rows)
+    matcher.step(0, row)?;
+    Ok(matcher.is_found)
 }
 
-impl<'p> Matcher<'_, 'p> {
-    fn step(&mut self, at: usize, row: &mut Vec<Cell>) -> Result<(), Error> {
+impl<'a, 'p> Matcher<'a, '_, 'p> {
+    fn step(&mut self, at: usize, row: &mut [Cell]) -> Result<(), Error> {
         self.budget.step()?;
         let graph = self.scope.graph;
-        match self.steps.get(at) {
+        let plan = self.plan;
+        match plan.steps.get(at) {
             None => {
                 if let Some(condition) = &self.pattern.condition
                     && self.doubts > 0
@@ -78,24 +79,20 @@ impl<'p> Matcher<'_, 'p> {
                     return Ok(());
                 }
                 self.budget.row()?;
-                self.rows.push(row.clone());
-                Ok(())
+                self.is_found = true;
+                (self.sink)(row, self.budget)
             }
-            Some(Step::Start(start)) => {
-                let node = start.node;
-                match row[node.variable].clone() {
-                    known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, *start, known, row),
-                    Cell::Null => {
-                        let is_end = matches!(self.steps.get(at + 1), Some(Step::Walk { .. }));
-                        for candidate in self.candidates(node, is_end, row)? {
-                            self.node(at, *start, candidate, row)?;
-                        }
-                        row[node.variable] = Cell::Null;
-                        Ok(())
-                    }
-                    _ => Ok(()),
+            Some(Step::Start(start, name)) => match row[start.node.variable].clone() {
+                known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, *start, known, row),
+                Cell::Null => {
+                    let name = match name {
+                        Some(name) => self.scope.eval(name, row)?,
+                        None => Cell::Null,
+                    };
+                    self.start(at, *start, &name, row)
                 }
-            }
+                _ => Ok(()),
+            },
             Some(Step::Walk {
                 way,
                 from,
@@ -110,66 +107,75 @@ impl<'p> Matcher<'_, 'p> {
                     let walk = (way, *to, *turned);
                     return self.walk(at, walk, here, length, &mut Vec::new(), row);
                 }
-                let known = row[edge.variable].clone();
-                for (found, other) in neighbours(graph, here, way, *turned) {
+                let known = match &row[edge.variable] {
+                    Cell::Null => None,
+                    known => Some(known.clone()),
+                };
+                for (found, other) in graph.steps(here, way.relation, way.directions) {
                     self.budget.step()?;
                     if !self.edge_fits(way, found, row)? {
                         continue;
                     }
                     let id = found.edge_id();
-                    if known != Cell::Null && known != Cell::Edge(id) {
+                    if known.as_ref().is_some_and(|known| *known != Cell::Edge(id)) {
                         continue;
                     }
                     row[edge.variable] = Cell::Edge(id);
                     self.used.push(id);
                     self.arrive(at, *to, other, row)?;
                     self.used.pop();
-                    row[edge.variable] = known.clone();
                 }
+                row[edge.variable] = known.unwrap_or(Cell::Null);
                 Ok(())
             }
         }
     }
 
-    /// The nodes that a pattern may start with: those of a name, of a type, or all; and edges that are
-    /// nodes to others.
-    fn candidates(
-        &self,
-        node: &NodePattern,
-        is_end: bool,
-        row: &[Cell],
-    ) -> Result<Vec<Cell>, Error> {
+    /// Starts at each node that a pattern may start with: those of a name, of a type, or all; and at edges
+    /// that are nodes to others.
+    fn start(
+        &mut self,
+        at: usize,
+        start: Place<'p>,
+        name: &Cell,
+        row: &mut [Cell],
+    ) -> Result<(), Error> {
         let graph = self.scope.graph;
-        let of_type = |edge: &EdgeRef<'_>, all: &[Symbol]| all.contains(&edge.relation());
-        let mut edges: Vec<Cell> = Vec::new();
-        if let Some(label) = &node.label {
-            let relations = relations(graph, &label.text);
-            if !relations.is_empty() {
-                let all = graph.edges().filter(|edge| of_type(edge, &relations));
-                edges.extend(all.map(|edge| Cell::Edge(edge.edge_id())));
+        match (name, start.label) {
+            (Cell::Text(name), _) => {
+                for node in graph.named(name) {
+                    self.node(at, start, Cell::Node(node), row)?;
+                }
             }
-        } else if is_end {
-            edges.extend(graph.promoted().map(|edge| Cell::Edge(edge.edge_id())));
+            (_, Label::Of(label)) => {
+                for node in graph.instances(label) {
+                    self.node(at, start, Cell::Node(node), row)?;
+                }
+            }
+            (_, Label::Nothing) => {}
+            (_, Label::Any) => {
+                for node in graph.nodes() {
+                    self.node(at, start, Cell::Node(node.node_id()), row)?;
+                }
+            }
         }
-        let mut nodes = self.nodes(node, row)?;
-        nodes.extend(edges);
-        Ok(nodes)
-    }
-
-    fn nodes(&self, node: &NodePattern, row: &[Cell]) -> Result<Vec<Cell>, Error> {
-        let graph = self.scope.graph;
-        let name = match plan::named(node, self.pattern.condition.as_ref()) {
-            Some(value) => self.scope.eval(value, row)?,
-            None => Cell::Null,
-        };
-        if let Cell::Text(name) = name {
-            return Ok(graph.named(&name).map(Cell::Node).collect());
+        match start.label {
+            Label::Of(label) if graph.relations_as(label).next().is_some() => {
+                for edge in graph.edges() {
+                    let mut all = graph.relations_as(label);
+                    if all.any(|relation| relation == edge.relation()) {
+                        self.node(at, start, Cell::Edge(edge.edge_id()), row)?;
+                    }
+                }
+            }
+            Label::Any if matches!(self.plan.steps.get(at + 1), Some(Step::Walk { .. })) => {
+                for edge in graph.promoted() {
+                    self.node(at, start, Cell::Edge(edge.edge_id()), row)?;
+                }
+            }
+            _ => {}
         }
-        if let Some(label) = &node.label {
-            return Ok(graph.instances(&label.text).map(Cell::Node).collect());
-        }
-        let nodes = graph.nodes().map(|node| Cell::Node(node.node_id()));
-        Ok(nodes.collect())
+        Ok(())
     }
 
     /// Goes on with a node, if it fits.
@@ -178,7 +184,7 @@ impl<'p> Matcher<'_, 'p> {
         at: usize,
         place: Place<'p>,
         node: Cell,
-        row: &mut Vec<Cell>,
+        row: &mut [Cell],
     ) -> Result<(), Error> {
         self.budget.step()?;
         let graph = self.scope.graph;
@@ -222,7 +228,7 @@ impl<'p> Matcher<'_, 'p> {
 
     /// Whether the parts of the condition may hold whose variables are known now.
     fn passes(&mut self, at: usize, row: &[Cell]) -> bool {
-        for test in self.tests.get(at).into_iter().flatten() {
+        for test in self.plan.tests.get(at).into_iter().flatten() {
             match self.scope.eval(test, row).and_then(|value| truth(&value)) {
                 Ok(Some(true)) => {}
                 Ok(_) => return false,
@@ -238,7 +244,7 @@ impl<'p> Matcher<'_, 'p> {
         at: usize,
         to: Place<'p>,
         other: NodeId,
-        row: &mut Vec<Cell>,
+        row: &mut [Cell],
     ) -> Result<(), Error> {
         let other = cell(self.scope.graph, other);
         match &row[to.node.variable] {
@@ -271,11 +277,11 @@ impl<'p> Matcher<'_, 'p> {
     fn walk(
         &mut self,
         at: usize,
-        walk: (&Way<'p>, Place<'p>, bool),
+        walk: (&'a Way<'p>, Place<'p>, bool),
         here: NodeId,
         (least, most): (usize, usize),
         path: &mut Vec<EdgeId>,
-        row: &mut Vec<Cell>,
+        row: &mut [Cell],
     ) -> Result<(), Error> {
         self.budget.step()?;
         let (way, to, turned) = walk;
@@ -295,7 +301,7 @@ impl<'p> Matcher<'_, 'p> {
             return Ok(());
         }
         let graph = self.scope.graph;
-        for (found, other) in neighbours(graph, here, way, turned) {
+        for (found, other) in graph.steps(here, way.relation, way.directions) {
             self.budget.step()?;
             if !self.edge_fits(way, found, row)? {
                 continue;
@@ -309,20 +315,4 @@ impl<'p> Matcher<'_, 'p> {
         }
         Ok(())
     }
-}
-
-/// The edges of a node in the direction of a pattern, each with its other node.
-fn neighbours<'g>(
-    graph: &'g Snapshot,
-    node: NodeId,
-    way: &Way<'_>,
-    turned: bool,
-) -> impl Iterator<Item = (EdgeRef<'g>, NodeId)> + use<'g> {
-    let forth = match way.edge.direction {
-        Direction::Out => !turned,
-        Direction::In => turned,
-        Direction::Both => true,
-    };
-    let back = way.edge.direction == Direction::Both || !forth;
-    graph.steps(node, way.relation, [forth, back])
 }

@@ -25,6 +25,8 @@ pub(crate) struct Parsed {
     pub(crate) variables: Vec<Name>,
     /// All names of attributes, each once.
     pub(crate) properties: Vec<String>,
+    /// All names of parameters, each once.
+    pub(crate) parameters: Vec<String>,
 }
 
 mod expressions;
@@ -39,6 +41,7 @@ struct Parser<'a> {
     operators: usize,
     variables: Vec<Name>,
     properties: Vec<String>,
+    parameters: Vec<String>,
     /// The variables that the present clause may name.
     scope: Vec<usize>,
 }
@@ -56,6 +59,7 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
         operators: 0,
         variables: Vec::new(),
         properties: Vec::new(),
+        parameters: Vec::new(),
         scope: Vec::new(),
     };
     let clauses = parser.query()?;
@@ -67,6 +71,16 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
         clauses,
         variables: parser.variables,
         properties: parser.properties,
+        parameters: parser.parameters,
+    })
+}
+
+/// The place of a name among others, to which it is added.
+fn slot(names: &mut Vec<String>, name: &str) -> usize {
+    let known = names.iter().position(|own| own == name);
+    known.unwrap_or_else(|| {
+        names.push(name.to_owned());
+        names.len() - 1
     })
 }
 
@@ -266,11 +280,7 @@ impl Parser<'_> {
 
     fn property(&mut self) -> Result<Property> {
         let name = self.name("an attribute")?;
-        let slot = self.properties.iter().position(|own| *own == name.text);
-        let slot = slot.unwrap_or_else(|| {
-            self.properties.push(name.text.clone());
-            self.properties.len() - 1
-        });
+        let slot = slot(&mut self.properties, &name.text);
         Ok(Property { name, slot })
     }
 

@@ -1,10 +1,7 @@
 //! The order in which a pattern is found, and where the parts of its condition are tested.
 
-use crate::ast::{Chain, EdgePattern, Expr, Match, NodePattern, Operator};
-use crate::cell::Cell;
-use property_graph::schema::Relation;
+use crate::ast::{Chain, Direction, EdgePattern, Expr, Match, NodePattern, Operator};
 use property_graph::{Snapshot, Symbol};
-use std::collections::HashSet;
 
 /// The type that a node of a pattern must have.
 #[derive(Clone, Copy)]
@@ -39,29 +36,41 @@ pub(crate) struct Way<'p> {
     pub(crate) relation: Option<Symbol>,
     /// All relations, if the pattern names several, or one that the graph does not know.
     pub(crate) relations: Option<Vec<Symbol>>,
+    /// Whether edges are followed from their start, and from their end.
+    pub(crate) directions: [bool; 2],
 }
 
 impl<'p> Way<'p> {
-    fn new(graph: &Snapshot, edge: &'p EdgePattern) -> Self {
-        let known = edge.types.iter();
-        let known: Vec<Symbol> = known.filter_map(|kind| graph.symbol(&kind.text)).collect();
-        let (relation, relations) = match (edge.types.as_slice(), known.as_slice()) {
-            ([], _) => (None, None),
-            ([_], [one]) => (Some(*one), None),
-            _ => (None, Some(known)),
+    fn new(graph: &Snapshot, edge: &'p EdgePattern, is_turned: bool) -> Self {
+        let (relation, relations) = match edge.types.as_slice() {
+            [] => (None, None),
+            [one] => match graph.symbol(&one.text) {
+                Some(one) => (Some(one), None),
+                None => (None, Some(Vec::new())),
+            },
+            all => {
+                let known = all.iter().filter_map(|kind| graph.symbol(&kind.text));
+                (None, Some(known.collect()))
+            }
+        };
+        let forth = match edge.direction {
+            Direction::Out => !is_turned,
+            Direction::In => is_turned,
+            Direction::Both => true,
         };
         Self {
             edge,
             relation,
             relations,
+            directions: [forth, edge.direction == Direction::Both || !forth],
         }
     }
 }
 
 /// One step of finding a pattern.
 pub(crate) enum Step<'p> {
-    /// The first node of a chain.
-    Start(Place<'p>),
+    /// The first node of a chain, with the value that its name must have.
+    Start(Place<'p>, Option<&'p Expr>),
     /// An edge from a node that is known, to the other node.
     Walk {
         way: Way<'p>,
@@ -79,31 +88,29 @@ pub(crate) struct Plan<'p> {
 }
 
 impl<'p> Plan<'p> {
-    pub(crate) fn new(graph: &Snapshot, pattern: &'p Match, row: &[Cell]) -> Self {
-        let steps = steps(graph, pattern, row);
+    /// The plan for a pattern whose earlier variables have values.
+    pub(crate) fn new(graph: &Snapshot, pattern: &'p Match) -> Self {
         let mut parts = Vec::new();
         if let Some(condition) = &pattern.condition {
             conjuncts(condition, &mut parts);
         }
+        let steps = steps(graph, pattern, &parts);
         let mut tests = vec![Vec::new(); steps.len()];
-        // A variable that no step sets has its value from before.
-        let mut set_at: Vec<(usize, usize)> = Vec::new();
-        for (at, step) in steps.iter().enumerate() {
-            match step {
-                Step::Start(start) => set_at.push((start.node.variable, at)),
-                Step::Walk { way, to, .. } => {
-                    set_at.extend([(way.edge.variable, at), (to.node.variable, at)]);
-                }
-            }
-        }
+        let mut variables = Vec::new();
         for part in parts {
-            let mut variables = Vec::new();
+            variables.clear();
             part.variables(&mut variables);
+            // A variable that no step sets has its value from before.
             let first = |variable: &usize| {
-                let set = set_at.iter().find(|(known, _)| known == variable);
-                set.map_or(0, |(_, at)| *at)
+                let sets = |step: &Step<'_>| match step {
+                    Step::Start(start, _) => start.node.variable == *variable,
+                    Step::Walk { way, to, .. } => {
+                        way.edge.variable == *variable || to.node.variable == *variable
+                    }
+                };
+                steps.iter().position(sets)
             };
-            let at = variables.iter().map(first).max().unwrap_or(0);
+            let at = variables.iter().filter_map(first).max().unwrap_or(0);
             if let Some(tests) = tests.get_mut(at) {
                 tests.push(part);
             }
@@ -124,7 +131,7 @@ fn conjuncts<'p>(condition: &'p Expr, parts: &mut Vec<&'p Expr>) {
 }
 
 /// The value that the name of a node must have: by its pattern, or by the condition.
-pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> Option<&'p Expr> {
+fn named<'p>(node: &'p NodePattern, parts: &[&'p Expr]) -> Option<&'p Expr> {
     let written = node
         .properties
         .iter()
@@ -132,9 +139,7 @@ pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> O
     if let Some((_, value)) = written {
         return Some(value);
     }
-    let mut parts = Vec::new();
-    conjuncts(condition?, &mut parts);
-    parts.into_iter().find_map(|part| {
+    parts.iter().find_map(|part| {
         let Expr::Binary(Operator::Equal, a, b) = part else {
             return None;
         };
@@ -145,7 +150,7 @@ pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> O
             }
             _ => false,
         };
-        let is_constant = |expr: &Expr| matches!(expr, Expr::Literal(_) | Expr::Parameter(_));
+        let is_constant = |expr: &Expr| matches!(expr, Expr::Literal(_) | Expr::Parameter(..));
         match (&**a, &**b) {
             (a, b) if is_name(a) && is_constant(b) => Some(b),
             (a, b) if is_name(b) && is_constant(a) => Some(a),
@@ -155,85 +160,59 @@ pub(crate) fn named<'p>(node: &'p NodePattern, condition: Option<&'p Expr>) -> O
 }
 
 /// Whether a part of the condition is about a node alone.
-fn is_chosen(variable: usize, condition: Option<&Expr>) -> bool {
-    let mut parts = Vec::new();
-    if let Some(condition) = condition {
-        conjuncts(condition, &mut parts);
-    }
-    parts.into_iter().any(|part| {
-        let mut variables = Vec::new();
+fn is_chosen(variable: usize, parts: &[&Expr]) -> bool {
+    let mut variables = Vec::new();
+    parts.iter().any(|part| {
+        variables.clear();
         part.variables(&mut variables);
         !variables.is_empty() && variables.iter().all(|other| *other == variable)
     })
 }
 
 /// How good a node is to start from: less is better.
-fn cost(graph: &Snapshot, node: &NodePattern, condition: Option<&Expr>) -> usize {
-    if named(node, condition).is_some() {
+fn cost(graph: &Snapshot, node: &NodePattern, parts: &[&Expr]) -> usize {
+    if named(node, parts).is_some() {
         return 1;
     }
     let count = match &node.label {
-        Some(label) => {
-            let is_edge = !relations(graph, &label.text).is_empty();
+        Some(label) => graph.symbol(&label.text).map_or(0, |label| {
+            let is_edge = graph.relations_as(label).next().is_some();
             let edges = if is_edge { graph.edge_count() } else { 0 };
-            instances(graph, &label.text) + edges
-        }
+            graph.count_of_instances(label) + edges
+        }),
         None => graph.node_count(),
     };
-    let is_chosen = !node.properties.is_empty() || is_chosen(node.variable, condition);
+    let is_chosen = !node.properties.is_empty() || is_chosen(node.variable, parts);
     2 + if is_chosen { count / 8 } else { count }
 }
 
-/// How many nodes of a type, and of those that inherit from it, there are.
-fn instances(graph: &Snapshot, label: &str) -> usize {
-    let schema = graph.schema();
-    let below = schema.entities.iter().map(|entity| entity.name.as_str());
-    let below = below.filter(|name| *name != label && schema.is_a(name, label));
-    [label]
-        .into_iter()
-        .chain(below)
-        .map(|name| graph.count_of_type(name))
-        .sum()
-}
-
-/// The relations whose edges are nodes of a type to others.
-pub(crate) fn relations(graph: &Snapshot, label: &str) -> Vec<Symbol> {
-    let schema = graph.schema();
-    let is_a = |relation: &&Relation| schema.is_a(&relation.name, label);
-    let relations = schema.relations.iter().filter(is_a);
-    relations
-        .filter_map(|relation| graph.symbol(&relation.name))
-        .collect()
-}
-
-fn steps<'p>(graph: &Snapshot, pattern: &'p Match, row: &[Cell]) -> Vec<Step<'p>> {
-    let condition = pattern.condition.as_ref();
+fn steps<'p>(graph: &Snapshot, pattern: &'p Match, parts: &[&'p Expr]) -> Vec<Step<'p>> {
     let mut steps = Vec::new();
     // An edge is found where others start or end, or by its type. A lone node without a type comes
     // last, so that the order in which a pattern is written decides nothing.
     let is_lone = |chain: &&Chain| {
         chain.edges.is_empty() && chain.nodes.iter().all(|node| node.label.is_none())
     };
-    let (lone, others): (Vec<_>, Vec<_>) = pattern
-        .chains
-        .iter()
-        .partition(|chain| is_lone(chain) && graph.promoted().next().is_some());
-    let is_null = |variable: usize| row.get(variable).is_none_or(|cell| *cell == Cell::Null);
-    // What earlier chains have set.
-    let mut known: HashSet<usize> = HashSet::new();
-    for chain in others.into_iter().chain(lone) {
+    let has_promoted = pattern.chains.len() > 1 && graph.promoted().next().is_some();
+    let is_last = |chain: &&Chain| has_promoted && is_lone(chain);
+    let first = pattern.chains.iter().filter(|chain| !is_last(chain));
+    let last = pattern.chains.iter().filter(is_last);
+    // The nodes that are known: those of earlier clauses, then those of earlier chains.
+    let mut known = pattern.earlier.clone();
+    for chain in first.chain(last) {
         let nodes = chain.nodes.iter().enumerate();
         let start = nodes.min_by_key(|(_, node)| {
-            if known.contains(&node.variable) || !is_null(node.variable) {
+            if known.contains(&node.variable) {
                 return 0;
             }
-            cost(graph, node, condition)
+            cost(graph, node, parts)
         });
         let Some((start, node)) = start else { continue };
-        steps.push(Step::Start(Place::new(graph, node)));
+        let name = named(node, parts);
+        steps.push(Step::Start(Place::new(graph, node), name));
         for (at, edge) in chain.edges.iter().enumerate().skip(start) {
             steps.push(Step::Walk {
-                way: Way::new(graph, edge),
+                way: Way::new(graph, edge, false),
                 from: chain.nodes[at].variable,
                 to: Place::new(graph, &chain.nodes[at + 1]),
                 turned: false,
@@ -241,7 +220,7 @@ fn steps<'p>(graph: &Snapshot, pattern: &'p Match, row: &[Cell]) -> Vec<Step<'p>
         }
         for (at, edge) in chain.edges.iter().enumerate().take(start).rev() {
             steps.push(Step::Walk {
-                way: Way::new(graph, edge),
+                way: Way::new(graph, edge, true),
                 from: chain.nodes[at + 1].variable,
                 to: Place::new(graph, &chain.nodes[at]),
                 turned: true,

@@ -9,8 +9,9 @@ mod unit;
 pub use block::{Block, Conversion, Number};
 pub use difference::Difference;
 pub use rc_formula::Program;
+pub use rc_quantity::Factor;
 pub use rc_vocabulary::Primitive;
-pub use unit::{compared_units, is_same_unit};
+pub use unit::{compared_units, conversion, is_same_unit};
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -2,7 +2,9 @@
 
 use rc_quantity::{Conversion, Unit};
 
-fn conversion(one: &str, other: &str) -> Option<Conversion> {
+/// How numbers in one unit become numbers in another one. `None` if they measure different things, or if
+/// one of them is no unit.
+pub fn conversion(one: &str, other: &str) -> Option<Conversion> {
     Unit::parse(one)
         .ok()?
         .conversion_to(&Unit::parse(other).ok()?)

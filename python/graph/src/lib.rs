@@ -101,7 +101,11 @@ struct Snapshot {
 }
 
 /// Names of columns, and rows.
-type Table<'py> = (Vec<String>, Vec<Vec<Bound<'py, PyAny>>>);
+type Table<'py> = (
+    Vec<String>,
+    Vec<Option<String>>,
+    Vec<Vec<Bound<'py, PyAny>>>,
+);
 
 impl Snapshot {
     fn node_of(&self, id: property_graph::NodeId) -> Node {
@@ -143,7 +147,7 @@ impl Snapshot {
             let row = row.iter().map(|cell| values::of_cell(py, cell, &self.now));
             row.collect()
         });
-        Ok((rows.columns, cells.collect::<PyResult<_>>()?))
+        Ok((rows.columns, rows.units, cells.collect::<PyResult<_>>()?))
     }
 }
 

@@ -106,7 +106,10 @@ class Graphs(unittest.TestCase):
         self.assertEqual((row.e.type, row.e.start.name, row.e.end.name), ("in", "Ada", "kitchen"))
         both = self.now.query("MATCH (p:Person) WHERE p.name IN $names RETURN count(*) AS n", {"names": ["Ada", "Bob"]})
         self.assertEqual(both[0].n, 2)
+        [row] = self.now.query('RETURN 500 unit "g" + 1 unit "kg" AS mass, 1 AS n')
+        self.assertEqual((row.mass, row._units), (1500.0, {"mass": "g", "n": None}))
         for text, message in [
+            ('RETURN 1 unit "kg" + 1 unit "m" AS x', "query:1:28: error[unit-mismatch]"),
             ("MATCH (p:Persn) RETURN p", "query:1:10: error[unknown-type]"),
             ("MATCH (p) RETURN $what", "error[unknown-parameter]"),
         ]:

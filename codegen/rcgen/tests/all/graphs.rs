@@ -379,9 +379,18 @@ Domain seeing
     assert_eq!(code, 0, "{out}{err}");
     let query = "MATCH (s:Sighting) RETURN s.place, s.raw[0], s.picture[2]";
     let (code, out, err) = run(&["query", "a.graph", query]);
-    let expected = "s.place          s.raw[0]  s.picture[2]\n[1.5, 0.0, 0.0]  1500.0    7\n";
+    let expected =
+        "s.place [m]      s.raw[0] [mm]  s.picture[2]\n[1.5, 0.0, 0.0]  1500.0         7\n";
     assert_eq!((code, out.as_str()), (0, expected), "{err}");
     assert!(!err.contains("converted"), "{err}");
+    // A number in another unit is converted; one that measures something else is a finding.
+    let query = "MATCH (s:Sighting) WHERE s.raw[0] > 149 unit 'cm' RETURN s.raw[0] unit 'dm' AS x";
+    let (code, out, err) = run(&["query", "a.graph", query]);
+    assert_eq!((code, out.as_str()), (0, "x [dm]\n15.0\n"), "{err}");
+    let query = "MATCH (s:Sighting) WHERE s.raw[0] > 149 unit 'kg' RETURN s";
+    let (code, _, err) = run(&["query", "a.graph", query, "--format", "short"]);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("query:1:46: error[unit-mismatch]"), "{err}");
     // Both of one value: each is kept, and that they do not convert is said.
     write(
         "twice.graph",
@@ -392,7 +401,7 @@ Domain seeing
     );
     let query = "MATCH (s:Sighting) RETURN s.place[0], s.raw[0]";
     let (code, out, err) = run(&["query", "twice.graph", query]);
-    let expected = "s.place[0]  s.raw[0]\n2.0         1500.0\n";
+    let expected = "s.place[0] [m]  s.raw[0] [mm]\n2.0             1500.0\n";
     assert_eq!((code, out.as_str()), (0, expected), "{err}");
     let expected = "twice.graph: no value of Sighting is converted, since one is wrong or said twice; \
                     `rcgen check` names it\n";

@@ -1,8 +1,8 @@
 //! Expressions: `OR` binds last, then `XOR`, `AND`, `NOT`, comparisons, sums, products.
 
-use super::{DEEPEST, MOST_OPERATORS, Parser, Result};
+use super::{DEEPEST, MOST_OPERATORS, Parser, Result, slot};
 use crate::Cell;
-use crate::ast::{Aggregate, Expr, Function, Operator};
+use crate::ast::{Aggregate, Expr, Function, InUnit, Name, Operator};
 use crate::lexer::Token;
 use rc_diagnostics::{Diagnostic, Span, foreign};
 
@@ -172,8 +172,17 @@ impl Parser<'_> {
             if count > DEEPEST {
                 return self.error("nested-too-deep", "too many steps in a row".to_owned());
             }
-            if matches!(self.peek(), Token::Sign("." | "[")) {
+            let unit = self.unit();
+            if unit.is_some() || matches!(self.peek(), Token::Sign("." | "[")) {
                 self.operator()?;
+            }
+            if let Some(unit) = unit {
+                value = Expr::InUnit(Box::new(InUnit {
+                    of: value,
+                    unit,
+                    factor: None,
+                }));
+                continue;
             }
             if self.sign(".") {
                 value = Expr::Property(Box::new(value), self.property()?);
@@ -185,6 +194,18 @@ impl Parser<'_> {
                 return Ok(value);
             }
         }
+    }
+
+    /// `unit "kg"`, as in GDSL.
+    fn unit(&mut self) -> Option<Name> {
+        let next = self.tokens.get(self.at + 1);
+        let (true, Some((Token::Text(text), start, end))) = (self.is_word("unit"), next) else {
+            return None;
+        };
+        let span = Span::new(self.source, *start, *end);
+        let text = text.clone();
+        self.at += 2;
+        Some(Name { text, span })
     }
 
     fn atom(&mut self) -> Result<Expr> {
@@ -221,7 +242,9 @@ impl Parser<'_> {
             }
             Token::Sign("$") => {
                 self.at += 1;
-                Ok(Expr::Parameter(self.name("a parameter")?))
+                let name = self.name("a parameter")?;
+                let slot = slot(&mut self.parameters, &name.text);
+                Ok(Expr::Parameter(name, slot))
             }
             Token::Word(word) => self.named(&word),
             _ => self.expected("a value"),

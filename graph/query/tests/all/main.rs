@@ -6,3 +6,4 @@ mod random;
 mod tck;
 mod texts;
 mod traversals;
+mod units;

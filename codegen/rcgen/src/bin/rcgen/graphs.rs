@@ -158,10 +158,11 @@ fn named(
 }
 
 fn table(graph: &Snapshot, rows: &Rows) {
-    let columns = rows
-        .columns
-        .iter()
-        .map(|name| rc_diagnostics::foreign::clean(name));
+    let columns = rows.columns.iter().zip(&rows.units);
+    let columns = columns.map(|(name, unit)| match unit {
+        Some(unit) => rc_diagnostics::foreign::clean(&format!("{name} [{unit}]")),
+        None => rc_diagnostics::foreign::clean(name),
+    });
     let mut lines: Vec<Vec<String>> = vec![columns.collect()];
     for row in &rows.cells {
         lines.push(row.iter().map(|cell| cell.shown(graph)).collect());

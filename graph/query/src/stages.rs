@@ -1,0 +1,292 @@
+//! Clauses as stages: each takes one row after the other, and gives rows to the next stage as soon as
+//! it can. What sorts, counts or sums gives them at its end.
+
+use crate::ast::{Clause, Expr, Match, Project};
+use crate::budget::{Budget, Error};
+use crate::cell::Cell;
+use crate::eval::{Scope, truth};
+use crate::groups::{Groups, Key};
+use crate::matching;
+use crate::parse::Parsed;
+use crate::plan::Plan;
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+
+/// A row of the result.
+type Row = Vec<Cell>;
+
+enum Stage<'p> {
+    Match(&'p Match, Plan<'p>),
+    Project(Projection<'p>),
+}
+
+/// `WITH` or `RETURN`.
+struct Projection<'p> {
+    project: &'p Project,
+    taken: Taken,
+    /// The row for the next stage: nothing but the new names is known there.
+    next: Row,
+    /// What was there already, with `DISTINCT`.
+    seen: BTreeSet<Key>,
+}
+
+/// The rows that a projection has taken.
+enum Taken {
+    /// They are given on at once.
+    None,
+    Groups(Groups),
+    /// Each behind the values that it is sorted by.
+    Rows(Vec<(Row, Row)>),
+}
+
+/// What all stages share.
+struct Run<'a> {
+    scope: &'a Scope<'a>,
+    rows: Vec<Row>,
+}
+
+/// The rows of a query.
+pub(crate) fn run(
+    parsed: &Parsed,
+    scope: &Scope<'_>,
+    budget: &mut Budget,
+) -> Result<Vec<Row>, Error> {
+    let width = parsed.variables.len();
+    let stages = parsed.clauses.iter().map(|clause| match clause {
+        Clause::Match(pattern) => Stage::Match(pattern, Plan::new(scope.graph, pattern)),
+        Clause::Project(project) => Stage::Project(Projection::new(project, width)),
+    });
+    let mut stages: Vec<Stage<'_>> = stages.collect();
+    let rows = Vec::new();
+    let mut run = Run { scope, rows };
+    run.push(&mut stages, &mut vec![Cell::Null; width], budget)?;
+    let mut rest = stages.as_mut_slice();
+    while let Some((stage, next)) = rest.split_first_mut() {
+        if let Stage::Project(projection) = stage {
+            run.finish(projection, next, budget)?;
+        }
+        rest = next;
+    }
+    Ok(run.rows)
+}
+
+impl<'p> Projection<'p> {
+    fn new(project: &'p Project, width: usize) -> Self {
+        let sums = project.items.iter().any(|item| item.value.has_aggregate());
+        let is_cut = project.skip.is_some() || project.limit.is_some();
+        let taken = if sums {
+            Taken::Groups(Groups::new(&project.items))
+        } else if project.order.is_empty() && !is_cut {
+            Taken::None
+        } else {
+            Taken::Rows(Vec::new())
+        };
+        Self {
+            project,
+            taken,
+            next: vec![Cell::Null; width],
+            seen: BTreeSet::new(),
+        }
+    }
+
+    /// The values of the new names.
+    fn cells(&self, row: &[Cell]) -> Row {
+        let items = self.project.items.iter();
+        items.map(|item| row[item.variable].clone()).collect()
+    }
+
+    /// Whether a row is none of those before, which matters with `DISTINCT`.
+    fn is_new(&mut self, row: &[Cell]) -> bool {
+        !self.project.distinct || self.seen.insert(Key(self.cells(row)))
+    }
+
+    /// A row until the end: the values that it is sorted by, and those of the new names, or all if a
+    /// condition follows.
+    fn kept(
+        &self,
+        row: &[Cell],
+        scope: &Scope<'_>,
+        budget: &mut Budget,
+    ) -> Result<(Row, Row), Error> {
+        let mut keys = Row::new();
+        if !self.project.order.is_empty() {
+            budget.step()?;
+            for (value, _) in &self.project.order {
+                keys.push(budget.hold(scope.eval(value, row)?)?);
+            }
+        }
+        let kept = match self.project.condition {
+            Some(_) => row.to_vec(),
+            None => self.cells(row),
+        };
+        Ok((keys, kept))
+    }
+
+    /// Whether the condition that follows holds.
+    fn passes(&self, row: &[Cell], scope: &Scope<'_>, budget: &mut Budget) -> Result<bool, Error> {
+        let Some(condition) = &self.project.condition else {
+            return Ok(true);
+        };
+        budget.step()?;
+        Ok(truth(&scope.eval(condition, row)?)? == Some(true))
+    }
+
+    /// Sorts rows, and cuts them as `SKIP` and `LIMIT` say.
+    fn cut(&self, rows: &mut Vec<(Row, Row)>, scope: &Scope<'_>) -> Result<(), Error> {
+        let order = &self.project.order;
+        if !order.is_empty() {
+            rows.sort_by(|(a, _), (b, _)| {
+                let keys = a.iter().zip(b).zip(order);
+                let mut orders = keys.map(|((a, b), (_, down))| {
+                    let order = a.sorted(b);
+                    if *down { order.reverse() } else { order }
+                });
+                orders
+                    .find(|order| order.is_ne())
+                    .unwrap_or(Ordering::Equal)
+            });
+        }
+        let count = |value: &Option<Expr>| -> Result<Option<usize>, Error> {
+            let Some(value) = value else { return Ok(None) };
+            match scope.eval(value, &[])? {
+                Cell::Int(number) if number >= 0 => Ok(Some(number as usize)),
+                _ => Err(Error::Type(
+                    "expected a count that is not negative".to_owned(),
+                )),
+            }
+        };
+        if let Some(skip) = count(&self.project.skip)? {
+            rows.drain(..skip.min(rows.len()));
+        }
+        if let Some(limit) = count(&self.project.limit)? {
+            rows.truncate(limit);
+        }
+        Ok(())
+    }
+}
+
+impl Run<'_> {
+    /// Gives a row to a stage and those behind it.
+    fn push(
+        &mut self,
+        stages: &mut [Stage<'_>],
+        row: &mut [Cell],
+        budget: &mut Budget,
+    ) -> Result<(), Error> {
+        let Some((stage, rest)) = stages.split_first_mut() else {
+            return Ok(());
+        };
+        match stage {
+            Stage::Match(pattern, plan) => {
+                let scope = self.scope;
+                let mut next = |row: &mut [Cell], budget: &mut Budget| self.push(rest, row, budget);
+                if !matching::rows(scope, pattern, plan, row, budget, &mut next)?
+                    && pattern.optional
+                {
+                    budget.row()?;
+                    self.push(rest, row, budget)?;
+                }
+                Ok(())
+            }
+            Stage::Project(projection) => self.take(projection, rest, row, budget),
+        }
+    }
+
+    /// Gives a row to a projection.
+    fn take(
+        &mut self,
+        projection: &mut Projection<'_>,
+        rest: &mut [Stage<'_>],
+        row: &mut [Cell],
+        budget: &mut Budget,
+    ) -> Result<(), Error> {
+        budget.step()?;
+        let (scope, project) = (self.scope, projection.project);
+        if let Taken::Groups(groups) = &mut projection.taken {
+            return groups.add(&project.items, row, scope, budget);
+        }
+        let is_plain = !project.distinct && matches!(projection.taken, Taken::None);
+        if rest.is_empty() && is_plain {
+            let items = project.items.iter();
+            let cells = items.map(|item| budget.hold(scope.eval(&item.value, row)?));
+            self.rows.push(cells.collect::<Result<Row, Error>>()?);
+            return Ok(());
+        }
+        for item in &project.items {
+            row[item.variable] = budget.hold(scope.eval(&item.value, row)?)?;
+        }
+        if !projection.is_new(row) {
+            return Ok(());
+        }
+        if let Taken::Rows(_) = projection.taken {
+            let kept = projection.kept(row, scope, budget)?;
+            if let Taken::Rows(rows) = &mut projection.taken {
+                rows.push(kept);
+            }
+            return Ok(());
+        }
+        if projection.passes(row, scope, budget)? {
+            let items = project.items.iter();
+            let cells = items.map(|item| row[item.variable].clone());
+            self.give(projection, rest, cells, budget)?;
+        }
+        Ok(())
+    }
+
+    /// Gives on what a projection has taken.
+    fn finish(
+        &mut self,
+        projection: &mut Projection<'_>,
+        rest: &mut [Stage<'_>],
+        budget: &mut Budget,
+    ) -> Result<(), Error> {
+        let (scope, project) = (self.scope, projection.project);
+        let mut rows = match std::mem::replace(&mut projection.taken, Taken::None) {
+            Taken::None => return Ok(()),
+            Taken::Rows(rows) => rows,
+            Taken::Groups(groups) => {
+                let mut rows = Vec::new();
+                let mut row = vec![Cell::Null; projection.next.len()];
+                for cells in groups.rows(&project.items, scope, budget)? {
+                    for (item, cell) in project.items.iter().zip(cells) {
+                        row[item.variable] = cell;
+                    }
+                    if projection.is_new(&row) {
+                        rows.push(projection.kept(&row, scope, budget)?);
+                    }
+                }
+                rows
+            }
+        };
+        projection.cut(&mut rows, scope)?;
+        for (_, kept) in rows {
+            if !projection.passes(&kept, scope, budget)? {
+                continue;
+            }
+            let cells = match project.condition {
+                Some(_) => projection.cells(&kept),
+                None => kept,
+            };
+            self.give(projection, rest, cells, budget)?;
+        }
+        Ok(())
+    }
+
+    /// Gives the values of the new names on.
+    fn give(
+        &mut self,
+        projection: &mut Projection<'_>,
+        rest: &mut [Stage<'_>],
+        cells: impl IntoIterator<Item = Cell>,
+        budget: &mut Budget,
+    ) -> Result<(), Error> {
+        if rest.is_empty() {
+            self.rows.push(cells.into_iter().collect());
+            return Ok(());
+        }
+        for (item, cell) in projection.project.items.iter().zip(cells) {
+            projection.next[item.variable] = cell;
+        }
+        self.push(rest, &mut projection.next, budget)
+    }
+}

@@ -1,0 +1,176 @@
+//! Units of what a query computes: numbers that are written with a unit are converted, and numbers of
+//! different units are not compared.
+
+use crate::ast::{Expr, InUnit, Name, Operator};
+use crate::check::Checker;
+use property_graph::schema::{Attribute, Kind, compared_units, conversion, is_same_unit};
+use rc_diagnostics::{Diagnostic, Span, foreign};
+use rc_quantity::Unit;
+
+/// What is known of the numbers of an expression.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub(crate) unit: String,
+    /// The attribute. `None` if the query says the unit: such a number is converted where another
+    /// unit is expected.
+    attribute: Option<String>,
+    span: Span,
+}
+
+impl Measured {
+    fn told(&self) -> String {
+        let unit = foreign::clean(&self.unit);
+        match &self.attribute {
+            Some(name) => format!("`{}` is in `{unit}`", foreign::clean(name)),
+            None => format!("a number is in `{unit}`"),
+        }
+    }
+}
+
+/// Puts a conversion around an expression. Returns whether there is one.
+fn convert(expr: &mut Expr, from: &Measured, to: &Measured) -> bool {
+    let Some(conversion) = conversion(&from.unit, &to.unit) else {
+        return false;
+    };
+    let of = std::mem::replace(expr, Expr::List(Vec::new()));
+    let unit = Name {
+        text: to.unit.clone(),
+        span: from.span,
+    };
+    *expr = Expr::InUnit(Box::new(InUnit {
+        of,
+        unit,
+        factor: Some(conversion.factor()),
+    }));
+    true
+}
+
+impl Checker<'_> {
+    /// The unit of an attribute of a variable; of one number of it, if there is an index.
+    pub(crate) fn unit_of(
+        &self,
+        variable: usize,
+        name: &Name,
+        index: Option<usize>,
+    ) -> Option<Measured> {
+        let kind = self.nodes.get(&variable).or(self.edges.get(&variable))?;
+        let mut all = self.schema.attributes(kind)?.iter();
+        let attribute: &Attribute = all.find(|attribute| attribute.name == name.text)?;
+        let unit = match (&attribute.kind, index) {
+            (Kind::Block(block), Some(index)) => {
+                let number = block.numbers.get(index % block.numbers.len().max(1))?;
+                number.unit.as_deref()
+            }
+            _ => attribute.common_unit(),
+        };
+        Some(Measured {
+            unit: unit?.to_owned(),
+            attribute: Some(name.text.clone()),
+            span: name.span,
+        })
+    }
+
+    /// The unit of both sides of a comparison or a sum. A number with a unit that the query says
+    /// becomes one in the unit of the other side.
+    pub(crate) fn same_unit(
+        &mut self,
+        (a, one): (&mut Expr, Option<Measured>),
+        (b, other): (&mut Expr, Option<Measured>),
+    ) -> Option<Measured> {
+        let (Some(one), Some(other)) = (&one, &other) else {
+            return one.or(other);
+        };
+        if other.attribute.is_some()
+            && one.attribute.is_none()
+            && !is_same_unit(&one.unit, &other.unit)
+            && convert(a, one, other)
+        {
+            return Some(other.clone());
+        }
+        self.in_unit_of(Some(one), b, Some(other));
+        let attribute = one.attribute.as_ref().or(other.attribute.as_ref());
+        Some(Measured {
+            attribute: attribute.cloned(),
+            ..one.clone()
+        })
+    }
+
+    /// Makes an expression one in the unit of something else, or reports that it is in another one.
+    pub(crate) fn in_unit_of(
+        &mut self,
+        known: Option<&Measured>,
+        expr: &mut Expr,
+        own: Option<&Measured>,
+    ) {
+        let (Some(known), Some(own)) = (known, own) else {
+            return;
+        };
+        let is_equal = is_same_unit(&known.unit, &own.unit);
+        if is_equal || own.attribute.is_none() && convert(expr, own, known) {
+            return;
+        }
+        let message = format!("{}, but {}", known.told(), own.told());
+        self.mismatch(own.span, message, &own.unit, &known.unit);
+    }
+
+    fn mismatch(&mut self, span: Span, message: String, from: &str, to: &str) {
+        let mut help = compared_units(&foreign::clean(from), &foreign::clean(to));
+        if conversion(from, to).is_some() {
+            let to = foreign::clean(to);
+            help = format!("{help}; `unit \"{to}\"` behind a value converts it");
+        }
+        let diagnostic = Diagnostic::error("unit-mismatch", span, message);
+        self.found.push(diagnostic.help(help));
+    }
+
+    /// `unit "kg"` behind a value: the unit of a number without one; others are converted.
+    pub(crate) fn stated(
+        &mut self,
+        unit: &Name,
+        inner: Option<Measured>,
+    ) -> (Measured, Option<rc_quantity::Factor>) {
+        let warning = rc_syntax::unknown_unit(&foreign::clean(&unit.text), unit.span);
+        self.found.extend(warning);
+        let mut measured = Measured {
+            unit: unit.text.clone(),
+            attribute: None,
+            span: unit.span,
+        };
+        let Some(inner) = inner else {
+            return (measured, None);
+        };
+        measured.attribute.clone_from(&inner.attribute);
+        if is_same_unit(&inner.unit, &unit.text) {
+            return (measured, None);
+        }
+        let factor = conversion(&inner.unit, &unit.text).map(|way| way.factor());
+        if factor.is_none() {
+            let wanted = foreign::clean(&unit.text);
+            let message = format!("{}, expected `{wanted}`", inner.told());
+            self.mismatch(unit.span, message, &inner.unit, &unit.text);
+        }
+        (measured, factor)
+    }
+
+    /// The unit of a product or a quotient. A number without a unit is a plain number.
+    pub(crate) fn product(
+        operator: Operator,
+        one: Option<Measured>,
+        other: Option<Measured>,
+    ) -> Option<Measured> {
+        let is_product = operator == Operator::Multiply;
+        let (unit, first) = match (one, other) {
+            (None, None) => return None,
+            (Some(one), None) => return Some(one),
+            (None, Some(other)) if is_product => return Some(other),
+            (None, Some(other)) => (format!("1/({})", other.unit), other),
+            (Some(one), Some(other)) => {
+                let sign = if is_product { '*' } else { '/' };
+                (format!("({}){sign}({})", one.unit, other.unit), one)
+            }
+        };
+        // What is in no table, or too long, has no unit that could be told.
+        Unit::parse(&unit).ok()?;
+        Some(Measured { unit, ..first })
+    }
+}
