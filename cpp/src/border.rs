@@ -5,7 +5,7 @@
     reason = "pointers of another language; each block has its argument"
 )]
 
-use crate::component::Component;
+use crate::component::{Component, Function};
 use crate::context::{self, Get, Set};
 use crate::status::{Answer, INTERNAL};
 use rc_host::Program;
@@ -68,48 +68,18 @@ pub struct RawAnswer {
     bytes: Bytes,
 }
 
-/// The functions of a worker, `enum rc_function` of `abi.h`.
-#[derive(Clone, Copy)]
-#[repr(i32)]
-pub(crate) enum Function {
-    /// Makes the worker, sets its parameters and runs `initialize`.
-    Initialize,
-    Compute,
-    SetParameters,
-    ParametersChanged,
-    Emergency,
-    Restore,
-    Finalize,
-    Transition,
-    Error,
-    Entry,
-    Exit,
-    During,
-    Guard,
-    Action,
-    Handle,
-    /// Ends the worker.
-    End,
-}
-
 /// The function of the headers that runs one of the worker's. It throws nothing.
 type RawCall = unsafe extern "C" fn(*mut c_void, i32, usize, usize, Bytes, Bytes) -> RawAnswer;
 
 /// A worker in C++.
-pub(crate) struct Guest {
+struct Guest {
     call: RawCall,
     object: *mut c_void,
 }
 
 impl Guest {
     /// Runs a function of the worker.
-    pub(crate) fn call(
-        &self,
-        function: Function,
-        numbers: (usize, usize),
-        name: &str,
-        body: &[u8],
-    ) -> Answer {
+    fn call(&self, function: Function, numbers: (usize, usize), name: &str, body: &[u8]) -> Answer {
         let (name, body) = (Bytes::of(name.as_bytes()), Bytes::of(body));
         // SAFETY: `robocomp_run` got the function with its object, which live until it returns, and this
         // is its thread. Both texts live until the function returns, which keeps no pointer.
@@ -214,7 +184,11 @@ pub unsafe extern "C" fn robocomp_run(
             description,
             move |core, ports: &_, values: &_| {
                 context::enter(&program);
-                Component::start(program, Guest { call, object }, core, ports, values)
+                let guest = Guest { call, object };
+                let guest = move |function, numbers, name: &_, body: &_| {
+                    guest.call(function, numbers, name, body)
+                };
+                Component::start(program, Box::new(guest), core, ports, values)
             },
             arguments,
             own,

@@ -1,6 +1,5 @@
 //! A worker in C++ as the runtime sees it.
 
-use crate::border::{Function, Guest};
 use crate::parameters;
 use crate::status::{Answer, DONE, EXCEPTION};
 use rc_configuration::Parameters;
@@ -13,6 +12,33 @@ use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
 use rc_runtime::{Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
 use rc_values::{Struct, Value, decode, encode_body};
 use std::sync::Arc;
+
+/// The functions of a worker, `enum rc_function` of `abi.h`.
+#[derive(Clone, Copy)]
+#[repr(i32)]
+pub(crate) enum Function {
+    /// Makes the worker, sets its parameters and runs `initialize`.
+    Initialize,
+    Compute,
+    SetParameters,
+    ParametersChanged,
+    Emergency,
+    Restore,
+    Finalize,
+    Transition,
+    Error,
+    Entry,
+    Exit,
+    During,
+    Guard,
+    Action,
+    Handle,
+    /// Ends the worker.
+    End,
+}
+
+/// Runs a function of the worker in C++: with two numbers, a name and a body.
+pub(crate) type Guest = Box<dyn Fn(Function, (usize, usize), &str, &[u8]) -> Answer>;
 
 /// A running worker with its context.
 pub(crate) struct Component {
@@ -117,7 +143,7 @@ impl Component {
                 name,
                 body,
             } = *call;
-            component.guest.call(function, numbers, name, body)
+            (component.guest)(function, numbers, name, body)
         })
     }
 

@@ -21,7 +21,7 @@ use crate::management::{Attachment, Management};
 use crate::notify::{self, ServiceState};
 use crate::ports::{Connections, Interceptors, Ports, Receiver};
 use crate::settings::settings;
-use crate::shared::Place;
+use crate::shared::place::Place;
 use crate::slots::SlotTable;
 use crate::start::Start;
 use crate::status::{NetworkTime, Shared};

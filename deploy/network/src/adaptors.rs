@@ -5,15 +5,12 @@ use crate::model::Network;
 use crate::proxies::routes;
 use rc_cdsl::Component;
 use rc_codegen::{Project, description};
-use rc_ddsl::model::{Deployment, Instance};
-use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_ddsl::model::Deployment;
+use rc_diagnostics::Diagnostics;
 use serde_json::json;
 use std::io;
-use std::path::PathBuf;
 use std::rc::Rc;
 
-/// The program, which is installed beside `rcdeploy`.
-const PROGRAM: &str = "rcforward";
 /// The longest description, in bytes. Linux limits each argument of a program to 128 KiB.
 const LONGEST: usize = 120 * 1024;
 
@@ -36,35 +33,6 @@ pub(crate) fn add(
             own.state_machine = None;
             Rc::new(own)
         }));
-    }
-}
-
-/// Where the program is.
-pub(crate) fn program() -> io::Result<PathBuf> {
-    Ok(std::env::current_exe()?.with_file_name(PROGRAM))
-}
-
-/// Checks that the program exists, if an adaptor or a proxy needs it.
-pub(crate) fn check_program(deployment: &Deployment, found: &mut Diagnostics) {
-    let mut instances = deployment.instances.iter();
-    let place = |instance: &Instance| {
-        instance
-            .adaptor
-            .or(instance.proxy.map(|_| instance.name.span))
-    };
-    let Some(span) = instances.find_map(place) else {
-        return;
-    };
-    let path = program().unwrap_or_else(|_| PROGRAM.into());
-    if !path.is_file() {
-        let message = format!(
-            "the program of adaptors and proxies, {}, does not exist",
-            path.display()
-        );
-        let error = Diagnostic::error("missing-executable", span, message);
-        found.push(
-            error.help("install it beside `rcdeploy`: `cargo xtask install --with rcforward`"),
-        );
     }
 }
 

@@ -4,7 +4,7 @@
 
 use crate::error::{Error, cannot};
 use crate::launcher;
-use crate::model::Profile;
+use crate::profile::Profile;
 use crate::variant;
 use rc_codegen::{Project, names};
 use rc_vocabulary::Middlewares;

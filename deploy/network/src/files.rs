@@ -1,8 +1,9 @@
 //! Files that parameters name (`reads` of PDSL), and elements of such files (`element`): what a
 //! component would refuse at its start is a finding here.
 
-use crate::configuration::{PathValue, config, path_folders, path_values};
+use crate::configuration::config;
 use crate::parameters::OverriddenParameters;
+use crate::path_values::{PathValue, path_folders, path_values};
 use crate::scenes::{document, names_scene};
 use innermodel_language::{Document, Kind};
 use planar_map::Map;

@@ -2,8 +2,8 @@
 //! or without `NumPy`, and on an extension module that is nowhere.
 
 use crate::launcher;
-use crate::model::Profile;
 use crate::plan::Environment;
+use crate::profile::Profile;
 use crate::programs::Programs;
 use crate::workspaces::Workspaces;
 use rc_codegen::python::component_interpreter::{self, InPath};

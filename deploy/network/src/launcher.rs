@@ -4,7 +4,7 @@
 //! the component is in Python.
 
 use crate::error::{Error, cannot, refused};
-use crate::model::Profile;
+use crate::profile::Profile;
 use crate::variant;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;

@@ -1,9 +1,9 @@
 //! Reads a `.ddsl` with everything that it names, and checks it.
 
-use crate::addresses::Addresses;
+use crate::addresses::{addresses, check_topics};
 use crate::configuration::{Configured, configurations, settings};
 use crate::files::check_files;
-use crate::model::Network;
+use crate::model::{Addresses, Network};
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
@@ -51,7 +51,7 @@ pub fn load(
     }
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
-    check_members(&mut deployment, &projects, overrides, &mut found);
+    check_members(&mut deployment, &projects, overrides.parameters, &mut found);
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
     let tools = (&mut *sources, loader);
@@ -90,8 +90,8 @@ pub fn load(
         texts,
     };
     let bindings: Vec<_> = configured.into_iter().map(|c| c.bindings).collect();
-    network.addresses = Addresses::new(&network, &bindings);
-    network.addresses.check_topics(&network, &mut found);
+    network.addresses = addresses(&network, &bindings);
+    check_topics(&network, &mut found);
     network.time = network_time::check(&network, &mut found);
     network.clocks = network_time::clocks(&network);
     let needed = network.needed();

@@ -1,16 +1,16 @@
 //! A network with everything that its `.ddsl` names.
 
-use crate::addresses::Addresses;
 use crate::chains::{CheckedChain, Port};
-use crate::network_time::ClockPlan;
 use crate::parameters::OverriddenParameters;
 use crate::programs::Programs;
 use crate::proxies::Proxies;
 use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
-use rc_ddsl::model::{Deployment, Setting};
+use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
-use std::collections::HashMap;
+use serde::Serialize;
+use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
@@ -23,6 +23,52 @@ pub struct NetworkTime {
     /// The followers in the order of their turns, that of the file, each with the middleware over
     /// which it receives the time.
     pub followers: Vec<(usize, Middleware)>,
+}
+
+/// The clock of a component.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ClockPlan {
+    /// `system`, `simulated`, `source` or `ros`.
+    pub kind: &'static str,
+    /// The component that publishes the time, if another one does.
+    pub source: Option<String>,
+    /// The middleware over which it receives the time.
+    pub middleware: Option<&'static str>,
+}
+
+impl fmt::Display for ClockPlan {
+    /// `simulated by clock over dds`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.kind, &self.source, self.middleware) {
+            ("source", ..) => f.write_str("publishes the network's time"),
+            ("ros", ..) => f.write_str("/clock of ROS 2"),
+            (kind, Some(source), Some(middleware)) => {
+                write!(f, "{kind} by {source} over {middleware}")
+            }
+            (kind, ..) => f.write_str(kind),
+        }
+    }
+}
+
+/// The addresses of the slots of a network.
+#[derive(Debug, Default)]
+pub(crate) struct Addresses {
+    /// For each slot, the slot whose address it has.
+    pub(crate) leaders: BTreeMap<Endpoint, Endpoint>,
+    pub(crate) of: BTreeMap<Endpoint, String>,
+}
+
+impl Addresses {
+    /// The address of a slot of a component that was read. Each has one.
+    pub(crate) fn of(&self, end: Endpoint) -> &str {
+        &self.of[&end]
+    }
+
+    /// All slots with their addresses.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Endpoint, &str)> {
+        let all = self.of.iter();
+        all.map(|(end, address)| (*end, address.as_str()))
+    }
 }
 
 /// A network, as far as it could be parsed.
@@ -58,47 +104,6 @@ pub struct Network {
     pub texts: HashMap<PathBuf, Vec<usize>>,
 }
 
-/// A profile of cargo.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Profile {
-    /// Optimised: `target/release`.
-    Release,
-    /// Unoptimised: `target/debug`.
-    Dev,
-}
-
-impl Profile {
-    /// The folder under `target/`.
-    pub fn folder(self) -> &'static str {
-        match self {
-            Self::Release => "release",
-            Self::Dev => "debug",
-        }
-    }
-
-    /// The name for cargo's `--profile`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Release => "release",
-            Self::Dev => "dev",
-        }
-    }
-}
-
-impl std::str::FromStr for Profile {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "release" => Ok(Self::Release),
-            "dev" => Ok(Self::Dev),
-            other => Err(format!(
-                "`{other}` is not a profile; there are release and dev"
-            )),
-        }
-    }
-}
-
 impl Network {
     /// The name of the network.
     pub fn name(&self) -> &str {
@@ -126,5 +131,17 @@ impl Network {
         let slot = &component.slots[port.slot];
         let operations = &component.library.interface(slot.interface).operations;
         Some((&slot.name, &operations[port.operation].name.text))
+    }
+
+    /// The names of the components that the proxy `at` stands for; empty for other components.
+    pub(crate) fn behind(&self, at: usize) -> Vec<String> {
+        let instances = &self.deployment.instances;
+        let Some(group) = instances[at].proxy else {
+            return Vec::new();
+        };
+        // Adaptors inside come after all components of the file.
+        let is_inside = |other: &&Instance| self.deployment.is_inside(other.group, Some(group));
+        let inside = instances.iter().filter(is_inside);
+        inside.map(|inside| inside.path.clone()).collect()
     }
 }

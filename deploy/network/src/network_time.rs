@@ -1,39 +1,12 @@
 //! The time of a network: which component publishes it, who follows, and over which middleware.
 
-use crate::model::{Network, NetworkTime};
+use crate::model::{ClockPlan, Network, NetworkTime};
 use crate::process_name::process_name;
 use rc_cdsl::model::Middleware;
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_middleware::qos::MAX_READERS;
 use rc_vocabulary::Value;
-use serde::Serialize;
-use std::fmt;
-
-/// The clock of a component.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct ClockPlan {
-    /// `system`, `simulated`, `source` or `ros`.
-    pub kind: &'static str,
-    /// The component that publishes the time, if another one does.
-    pub source: Option<String>,
-    /// The middleware over which it receives the time.
-    pub middleware: Option<&'static str>,
-}
-
-impl fmt::Display for ClockPlan {
-    /// `simulated by clock over dds`
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.kind, &self.source, self.middleware) {
-            ("source", ..) => f.write_str("publishes the network's time"),
-            ("ros", ..) => f.write_str("/clock of ROS 2"),
-            (kind, Some(source), Some(middleware)) => {
-                write!(f, "{kind} by {source} over {middleware}")
-            }
-            (kind, ..) => f.write_str(kind),
-        }
-    }
-}
 
 fn simulates_time(network: &Network, at: usize) -> bool {
     let project = network.projects[at].as_deref();

@@ -1,20 +1,25 @@
 //! Makes the plan of a network: processes with all their arguments.
 
-use crate::configuration::{config, named_files};
+use crate::bounds::Way;
+use crate::chains::{CheckedChain, Port};
+use crate::configuration::config;
 use crate::error::{Error, refused};
-use crate::model::{Network, Profile};
+use crate::model::Network;
 use crate::network_time;
+use crate::path_values::named_files;
 use crate::plan::{self, Component, Plan};
-use crate::planned_chain::PlannedChain;
+use crate::planned_chain::{LateAction, PlannedChain, PlannedHop, PlannedMessage, ReactsIn};
 use crate::process_name::process_name;
+use crate::profile::Profile;
 use crate::python_copies::HostFiles;
 use rc_cdsl::model::Slot;
 use rc_codegen::paths::normal;
 use rc_ddsl::Endpoint;
-use rc_ddsl::model::Setting;
+use rc_ddsl::model::{Late, Setting};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 impl Network {
     /// The settings of the middlewares that an instance uses.
@@ -184,5 +189,74 @@ impl Network {
             ring: self.deployment.ring,
             chains: PlannedChain::all(self),
         })
+    }
+}
+
+impl PlannedChain {
+    /// The chains of a network.
+    fn all(network: &Network) -> Vec<Self> {
+        let chains = network.chains.iter();
+        chains.map(|chain| Self::of(network, chain)).collect()
+    }
+
+    fn of(network: &Network, checked: &CheckedChain) -> Self {
+        let chain = &network.deployment.chains[checked.declared];
+        let path = &checked.path;
+        let hops = path.links.iter().enumerate().map(|(at, link)| {
+            let next = path.links.get(at + 1);
+            let output = next.map_or(path.sent, |next| next.from);
+            let cost = checked.costs.as_ref().and_then(|costs| costs.get(at));
+            let project = network.projects[link.to.instance].as_deref();
+            let says = project.is_some_and(|project| project.component.reactions.is_some());
+            PlannedHop {
+                input: PlannedMessage::of(network, link.to),
+                output: output.map(|port| PlannedMessage::of(network, port)),
+                reacts_in: match link.way {
+                    Way::Compute if !says => ReactsIn::Unknown,
+                    Way::Compute => ReactsIn::Compute,
+                    Way::Handler => ReactsIn::Handler,
+                },
+                worst: cost
+                    .map(|cost| [cost.transport, cost.period, cost.work].map(Duration::from_nanos)),
+            }
+        });
+        let first = path.links.first();
+        let source = first.and_then(|link| link.from);
+        let begins = source.or(first.map(|link| link.to));
+        let ends = path.sent.or(path.links.last().map(|link| link.to));
+        let name =
+            |port: Option<Port>| port.map_or_else(String::new, |port| network.port_name(port));
+        let component = |at: usize| network.deployment.instances[at].path.clone();
+        Self {
+            name: chain.path.clone(),
+            from: name(begins),
+            to: name(ends),
+            within: chain.within,
+            age: chain.age,
+            late: match &chain.late {
+                Late::Warn => LateAction::Warn,
+                Late::Event => LateAction::Event,
+                Late::Stop(at) => LateAction::Stop(component(*at)),
+                Late::Emergency(at) => LateAction::Emergency(component(*at)),
+                Late::Fire(at, event) => LateAction::Fire {
+                    component: component(*at),
+                    event: event.text.clone(),
+                },
+            },
+            source: source.map(|port| PlannedMessage::of(network, port)),
+            hops: hops.collect(),
+        }
+    }
+}
+
+impl PlannedMessage {
+    fn of(network: &Network, port: Port) -> Self {
+        let component = network.deployment.instances[port.instance].path.clone();
+        let (slot, operation) = network.port_words(port).unwrap_or_default();
+        Self {
+            component,
+            slot: slot.to_owned(),
+            operation: operation.to_owned(),
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::chains::ChainReport;
 use crate::error::{Error, refused};
-use crate::model::{Network, Profile};
-use crate::network_time::ClockPlan;
+use crate::model::{ClockPlan, Network};
 use crate::plan;
 use crate::plan::{Policy, Restart};
 use crate::process_name::process_name;
+use crate::profile::Profile;
 use crate::topology::{Connection, End, Host, Kind};
 use crate::world_report::WorldReport;
 use rc_middleware::RunDirectory;

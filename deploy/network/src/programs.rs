@@ -8,10 +8,10 @@ mod builds;
 
 pub use builds::Build;
 
-use crate::adaptors;
+use crate::forwarder;
 use crate::launcher::{self, Places};
-use crate::model::Profile;
 use crate::plan::Environment;
+use crate::profile::Profile;
 use crate::python_copies::{self, HostFiles};
 use crate::shared_process::{self, Member};
 use crate::variant;
@@ -314,7 +314,7 @@ impl Programs {
             return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
         if instance.adaptor.is_some() || instance.proxy.is_some() {
-            return adaptors::program().map(Some);
+            return forwarder::program().map(Some);
         }
         let Some(project) = self.project(at) else {
             return Ok(None);
@@ -452,7 +452,7 @@ impl Programs {
 
     /// Checks that every executable exists and matches model and middleware.
     pub fn check_executables(&self, profile: Profile, found: &mut Diagnostics) {
-        adaptors::check_program(&self.deployment, found);
+        forwarder::check_program(&self.deployment, found);
         // Executables are large, and instances of one component share one.
         let mut notes: HashMap<PathBuf, io::Result<Vec<Note>>> = HashMap::new();
         for (at, place, path) in self.located(profile, found) {

@@ -3,7 +3,6 @@
 //! A proxy has no files. Its component is made here of the exports of its group: a slot for each,
 //! then their opposites, in the order that `rc_ddsl` expects. Its program is that of adaptors.
 
-use crate::model::Network;
 use rc_cdsl::model::{Reaction, Role, Slot, Step};
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::{Array, Deployment, Instance};
@@ -354,18 +353,4 @@ pub(crate) fn routes(slots: &[Slot]) -> Vec<(String, String)> {
     });
     let names = |(from, to): (&Slot, &Slot)| (from.name.clone(), to.name.clone());
     pairs.map(names).collect()
-}
-
-impl Network {
-    /// The names of the components that the proxy `at` stands for; empty for other components.
-    pub(crate) fn behind(&self, at: usize) -> Vec<String> {
-        let instances = &self.deployment.instances;
-        let Some(group) = instances[at].proxy else {
-            return Vec::new();
-        };
-        // Adaptors inside come after all components of the file.
-        let is_inside = |other: &&Instance| self.deployment.is_inside(other.group, Some(group));
-        let inside = instances.iter().filter(is_inside);
-        inside.map(|inside| inside.path.clone()).collect()
-    }
 }

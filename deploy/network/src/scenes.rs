@@ -2,9 +2,9 @@
 //! members are their devices (`options InnerModelSlots`): what a component would refuse at its start
 //! is a finding here, and `slots { all; }` needs no list.
 
-use crate::configuration::{config, configurations, path_folders};
-use crate::load::Overrides;
+use crate::configuration::{config, configurations};
 use crate::parameters::{given, overridden};
+use crate::path_values::path_folders;
 use innermodel_language::slots::{self, Members};
 use innermodel_language::{Document, Loader, load};
 use rc_codegen::Project;
@@ -21,11 +21,12 @@ use std::rc::Rc;
 /// The parameter that names the scene.
 const SCENE: &str = "inner_model";
 
-/// Completes `slots { all; }` and checks listed members by the scenes of their components.
+/// Completes `slots { all; }` and checks listed members by the scenes of their components. `set`: values of the
+/// command line.
 pub(crate) fn check_members(
     deployment: &mut Deployment,
     projects: &[Option<Rc<Project>>],
-    overrides: &Overrides<'_>,
+    set: &[String],
     found: &mut Diagnostics,
 ) {
     let has_scene = |project: &Option<Rc<Project>>| project.as_deref().is_some_and(reads_scene);
@@ -45,7 +46,7 @@ pub(crate) fn check_members(
     if !projects.iter().any(has_scene) {
         return;
     }
-    let scenes = scenes(deployment, projects, overrides);
+    let scenes = scenes(deployment, projects, set);
     let mut read: HashMap<PathBuf, Result<Vec<Members>, String>> = HashMap::new();
     let remote = deployment.instances.iter();
     let remote = remote.map(|instance| deployment.remote_host(instance).is_some());
@@ -99,12 +100,12 @@ fn place(instance: &Instance) -> Span {
 fn scenes(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
-    overrides: &Overrides<'_>,
+    set: &[String],
 ) -> Vec<Option<PathBuf>> {
     // Members of arrays, which configurations may name, are not known yet.
     let (mut sources, mut found) = (SourceMap::new(), Diagnostics::new());
     let configured = configurations(deployment, projects, &mut sources, &mut found);
-    let given = given(deployment, overrides.parameters, &mut sources, &mut found);
+    let given = given(deployment, set, &mut sources, &mut found);
     let parameters = overridden(deployment, projects, &configured, given, &mut found);
     let instances = deployment.instances.iter().zip(projects).zip(parameters);
     instances

@@ -10,6 +10,7 @@ pub(crate) mod orphans;
 pub(crate) mod own_program;
 pub(crate) mod realtime;
 pub(crate) mod signals;
+mod sweep;
 pub(crate) mod tag;
 
 pub use identity::Identity;

@@ -3,8 +3,8 @@
 
 use super::SupervisorMessage;
 use super::agent_health::Health;
+use super::agent_process::{Running, Start, Starting};
 use super::agent_renewal::Renewal;
-use super::agent_starts::{Running, Start, Starting};
 use super::log_tail::LogTail;
 use super::socket_proxy::{ProxyConnections, ROOM as CALLER_ROOM, Received};
 use super::timed_stream::TimedStream;
@@ -82,7 +82,7 @@ pub(super) struct Agent {
     input: OwnedFd,
     lines: Lines,
     output: OwnedFd,
-    out: Output,
+    pub(super) out: Output,
     heard: Instant,
     beat: Instant,
 }
@@ -151,9 +151,10 @@ impl Agent {
             if now >= self.beat {
                 self.send(&AgentMessage::Heartbeat);
                 self.beat = now + BEAT;
-                self.look_around();
+                let (guard, out) = (&mut self.network_guard, &mut self.out);
+                self.health.look_around(guard, &self.logs, out);
             }
-            self.measure(now);
+            self.health.measure(now, &self.running, &mut self.out);
             if self.look.is_some_and(|at| now >= at) {
                 self.read_logs();
             }
@@ -162,7 +163,7 @@ impl Agent {
                 break Ending::Alone(error.to_string());
             }
             self.network_guard.check(now);
-            self.save();
+            self.health.save(&mut self.network_guard, &mut self.out);
             if let Err(why) = self.write() {
                 break Ending::Alone(why);
             }
@@ -261,7 +262,9 @@ impl Agent {
                 Some(GuardChange::NotStarted(text) | GuardChange::Restarted(text)) => {
                     self.send(&AgentMessage::Note(text));
                 }
-                Some(GuardChange::Lost(text)) => self.begin_condition("guard-lost", text),
+                Some(GuardChange::Lost(text)) => {
+                    self.health.begin(&mut self.out, "guard-lost", text);
+                }
                 None => {}
             },
             Source::GuardLink => {

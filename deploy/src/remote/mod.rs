@@ -10,6 +10,8 @@
 
 mod agent;
 mod agent_health;
+mod agent_memory;
+mod agent_process;
 mod agent_renewal;
 mod agent_setup;
 mod agent_starts;

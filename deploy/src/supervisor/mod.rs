@@ -12,6 +12,7 @@ mod health;
 mod hosts;
 mod lifecycle_control;
 mod memory_growth;
+mod memory_loss;
 mod messages;
 mod network_logs;
 mod network_troubles;

@@ -11,6 +11,7 @@
 mod command_line;
 mod handover;
 mod panics;
+pub(crate) mod place;
 
 use crate::adapter;
 use crate::arguments::Arguments;
@@ -29,6 +30,7 @@ use crate::status::DoneBeside;
 use crate::waker::{Waker, Wakeups, waker};
 use command_line::{Member, Wanted};
 use handover::{Handed, ProcessLink};
+use place::{Place, Report, Reports, What};
 use rc_middleware::WakeEvent;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -169,46 +171,6 @@ fn probe(tasks: &[Task], program: &Path) -> u8 {
     let mut codes = results.iter().map(ProbeResult::code);
     let code = codes.find(|code| *code != 0).unwrap_or(0);
     printed(&name_of(program), code)
-}
-
-/// What a component has of its process.
-pub(crate) struct Place {
-    pub(crate) program: PathBuf,
-    pub(crate) link: Option<UnixStream>,
-    pub(crate) output: ComponentOutput,
-    pub(crate) reports: Reports,
-    pub(crate) done: DoneBeside,
-}
-
-/// Tells the first thread of the process about one component.
-#[derive(Clone)]
-pub(crate) struct Reports {
-    member: usize,
-    sender: Sender<Report>,
-    waker: Waker,
-}
-
-struct Report {
-    member: usize,
-    what: What,
-}
-
-enum What {
-    Ready,
-    Ended(Result<(), StartError>),
-}
-
-impl Reports {
-    pub(crate) fn ready(&self) {
-        self.send(What::Ready);
-    }
-
-    fn send(&self, what: What) {
-        let member = self.member;
-        // The process ends otherwise.
-        let _ = self.sender.send(Report { member, what });
-        self.waker.wake();
-    }
 }
 
 /// A component of this process.

@@ -4,7 +4,7 @@ use super::{Programs, package};
 use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
-use crate::model::Profile;
+use crate::profile::Profile;
 use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;

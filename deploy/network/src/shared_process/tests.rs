@@ -1,7 +1,8 @@
 //! The program of a process, as it is written for cargo, and what is refused.
 
 use crate::load::{Overrides, load};
-use crate::model::{Network, Profile};
+use crate::model::Network;
+use crate::profile::Profile;
 use crate::workspaces::Workspaces;
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};

@@ -6,6 +6,7 @@
 
 use crate::supervisor::chains::report::Measured;
 use rc_deploy_network::planned_chain::PlannedChain;
+use rc_management::chains::ChainStatus;
 use rc_management::hops::Kind;
 use std::collections::{HashMap, VecDeque};
 use std::time::Duration;
@@ -157,8 +158,11 @@ impl Joiner {
         }
     }
 
-    pub(super) fn plan(&self) -> &PlannedChain {
-        &self.plan
+    /// What was measured, for tools. `coverage`: the part of the messages that was followed.
+    pub(super) fn status(&self, coverage: f64, missing: Vec<String>) -> ChainStatus {
+        let conditions = self.conditions().map(str::to_owned).collect();
+        let measured = &self.measured;
+        measured.status(&self.plan, conditions, coverage, missing)
     }
 
     /// The codes of the conditions that hold.

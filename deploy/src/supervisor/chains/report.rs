@@ -1,6 +1,6 @@
 //! What was measured of a chain.
 
-use crate::supervisor::chains::join::Joiner;
+use rc_deploy_network::planned_chain::PlannedChain;
 use rc_management::chains::{ChainStatus, HopStatus, Times};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -83,28 +83,26 @@ impl Measured {
             worst_ms: milliseconds(worst),
         })
     }
-}
 
-/// With a precision of a microsecond.
-fn milliseconds(nanoseconds: i64) -> f64 {
-    (nanoseconds as f64 / 1e3).round() / 1e3
-}
-
-impl Joiner {
-    /// What was measured, for tools. `coverage`: the part of the messages that was followed.
-    pub(super) fn status(&self, coverage: f64, missing: Vec<String>) -> ChainStatus {
-        let plan = self.plan();
-        let measured = &self.measured;
+    /// What was measured of the chain of `plan`, for tools. `coverage`: the part of the messages that
+    /// was followed.
+    pub(super) fn status(
+        &self,
+        plan: &PlannedChain,
+        conditions: Vec<String>,
+        coverage: f64,
+        missing: Vec<String>,
+    ) -> ChainStatus {
         let in_ms = |time: Duration| time.as_secs_f64() * 1e3;
-        let hops = plan.hops.iter().zip(&measured.hops).enumerate();
+        let hops = plan.hops.iter().zip(&self.hops).enumerate();
         let hops = hops.map(|(at, (hop, counts))| {
             let part = |which: usize| {
-                measured.times(counts.worst[which + 1], move |(_, parts)| parts[at][which])
+                self.times(counts.worst[which + 1], move |(_, parts)| parts[at][which])
             };
             HopStatus {
                 component: hop.input.component.clone(),
                 receives: format!("{}.{}", hop.input.slot, hop.input.operation),
-                times: measured.times(counts.worst[0], move |(_, parts)| parts[at].iter().sum()),
+                times: self.times(counts.worst[0], move |(_, parts)| parts[at].iter().sum()),
                 way: part(0),
                 period: part(1),
                 work: part(2),
@@ -123,16 +121,21 @@ impl Joiner {
             within_ms: plan.within.map(in_ms),
             age_ms: plan.age.map(in_ms),
             missing,
-            begun: measured.begun,
-            complete: measured.complete,
-            late: measured.late,
-            old: measured.old,
+            begun: self.begun,
+            complete: self.complete,
+            late: self.late,
+            old: self.old,
             coverage: (coverage * 1e4).round() / 1e4,
-            times: measured.times(measured.worst, |(total, _)| *total),
-            oldest_ms: (measured.oldest > 0).then(|| milliseconds(measured.oldest)),
-            uncertainty_ms: milliseconds(measured.uncertainty.try_into().unwrap_or(i64::MAX)),
+            times: self.times(self.worst, |(total, _)| *total),
+            oldest_ms: (self.oldest > 0).then(|| milliseconds(self.oldest)),
+            uncertainty_ms: milliseconds(self.uncertainty.try_into().unwrap_or(i64::MAX)),
             hops: hops.collect(),
-            conditions: self.conditions().map(str::to_owned).collect(),
+            conditions,
         }
     }
+}
+
+/// With a precision of a microsecond.
+fn milliseconds(nanoseconds: i64) -> f64 {
+    (nanoseconds as f64 / 1e3).round() / 1e3
 }
