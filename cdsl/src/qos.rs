@@ -21,7 +21,13 @@ const WAKE: &str = "wake";
 fn setting(policy: PolicyName) -> &'static str {
     match policy {
         PolicyName::Spin => WAKE,
-        other => other.word(),
+        other @ (PolicyName::Reliability
+        | PolicyName::Durability
+        | PolicyName::Depth
+        | PolicyName::Deadline
+        | PolicyName::Lifespan
+        | PolicyName::Liveliness
+        | PolicyName::Timeout) => other.word(),
     }
 }
 
@@ -103,7 +109,11 @@ impl Resolver<'_> {
             let (is_valid, allowed) = if choice == Some(word) {
                 let choice = match value.kind {
                     LiteralKind::Bool(choice) => Some(choice),
-                    _ => None,
+                    LiteralKind::Int(_)
+                    | LiteralKind::Float(_)
+                    | LiteralKind::String(_)
+                    | LiteralKind::Duration(_)
+                    | LiteralKind::Name(_) => None,
                 };
                 let is_chosen = choice == Some(true);
                 if role == Role::Requires {

@@ -268,7 +268,11 @@ impl Resolver<'_> {
         }
         let text = |literal: &Literal| match &literal.kind {
             LiteralKind::String(text) => Some(Name::new(text.as_str(), literal.span)),
-            _ => None,
+            LiteralKind::Int(_)
+            | LiteralKind::Float(_)
+            | LiteralKind::Bool(_)
+            | LiteralKind::Duration(_)
+            | LiteralKind::Name(_) => None,
         };
         let mut seen = HashMap::new();
         for (name, values) in &tree.fields {

@@ -286,7 +286,11 @@ fn short_ready(literal: &Literal, ready: Duration) -> Diagnostic {
                 "a number without a unit is in milliseconds; write `ready {number}s;` for seconds"
             )
         }
-        _ => "give it a second or more".to_owned(),
+        LiteralKind::Float(_)
+        | LiteralKind::String(_)
+        | LiteralKind::Bool(_)
+        | LiteralKind::Duration(_)
+        | LiteralKind::Name(_) => "give it a second or more".to_owned(),
     };
     Diagnostic::warning("short-ready", literal.span, message).help(help)
 }

@@ -121,7 +121,7 @@ fn frames(from: &Prototype, to: &Prototype) -> Option<(FrameOf, String)> {
     };
     match frame_of(from, "with_respect_to")? {
         FrameOf::Named(from) if from == to => None,
-        from => Some((from, to)),
+        from @ (FrameOf::Named(_) | FrameOf::Member(_)) => Some((from, to)),
     }
 }
 

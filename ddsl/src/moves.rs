@@ -162,7 +162,10 @@ impl Moves {
         let (item, at) = match value {
             Type::Text { .. } => (Item::KeptText, &mut self.texts),
             Type::Primitive(number) => (Item::KeptNumber(number.number()?), &mut self.numbers),
-            _ => return None,
+            Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => return None,
         };
         let own = *at;
         *at += 1;
@@ -203,7 +206,7 @@ fn member<'l>(library: &'l Library, whole: TypeId, path: &str) -> Option<&'l Mem
 fn members(library: &Library, of: TypeId) -> Option<&[Member]> {
     match &library.ty(of).kind {
         TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => Some(members),
-        _ => None,
+        TypeDeclKind::Enum(_) | TypeDeclKind::Alias(_) => None,
     }
 }
 
@@ -216,7 +219,11 @@ fn time_of(library: &Library, whole: TypeId, path: &str) -> Option<Vec<(String, 
         Type::Primitive(number) => number
             .number()
             .is_some_and(|own| !matches!(own, Primitive::Bool | Primitive::F32)),
-        _ => false,
+        Type::Text { .. }
+        | Type::Sequence { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_) => false,
     };
     let has_unit = |of: &Member, text: &str| {
         let own = of.unit.as_deref().map(Unit::parse);

@@ -179,7 +179,17 @@ impl<'a> Resolver<'a> {
             match decl {
                 Decl::Middleware(tree) => block.middleware(tree),
                 Decl::Domain(word, literal) => block.domain(word, literal),
-                _ => {}
+                Decl::Host(_)
+                | Decl::Component(_)
+                | Decl::Process(_)
+                | Decl::Group(_)
+                | Decl::Bind(_)
+                | Decl::External(_)
+                | Decl::Time(..)
+                | Decl::Record(..)
+                | Decl::Chain(_)
+                | Decl::World(_)
+                | Decl::Require(_) => {}
             }
         }
         BlockContext {

@@ -212,7 +212,11 @@ impl<'a> Block<'a> {
         };
         let what = match &literal.kind {
             LiteralKind::Duration(time) => format!("`{}`", duration::text(*time)),
-            _ => literal.described(),
+            LiteralKind::Int(_)
+            | LiteralKind::Float(_)
+            | LiteralKind::String(_)
+            | LiteralKind::Bool(_)
+            | LiteralKind::Name(_) => literal.described(),
         };
         let message = format!("`{}` cannot be {what}", key.name);
         let error = match key.kind.convert(value) {
@@ -224,7 +228,14 @@ impl<'a> Block<'a> {
         };
         let allowed = match key.kind {
             Kind::Bool => "allowed is `on` or `off`".to_owned(),
-            _ => format!("allowed is {}", key.kind.allowed()),
+            Kind::Int(_)
+            | Kind::Duration(_)
+            | Kind::Interfaces
+            | Kind::Peers
+            | Kind::Namespace
+            | Kind::Node
+            | Kind::Remappings
+            | Kind::Qos => format!("allowed is {}", key.kind.allowed()),
         };
         self.found.push(error.help(allowed));
         None

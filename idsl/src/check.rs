@@ -160,7 +160,11 @@ pub(crate) fn value_fits(
     let what = match library.resolved(ty) {
         Type::Primitive(Primitive::Bool) => match value.kind {
             LiteralKind::Bool(_) => return true,
-            _ => "`true` or `false`".to_owned(),
+            LiteralKind::Int(_)
+            | LiteralKind::Float(_)
+            | LiteralKind::String(_)
+            | LiteralKind::Duration(_)
+            | LiteralKind::Name(_) => "`true` or `false`".to_owned(),
         },
         Type::Primitive(primitive) => match (primitive.limits(), &value.kind) {
             (Some((min, max)), LiteralKind::Int(v)) if (min..=max).contains(v) => {

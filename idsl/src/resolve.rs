@@ -172,7 +172,10 @@ impl ModuleResolver<'_> {
             };
             let inherited = match &self.library.ty(base_id).kind {
                 TypeDeclKind::Exception(members) if base_id < *id => members.clone(),
-                _ => {
+                TypeDeclKind::Enum(_)
+                | TypeDeclKind::Struct(_)
+                | TypeDeclKind::Exception(_)
+                | TypeDeclKind::Alias(_) => {
                     let message = format!(
                         "expected an exception declared before this one, found `{}`",
                         base.text()

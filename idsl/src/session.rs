@@ -177,7 +177,11 @@ impl<'a> Session<'a> {
                 doc: decl.doc.clone(),
                 kind: match decl.kind {
                     DeclKind::Exception(..) => TypeDeclKind::Exception(Vec::new()),
-                    _ => TypeDeclKind::Struct(Vec::new()),
+                    DeclKind::Enum(_)
+                    | DeclKind::Struct(_)
+                    | DeclKind::Alias(_)
+                    | DeclKind::Const(..)
+                    | DeclKind::Interface(_) => TypeDeclKind::Struct(Vec::new()),
                 },
                 nesting_depth: 0,
                 image: None,
@@ -195,7 +199,10 @@ impl<'a> Session<'a> {
         let depth = |decl: &Decl| match decl.kind {
             DeclKind::Enum(_) => 0,
             DeclKind::Alias(_) => 1,
-            _ => 2,
+            DeclKind::Struct(_)
+            | DeclKind::Exception(..)
+            | DeclKind::Const(..)
+            | DeclKind::Interface(_) => 2,
         };
         let decls = tree.decls.iter().filter(|d| is_type(&d.kind));
         let mut in_order: Vec<(&Decl, &TypeId)> = decls.zip(&types).collect();

@@ -192,7 +192,7 @@ impl Sample<'_> {
     pub fn reader(&self) -> Reader<'_> {
         match &self.body {
             Body::Value(value) => value.reader(),
-            body => Reader::of(body.memory(), self.encoding),
+            body @ (Body::Borrowed(_) | Body::Kept(_)) => Reader::of(body.memory(), self.encoding),
         }
     }
 }

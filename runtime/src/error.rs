@@ -41,7 +41,10 @@ impl StartError {
     pub(crate) fn report_line(&self, name: &str) -> String {
         match self {
             Self::Configuration(text) => text.clone(),
-            error => format!("{name}: error: {}\n", without_number(&error.to_string())),
+            Self::Usage(_) | Self::Open(_) | Self::Worker(_) | Self::System(_) => {
+                let text = self.to_string();
+                format!("{name}: error: {}\n", without_number(&text))
+            }
         }
     }
 

@@ -449,7 +449,7 @@ impl<H: Hooks> Steps<'_, H> {
                     tracing::warn!("{what}: {message}");
                 }
             }
-            other => {
+            other @ (WorkerError::Emergency(_) | WorkerError::Fatal(_)) => {
                 let worse = matches!(other, WorkerError::Fatal(_))
                     && !matches!(self.failure, Some(WorkerError::Fatal(_)));
                 if worse || self.failure.is_none() {

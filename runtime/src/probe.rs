@@ -95,7 +95,9 @@ fn ask(socket: &Path) -> Result<Status, ProbeResult> {
         CallError::Refused(_) | CallError::Unexpected(_) => {
             ProbeResult::NotReady("answers, but not as a component".to_owned())
         }
-        error => ProbeResult::NotReady(format!("does not answer: {error}")),
+        error @ (CallError::Io(_) | CallError::Closed) => {
+            ProbeResult::NotReady(format!("does not answer: {error}"))
+        }
     })
 }
 

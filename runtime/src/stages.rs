@@ -154,7 +154,7 @@ impl<'a> Prepared<'a> {
         let simulated = Arc::new(SimulatedClock::default());
         let clock: Arc<dyn Clock> = match kind {
             ClockKind::System => Arc::new(SystemClock),
-            _ => simulated.clone(),
+            ClockKind::Simulated | ClockKind::Source | ClockKind::Nodes => simulated.clone(),
         };
         let shared = Shared::new(
             wake_event.clone(),
@@ -281,12 +281,14 @@ impl<'a> Managed<'a> {
             conversions: arguments.conversions.clone(),
             now: match prepared.clock {
                 ClockKind::System => Arc::new(SystemClock),
-                _ => prepared.simulated.clone(),
+                ClockKind::Simulated | ClockKind::Source | ClockKind::Nodes => {
+                    prepared.simulated.clone()
+                }
             },
         };
         let middleware = match &arguments.clock {
             ClockChoice::Simulated(middleware) => middleware.as_deref(),
-            _ => None,
+            ClockChoice::Own | ClockChoice::System | ClockChoice::Source => None,
         };
         let mut ports = Connections::new(
             prepared.description,
@@ -350,7 +352,7 @@ impl<'a> Connected<'a> {
         self.receivers.extend(self.ports.take_members());
         let component: Box<dyn Component + 'a> = match &self.exact {
             Exact::Record(recorder) => Box::new(Recorded::new(component, recorder.clone())),
-            _ => Box::new(component),
+            Exact::Off | Exact::Replay(_) => Box::new(component),
         };
         {
             let mut status = shared.status();

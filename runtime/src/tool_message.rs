@@ -75,7 +75,7 @@ impl ToolMessage {
                 let message = "the component has not replied in time";
                 Some(Err(Error::new(Error::WORKER_TIMEOUT, message)))
             }
-            other => {
+            other @ (MessageState::Waits | MessageState::Begun) => {
                 *state = other;
                 None
             }

@@ -179,7 +179,12 @@ impl Kind {
                 text.parse().map_or(Scalar::Text(text), Scalar::Int)
             }
             Self::Bool => text.parse().map_or(Scalar::Text(text), Scalar::Bool),
-            _ => Scalar::Text(text),
+            Self::Interfaces
+            | Self::Peers
+            | Self::Namespace
+            | Self::Node
+            | Self::Remappings
+            | Self::Qos => Scalar::Text(text),
         }
     }
 }

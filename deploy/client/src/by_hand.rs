@@ -88,7 +88,9 @@ pub fn status(report: &component::Status) -> ComponentStatus {
     ComponentStatus {
         state: match report.state {
             State::Running if report.age_ms >= HUNG_MS => ComponentState::Hung,
-            state => state.into(),
+            state @ (State::Starting | State::Running | State::Emergency | State::Stopping) => {
+                state.into()
+            }
         },
         lifecycle: report.lifecycle,
         pid,

@@ -156,7 +156,19 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Plan(_) | Self::Command(_) | Self::Refused { .. } | Self::NoSecret => 1,
-            _ => 3,
+            Self::AlreadyUp { .. }
+            | Self::OtherNamespace { .. }
+            | Self::CleaningUp { .. }
+            | Self::NotUp { .. }
+            | Self::NotDown { .. }
+            | Self::Guard(_)
+            | Self::NoComponent { .. }
+            | Self::Failed { .. }
+            | Self::Silent { .. }
+            | Self::Protocol { .. }
+            | Self::NoLog { .. }
+            | Self::PrintsElsewhere { .. }
+            | Self::System { .. } => 3,
         }
     }
 }

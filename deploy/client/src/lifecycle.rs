@@ -100,7 +100,10 @@ fn steps(
         let reply = connection.request::<component::Lifecycle>(&request);
         let reply = reply.map_err(|error| match error {
             CallError::Refused(error) => error.reason(),
-            error => connection.error(error).to_string(),
+            error @ (CallError::Io(_)
+            | CallError::TimedOut(_)
+            | CallError::Closed
+            | CallError::Unexpected(_)) => connection.error(error).to_string(),
         })?;
         state = reply.state;
     }

@@ -126,7 +126,10 @@ pub(crate) fn call<T: DeserializeOwned>(
                 Error::Failed { name, reason }
             }
         }
-        error => connection.error(error),
+        error @ (CallError::Io(_)
+        | CallError::TimedOut(_)
+        | CallError::Closed
+        | CallError::Unexpected(_)) => connection.error(error),
     })
 }
 

@@ -260,6 +260,8 @@ pub fn clock_text(clock: &ClockStatus) -> String {
             clock.time_s, clock.tick
         ),
         ClockKind::Nodes => format!("time of /clock {:.3} s{stands}", clock.time_s),
-        kind => format!("{} time {:.3} s{stands}", kind.word(), clock.time_s),
+        kind @ (ClockKind::System | ClockKind::Simulated) => {
+            format!("{} time {:.3} s{stands}", kind.word(), clock.time_s)
+        }
     }
 }

@@ -100,13 +100,18 @@ fn print_value(value: &Yaml, indent: usize, out: &mut String) {
                 let mut text = String::new();
                 match one {
                     Yaml::Map(map) => print_map(map, indent + 2, &mut text),
-                    other => text = format!("{:1$}{2}\n", "", indent + 2, scalar(other)),
+                    other @ (Yaml::Text(_) | Yaml::Number(_) | Yaml::Bool(_) | Yaml::List(_)) => {
+                        text = format!("{:1$}{2}\n", "", indent + 2, scalar(other));
+                    }
                 }
                 text.replace_range(indent..=indent, "-");
                 out.push_str(&text);
             }
         }
-        other => out.push_str(&format!(" {}\n", scalar(other))),
+        other
+        @ (Yaml::Text(_) | Yaml::Number(_) | Yaml::Bool(_) | Yaml::List(_) | Yaml::Map(_)) => {
+            out.push_str(&format!(" {}\n", scalar(other)));
+        }
     }
 }
 

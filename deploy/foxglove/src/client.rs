@@ -152,7 +152,7 @@ impl Client {
                 }
                 self.is_open()
             }
-            other => {
+            other @ (Link::Open(_) | Link::Closed) => {
                 self.link = other;
                 false
             }

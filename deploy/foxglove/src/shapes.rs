@@ -63,9 +63,18 @@ fn kinds(ty: &Type) -> &'static [Shape] {
             Type::Named(Named::Struct(of)) if of.name == "Transforms::TransformStamped" => {
                 &[Shape::Transforms]
             }
-            _ => &[],
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => &[],
         },
-        _ => &[],
+        Type::Primitive(_)
+        | Type::Text { .. }
+        | Type::Array { .. }
+        | Type::Dictionary { .. }
+        | Type::Named(_) => &[],
     }
 }
 
@@ -87,7 +96,17 @@ impl Shape {
 pub(crate) fn shown(of: &Value, at: usize) -> Option<&Value> {
     match of {
         Value::Struct(_, values) => values.get(at),
-        _ => None,
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::Uint(_)
+        | Value::F32(_)
+        | Value::F64(_)
+        | Value::Text(_)
+        | Value::Enum(..)
+        | Value::Numbers(_)
+        | Value::Sequence(_)
+        | Value::Map(_)
+        | Value::Missing => None,
     }
 }
 

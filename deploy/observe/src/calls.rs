@@ -66,7 +66,10 @@ pub fn call(
             CallError::Closed => Error::ServerDied {
                 component: component.clone(),
             },
-            error => failed(component, &error),
+            error @ (CallError::Io(_)
+            | CallError::TimedOut(_)
+            | CallError::Refused(_)
+            | CallError::Unexpected(_)) => failed(component, &error),
         })?;
     if called.body.is_empty() {
         return Ok(Answer::Result(rc_values::Value::Struct(

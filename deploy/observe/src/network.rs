@@ -151,7 +151,10 @@ pub(crate) fn connect(network: &str, component: &str, limit: Duration) -> Result
 pub(crate) fn failed(component: &str, error: &CallError) -> Error {
     let reason = match error {
         CallError::Refused(error) => error.message.clone(),
-        other => other.to_string(),
+        other @ (CallError::Io(_)
+        | CallError::TimedOut(_)
+        | CallError::Closed
+        | CallError::Unexpected(_)) => other.to_string(),
     };
     Error::Component {
         component: component.to_owned(),

@@ -70,7 +70,7 @@ struct Change {
 fn named(path: &str, naming: Naming) -> Vec<String> {
     let words = path.split('.').map(|word| match naming {
         Naming::Ros if word.parse::<usize>().is_err() => words::field(word),
-        _ => word.to_owned(),
+        Naming::Own | Naming::Ros => word.to_owned(),
     });
     words.collect()
 }
@@ -87,7 +87,7 @@ fn types(of: &Prototype) -> Vec<(String, Naming)> {
             let ty = ty.replace("/msg/", "/").replace('/', "::");
             vec![(ty, Naming::Own)]
         }
-        _ => Vec::new(),
+        Content::Values { .. } | Content::Parts(_) => Vec::new(),
     }
 }
 
@@ -233,7 +233,15 @@ impl Converter {
                 let pairs = pairs.map(|(key, value)| Ok((key, self.value(value)?)));
                 pairs.collect::<Result<_, RecordError>>().map(Value::Map)
             }
-            other => Ok(other),
+            other @ (Value::Bool(_)
+            | Value::Int(_)
+            | Value::Uint(_)
+            | Value::F32(_)
+            | Value::F64(_)
+            | Value::Text(_)
+            | Value::Enum(..)
+            | Value::Numbers(_)
+            | Value::Missing) => Ok(other),
         }
     }
 
@@ -256,7 +264,17 @@ impl Converter {
                         let items = items.map(|item| self.element(at, naming, item));
                         Value::Sequence(items.collect::<Result<_, _>>()?)
                     }
-                    other => other,
+                    other @ (Value::Bool(_)
+                    | Value::Int(_)
+                    | Value::Uint(_)
+                    | Value::F32(_)
+                    | Value::F64(_)
+                    | Value::Text(_)
+                    | Value::Enum(..)
+                    | Value::Numbers(_)
+                    | Value::Map(_)
+                    | Value::Struct(..)
+                    | Value::Missing) => other,
                 };
                 elements.push((path, converted));
             }
@@ -285,7 +303,17 @@ impl Converter {
     fn element(&self, at: usize, naming: Naming, item: Value) -> Result<Value, RecordError> {
         match item {
             Value::Struct(ty, numbers) => self.converted(at, naming, &ty, numbers),
-            other => Ok(other),
+            other @ (Value::Bool(_)
+            | Value::Int(_)
+            | Value::Uint(_)
+            | Value::F32(_)
+            | Value::F64(_)
+            | Value::Text(_)
+            | Value::Enum(..)
+            | Value::Numbers(_)
+            | Value::Sequence(_)
+            | Value::Map(_)
+            | Value::Missing) => Ok(other),
         }
     }
 
@@ -443,7 +471,11 @@ fn indices(ty: &Type, path: &[String]) -> Option<Vec<usize>> {
                 let at: u32 = word.parse().ok().filter(|at| at < length)?;
                 (usize::try_from(at).ok()?, element.as_ref())
             }
-            _ => return None,
+            Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Dictionary { .. }
+            | Type::Named(_) => return None,
         };
         out.push(at);
         here = next;

@@ -274,7 +274,9 @@ impl Definitions {
                 self.messages.insert(name.clone(), fields);
                 format!("{name}[]")
             }
-            other => self.element(other, package, place),
+            other @ (Type::Primitive(_) | Type::Text { .. } | Type::Named(_)) => {
+                self.element(other, package, place)
+            }
         }
     }
 

@@ -89,7 +89,17 @@ fn whole() -> Style {
 fn name(value: &Value) -> String {
     match value {
         Value::Struct(ty, _) => rc_diagnostics::foreign::clean(&ty.name),
-        _ => String::new(),
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::Uint(_)
+        | Value::F32(_)
+        | Value::F64(_)
+        | Value::Text(_)
+        | Value::Enum(..)
+        | Value::Numbers(_)
+        | Value::Sequence(_)
+        | Value::Map(_)
+        | Value::Missing => String::new(),
     }
 }
 

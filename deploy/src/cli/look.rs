@@ -347,7 +347,13 @@ fn document(item: &ShowTarget<'_>) -> Value {
             Type::Named(Named::Enum(of)) => {
                 json!({"name": name, "kind": "enum", "values": of.values})
             }
-            other => json!({"name": name, "kind": "alias", "type": other.to_string()}),
+            other @ (Type::Primitive(_)
+            | Type::Text { .. }
+            | Type::Sequence { .. }
+            | Type::Array { .. }
+            | Type::Dictionary { .. }) => {
+                json!({"name": name, "kind": "alias", "type": other.to_string()})
+            }
         },
         ShowTarget::Interface(interface) => json!({
             "name": interface.name,

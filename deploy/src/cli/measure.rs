@@ -101,7 +101,7 @@ impl SenderClock {
                 estimate: Estimate::Failed(why),
                 ..
             } => Some(why),
-            _ => None,
+            Self::Here | Self::Elsewhere { .. } => None,
         }
     }
 }
@@ -152,7 +152,7 @@ pub(super) fn measure(
                     .times
                     .extend(before.map(|before| ms(at) - ms(before)));
             }
-            _ => {}
+            Measure::Bandwidth | Measure::Delay => {}
         }
         Ok(true)
     };

@@ -390,7 +390,18 @@ fn message(decoded: &Decoded) -> &Value {
             [only @ Value::Struct(..)] => only,
             _ => &decoded.value,
         },
-        value => value,
+        value @ (Value::Bool(_)
+        | Value::Int(_)
+        | Value::Uint(_)
+        | Value::F32(_)
+        | Value::F64(_)
+        | Value::Text(_)
+        | Value::Enum(..)
+        | Value::Numbers(_)
+        | Value::Sequence(_)
+        | Value::Map(_)
+        | Value::Struct(..)
+        | Value::Missing) => value,
     }
 }
 

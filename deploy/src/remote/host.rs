@@ -255,7 +255,7 @@ impl Host {
                 }
                 self.write(now)
             }
-            _ => None,
+            Link::None(_) | Link::SettingUp(..) | Link::Over => None,
         }
     }
 
@@ -341,7 +341,7 @@ impl Host {
                 events.extend(self.write(now));
                 events
             }
-            other => {
+            other @ (Link::None(_) | Link::Over) => {
                 self.link = other;
                 Vec::new()
             }
@@ -423,7 +423,7 @@ impl Host {
                 self.leaves = Some(now + FAREWELL_LIMIT);
             }
             Link::There(..) => {}
-            _ => self.link = Link::Over,
+            Link::None(_) | Link::SettingUp(..) | Link::Over => self.link = Link::Over,
         }
     }
 
@@ -468,7 +468,7 @@ impl Host {
     pub(crate) fn next_attempt(&self, now: Instant) -> Duration {
         match self.link {
             Link::None(at) => at.saturating_duration_since(now),
-            _ => Duration::ZERO,
+            Link::SettingUp(..) | Link::There(..) | Link::Over => Duration::ZERO,
         }
     }
 }

@@ -228,7 +228,7 @@ impl Unit {
     pub(crate) fn end_text(&self) -> Option<&str> {
         match &self.phase {
             Phase::Ended(end) => Some(&end.text),
-            _ => None,
+            Phase::Waiting | Phase::Alive(_) => None,
         }
     }
 
@@ -266,7 +266,7 @@ impl Unit {
             Phase::Alive(running) if !self.ready && running.stop() == Stop::No => {
                 Some(running.started + START_SHARE)
             }
-            _ => None,
+            Phase::Waiting | Phase::Alive(_) | Phase::Ended(_) => None,
         }
     }
 
@@ -287,7 +287,7 @@ impl Unit {
                 stopping,
                 ..
             }) => Some(process.registered(&self.component, stopping.limit)),
-            _ => None,
+            Phase::Waiting | Phase::Alive(_) | Phase::Ended(_) => None,
         }
     }
 
@@ -304,7 +304,7 @@ impl Unit {
     pub(super) fn handle(&self) -> Option<&ProcessHandle> {
         match &self.phase {
             Phase::Alive(running) => Some(&running.handle),
-            _ => None,
+            Phase::Waiting | Phase::Ended(_) => None,
         }
     }
 
@@ -315,7 +315,7 @@ impl Unit {
                 handle: ProcessHandle::Remote(process),
                 ..
             }) => Some(process),
-            _ => None,
+            Phase::Waiting | Phase::Alive(_) | Phase::Ended(_) => None,
         }
     }
 

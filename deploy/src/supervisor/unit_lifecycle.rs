@@ -95,7 +95,16 @@ impl Unit {
                 LifecycleState::ErrorProcessing | LifecycleState::Finalized if stays => {
                     Severity::Warning
                 }
-                _ => Severity::Info,
+                LifecycleState::Unconfigured
+                | LifecycleState::Inactive
+                | LifecycleState::Active
+                | LifecycleState::Finalized
+                | LifecycleState::Configuring
+                | LifecycleState::CleaningUp
+                | LifecycleState::ShuttingDown
+                | LifecycleState::Activating
+                | LifecycleState::Deactivating
+                | LifecycleState::ErrorProcessing => Severity::Info,
             };
             self.event(events, severity, "lifecycle", state.word());
         }

@@ -122,7 +122,7 @@ pub(super) fn component(model: &Model, body: &[Rect], buf: &mut Buffer) {
                 buf,
             );
         }
-        _ => log(model, &lines, buf),
+        Page::Table | Page::Log | Page::Help => log(model, &lines, buf),
     }
 }
 

@@ -251,7 +251,7 @@ impl Model {
                 let to = self.events_scroll.saturating_add_signed(-lines / 2);
                 self.events_scroll = to.min(all.saturating_sub(1));
             }
-            _ => self.go(lines),
+            Page::Log | Page::Parameters | Page::Connections | Page::Help => self.go(lines),
         }
     }
 

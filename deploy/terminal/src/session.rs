@@ -467,7 +467,7 @@ impl<'s> Session<'s> {
                 self.model.say(format!("{events} events were missed"), true);
             }
             Received::Answer(Pending::Events, Err(reason)) => self.model.say(reason, true),
-            _ => {}
+            Received::Answer(..) => {}
         }
     }
 
@@ -502,7 +502,7 @@ impl<'s> Session<'s> {
                 });
                 self.model.parameters(name, answer);
             }
-            received => {
+            received @ (Received::Answer(..) | Received::Notification(_)) => {
                 self.answered(received);
                 self.show_parameters(name);
             }

@@ -151,7 +151,18 @@ impl Request {
             Self::Period { ms } => (0.1..=3.6e6).contains(ms),
             Self::Follow { pairs } => pairs.len() <= hops::MOST_PAIRS,
             Self::Call { timeout_ms, .. } => (1..=600_000).contains(timeout_ms),
-            _ => true,
+            Self::Status
+            | Self::Parameters { .. }
+            | Self::ParametersSave
+            | Self::Emergency { .. }
+            | Self::Fire { .. }
+            | Self::Lifecycle { .. }
+            | Self::Stop
+            | Self::Describe
+            | Self::Clocks
+            | Self::Hops
+            | Self::Tap { .. }
+            | Self::Sample { .. } => true,
         })
     }
 }

@@ -105,7 +105,7 @@ impl Exact {
     pub(crate) fn next_fired(&self) -> Option<u16> {
         match self {
             Self::Replay(replay) => replay.fired().map(|entry| entry.value as u16),
-            _ => None,
+            Self::Off | Self::Record(_) => None,
         }
     }
 
@@ -136,7 +136,7 @@ impl Exact {
             Self::Record(recorder) => {
                 Box::new(ports::Publishing::new(recorder, slot, operation, port))
             }
-            _ => port,
+            Self::Off | Self::Replay(_) => port,
         }
     }
 
@@ -144,7 +144,7 @@ impl Exact {
     pub(crate) fn client(&self, slot: usize, port: Box<dyn Client>) -> Box<dyn Client> {
         match self {
             Self::Record(recorder) => Box::new(ports::Calling::new(recorder, slot, port)),
-            _ => port,
+            Self::Off | Self::Replay(_) => port,
         }
     }
 
@@ -159,7 +159,7 @@ impl Exact {
             Self::Record(recorder) => {
                 Box::new(ports::Subscribing::new(recorder, slot, operation, port))
             }
-            _ => port,
+            Self::Off | Self::Replay(_) => port,
         }
     }
 
@@ -167,7 +167,7 @@ impl Exact {
     pub(crate) fn server(&self, slot: usize, port: Box<dyn Server>) -> Box<dyn Server> {
         match self {
             Self::Record(recorder) => Box::new(ports::Serving::new(recorder, slot, port)),
-            _ => port,
+            Self::Off | Self::Replay(_) => port,
         }
     }
 
@@ -199,7 +199,7 @@ impl Exact {
     ) -> R {
         match self {
             Self::Record(recorder) => recorder.sample(slot, operation, header, body, handle),
-            _ => handle(),
+            Self::Off | Self::Replay(_) => handle(),
         }
     }
 
@@ -214,7 +214,7 @@ impl Exact {
     ) -> R {
         match self {
             Self::Record(recorder) => recorder.request(slot, header, body, reply, answer),
-            _ => answer(reply),
+            Self::Off | Self::Replay(_) => answer(reply),
         }
     }
 
@@ -222,7 +222,7 @@ impl Exact {
     pub(crate) fn replay(&self) -> Option<&Rc<Replay>> {
         match self {
             Self::Replay(replay) => Some(replay),
-            _ => None,
+            Self::Off | Self::Record(_) => None,
         }
     }
 }

@@ -139,7 +139,7 @@ fn run(
         .into_iter()
         .filter_map(|task| match task {
             Task::Run(arguments) => Some(arguments),
-            _ => None,
+            Task::Check(_) | Task::Replay(_) | Task::Probe(..) | Task::Print(_) => None,
         })
         .collect();
     if arguments.len() < all {
@@ -159,7 +159,7 @@ fn run(
 fn probe(tasks: &[Task], program: &Path) -> u8 {
     let asked = tasks.iter().filter_map(|task| match task {
         Task::Probe(arguments, wait) => Some((arguments, *wait)),
-        _ => None,
+        Task::Run(_) | Task::Check(_) | Task::Replay(_) | Task::Print(_) => None,
     });
     let (asked, waits): (Vec<&Arguments>, Vec<Duration>) = asked.unzip();
     let names = asked.iter().map(|one| (&*one.network, &*one.name));

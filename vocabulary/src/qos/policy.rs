@@ -171,7 +171,11 @@ impl PolicyName {
         };
         let limit = || match scalar {
             Scalar::Text("none") => Some(None),
-            _ => time().map(Some),
+            Scalar::Int(_)
+            | Scalar::Bool(_)
+            | Scalar::Duration(_)
+            | Scalar::Text(_)
+            | Scalar::Other => time().map(Some),
         };
         let value = match self.values() {
             Values::Words(words) => {

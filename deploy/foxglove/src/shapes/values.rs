@@ -60,14 +60,34 @@ fn number(of: &Value, name: &str) -> Option<f64> {
 fn text<'v>(of: &'v Value, name: &str) -> Option<&'v str> {
     match member(of, name)? {
         Value::Text(text) => Some(text),
-        _ => None,
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::Uint(_)
+        | Value::F32(_)
+        | Value::F64(_)
+        | Value::Enum(..)
+        | Value::Numbers(_)
+        | Value::Sequence(_)
+        | Value::Map(_)
+        | Value::Struct(..)
+        | Value::Missing => None,
     }
 }
 
 fn items(of: &Value) -> Option<&[Value]> {
     match of {
         Value::Sequence(items) => Some(items),
-        _ => None,
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::Uint(_)
+        | Value::F32(_)
+        | Value::F64(_)
+        | Value::Text(_)
+        | Value::Enum(..)
+        | Value::Numbers(_)
+        | Value::Map(_)
+        | Value::Struct(..)
+        | Value::Missing => None,
     }
 }
 

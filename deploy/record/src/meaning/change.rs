@@ -159,7 +159,11 @@ impl Tree {
                 match self.ty() {
                     Type::Named(Named::Struct(ty)) => Value::Struct(ty, values),
                     Type::Array { element, .. } => elements(&element, values),
-                    _ => Value::Sequence(values),
+                    Type::Primitive(_)
+                    | Type::Text { .. }
+                    | Type::Sequence { .. }
+                    | Type::Dictionary { .. }
+                    | Type::Named(_) => Value::Sequence(values),
                 }
             }
         }

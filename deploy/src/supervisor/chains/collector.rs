@@ -201,7 +201,7 @@ impl Connection {
             return Err(match error {
                 CallError::Io(_) | CallError::Closed => "does not run".to_owned(),
                 CallError::Refused(error) => error.message.clone(),
-                other => other.to_string(),
+                other @ (CallError::TimedOut(_) | CallError::Unexpected(_)) => other.to_string(),
             });
         }
         let ahead = self.ahead();

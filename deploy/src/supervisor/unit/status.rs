@@ -14,7 +14,7 @@ impl Unit {
     pub(crate) fn status(&self) -> ComponentStatus {
         let running = match &self.phase {
             Phase::Alive(running) => Some(running),
-            _ => None,
+            Phase::Waiting | Phase::Ended(_) => None,
         };
         ComponentStatus {
             name: self.name().to_owned(),
@@ -44,7 +44,7 @@ impl Unit {
             machine: running.and_then(|_| self.health.machine().cloned()),
             exit: match &self.phase {
                 Phase::Ended(end) => Some(end.text.clone()),
-                _ => None,
+                Phase::Waiting | Phase::Alive(_) => None,
             },
         }
     }
