@@ -1,15 +1,17 @@
-//! Components that convert in a process of their own: `convert via process;`.
+//! Components that convert in a process of their own: for `convert via process;`, and for programs
+//! outside, which cannot be told to convert.
 //!
 //! An adaptor has the connection that the `bind` declares, with the conversion, and serves the
 //! consumer: with the meaning and over the middleware of the consumer. Everything else sees a
 //! component as any other.
 
 use crate::endpoint::{Endpoint, slot};
-use crate::exports::Exports;
+use crate::exports::{Exports, is_provider};
 use crate::model::{
-    Bind, Deployment, External, Instance, InstanceOrGroup, LONGEST_NAME, NODE, READY, STOP,
+    Bind, Deployment, External, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Peer, READY, STOP,
     Setting, SlotPath,
 };
+use crate::peers::{find, peer_slot};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Reaction, Role, Slot, Step};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -30,31 +32,55 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// An adaptor of a network.
 #[derive(Debug)]
 pub struct Adaptor {
-    /// The instance whose connection it converts: an index into [`Deployment::instances`].
-    pub of: usize,
+    /// Whose meaning and files it has.
+    pub of: Origin,
     /// Its component, of which there is no file.
     pub component: Component,
+    /// The instance beside which it runs: an index into [`Deployment::instances`].
+    pub beside: usize,
+    /// Its slots that are in place of one of that instance, each with the name of the latter.
+    pub slots: Vec<(String, String)>,
 }
 
-/// A `bind` with `via process` whose ends are known.
+/// The consumer whose connection an adaptor converts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// An index into [`Deployment::instances`].
+    Instance(usize),
+    /// A program outside: an index into [`Deployment::externals`].
+    External(usize),
+}
+
+/// A `bind` with `via process` whose ends are known, or an external slot with an adaptor.
 struct Found<'a> {
-    /// The index of the `bind`.
-    bind: usize,
+    clause: Clause,
+    of: Origin,
     span: Span,
+    /// The slot and its instance. Of a program outside: its slot, and the end of its peer.
     consumer: (Endpoint, &'a Slot),
     provider: (Endpoint, &'a Slot),
+    /// That of the consumer.
     component: &'a Component,
     trees: Vec<Tree<'a>>,
+}
+
+/// Where an adaptor comes from.
+#[derive(Clone, Copy)]
+enum Clause {
+    /// An index into [`Deployment::binds`].
+    Bind(usize),
+    /// An index into [`Deployment::externals`].
+    External(usize),
 }
 
 /// The slot of a consumer that knows where frames are.
 struct Tree<'a> {
     slot: &'a Slot,
-    peer: Peer,
+    peer: TreePeer,
 }
 
 /// What the file says of the peer of a slot.
-enum Peer {
+enum TreePeer {
     /// To these, each with its `convert`.
     Bound(Vec<(SlotPath, Option<Span>)>),
     /// With the address, if the file names one.
@@ -62,8 +88,9 @@ enum Peer {
     Unsaid,
 }
 
-/// Adds an adaptor for each `bind` with `via process`, at the end of [`Deployment::instances`], and
-/// connects it. `components` has one entry for each instance, after [`crate::expand`]. Returns the
+/// Adds an adaptor for each `bind` with `via process`, and for each program outside for which values
+/// are converted, at the end of [`Deployment::instances`], and connects it. `components` has one
+/// entry for each instance, after [`crate::expand`], then one for each external slot. Returns the
 /// adaptors in the order of their instances. [`crate::connect`] reports ends that do not fit.
 pub fn add_adaptors(
     deployment: &mut Deployment,
@@ -83,9 +110,15 @@ pub fn add_adaptors(
             diagnostics.push(error.help("choose a shorter name for the component or its slot"));
             continue;
         }
+        let trees = found.trees.iter().map(|tree| &tree.slot.name);
+        let trees = trees.map(|name| (frames(name), name.clone()));
+        let own = (PROVIDER.to_owned(), found.consumer.1.name.clone());
+        let own = matches!(found.of, Origin::Instance(_)).then_some(own);
         adaptors.push(Adaptor {
-            of: found.consumer.0.instance,
+            of: found.of,
             component: component(deployment, &found),
+            beside: found.consumer.0.instance,
+            slots: own.into_iter().chain(trees).collect(),
         });
         deployment.instances.push(instance);
         connect(deployment, &found);
@@ -99,94 +132,164 @@ fn all<'a>(
     components: &[Option<&'a Component>],
     diagnostics: &mut Diagnostics,
 ) -> Vec<Found<'a>> {
-    if deployment.binds.iter().all(|bind| bind.process.is_none()) {
+    let has_binds = deployment.binds.iter().any(|bind| bind.process.is_some());
+    let mut externals = deployment.externals.iter();
+    if !has_binds && externals.all(|external| external.peer.is_none()) {
         return Vec::new();
     }
-    let exports = Exports::new(deployment, components, &mut Diagnostics::new());
-    let find = |path: &SlotPath| match path.place {
-        InstanceOrGroup::Group(group) => exports.get(group, &path.slot.text),
-        InstanceOrGroup::Instance(instance) => {
-            let component = components.get(instance).copied().flatten()?;
-            let mut slots = component.slots.iter();
-            let slot = slots.position(|slot| slot.name == path.slot.text)?;
-            Some(Endpoint { instance, slot })
+    let (own, peers) = components.split_at(deployment.instances.len());
+    let exports = Exports::new(deployment, own, &mut Diagnostics::new());
+    let ends = Ends {
+        deployment,
+        components: own,
+        exports: &exports,
+    };
+    let mut found = Vec::new();
+    for (at, bind) in deployment.binds.iter().enumerate() {
+        found.extend(ends.of_bind(at, bind, diagnostics));
+    }
+    for (at, external) in deployment.externals.iter().enumerate() {
+        if let Some((peer, known)) = external.peer.as_ref().zip(peers.get(at).copied().flatten()) {
+            found.extend(ends.of_external(at, &external.slot, (peer, known), diagnostics));
         }
-    };
-    let known = |path: &SlotPath| {
-        let end = find(path)?;
-        Some((end, slot(components, end)?))
-    };
-    let binds = deployment.binds.iter().enumerate();
-    let found = binds.filter_map(|(at, bind)| {
+    }
+    found
+}
+
+/// The slots of a network.
+struct Ends<'a, 'd> {
+    deployment: &'d Deployment,
+    components: &'d [Option<&'a Component>],
+    exports: &'d Exports<'d>,
+}
+
+impl<'a> Ends<'a, '_> {
+    fn find(&self, path: &SlotPath) -> Option<Endpoint> {
+        find(self.exports, self.components, path)
+    }
+
+    fn known(&self, path: &SlotPath) -> Option<(Endpoint, &'a Slot)> {
+        let end = self.find(path)?;
+        Some((end, slot(self.components, end)?))
+    }
+
+    fn of_bind(&self, at: usize, bind: &Bind, found: &mut Diagnostics) -> Option<Found<'a>> {
         let span = bind.process?;
-        let consumer = known(&bind.consumer)?;
-        let provider = known(bind.provider.as_ref()?)?;
-        let component = components[consumer.0.instance]?;
-        let of_provider = components[provider.0.instance]?;
+        let consumer = self.known(&bind.consumer)?;
+        let provider = self.known(bind.provider.as_ref()?)?;
+        let component = self.components[consumer.0.instance]?;
+        let of_provider = self.components[provider.0.instance]?;
         let path =
             |component: &Component, slot: &Slot| component.library.interface_path(slot.interface);
         let is_pair = is_pair(consumer.1.role, provider.1.role)
             && path(component, consumer.1) == path(of_provider, provider.1);
-        // A slot that the consumer does not have is reported.
-        let names = bind.frames.iter().filter(|_| is_pair);
-        let trees = names.map(|name| {
-            tree(
-                deployment,
-                component,
-                &find,
-                (consumer.0, name),
-                diagnostics,
-            )
-        });
-        let trees = trees.collect::<Option<Vec<_>>>()?;
         is_pair.then_some(Found {
-            bind: at,
+            clause: Clause::Bind(at),
+            of: Origin::Instance(consumer.0.instance),
+            span,
+            consumer,
+            provider,
+            component,
+            trees: self.trees(component, consumer.0, &bind.frames, found)?,
+        })
+    }
+
+    /// A consumer outside cannot be told to convert, so its values are converted for it. One of the
+    /// network converts by itself, unless the file wants a process for it.
+    fn of_external(
+        &self,
+        at: usize,
+        path: &SlotPath,
+        (peer, known): (&Peer, &'a Component),
+        found: &mut Diagnostics,
+    ) -> Option<Found<'a>> {
+        let own = self.known(path)?;
+        let component = self.components[own.0.instance]?;
+        let provides = is_provider(own.1.role);
+        let convert = peer.convert.span?;
+        let span = peer.convert.process.or(provides.then_some(convert))?;
+        // What does not fit is reported where the connections are computed.
+        let outside = peer_slot(peer, known, (component, own.1), &mut Diagnostics::new())?;
+        let outside = (own.0, outside);
+        let (of, consumer, provider, component) = if provides {
+            (Origin::External(at), outside, own, known)
+        } else {
+            let of = Origin::Instance(own.0.instance);
+            (of, own, outside, component)
+        };
+        let frames = &peer.convert.frames;
+        let trees = if provides {
+            if let Some(name) = frames.first() {
+                let message = "a program outside has no slot that knows where frames are";
+                let error = Diagnostic::error("wrong-frames", name.span, message);
+                found.push(error.help("change the frame in a component of the network"));
+                return None;
+            }
+            Vec::new()
+        } else {
+            self.trees(component, own.0, frames, found)?
+        };
+        Some(Found {
+            clause: Clause::External(at),
+            of,
             span,
             consumer,
             provider,
             component,
             trees,
         })
-    });
-    found.collect()
-}
+    }
 
-/// The slot with this name of a consumer. Reports a name that it does not have.
-fn tree<'a>(
-    deployment: &Deployment,
-    component: &'a Component,
-    find: &dyn Fn(&SlotPath) -> Option<Endpoint>,
-    (consumer, name): (Endpoint, &Name),
-    diagnostics: &mut Diagnostics,
-) -> Option<Tree<'a>> {
-    let mut slots = component.slots.iter();
-    let Some(slot) = slots.position(|slot| slot.name == name.text) else {
-        let path = &deployment.instances[consumer.instance].path;
-        let message = format!("`{path}` has no slot `{}`", name.text);
-        let known = component.slots.iter().map(|slot| slot.name.as_str());
-        diagnostics.push(
-            Diagnostic::error("unknown-slot", name.span, message)
-                .label(component.name.span, "its component")
-                .suggest(&name.text, known),
-        );
-        return None;
-    };
-    let end = Endpoint { slot, ..consumer };
-    let binds = deployment.binds.iter();
-    let bound = binds.filter(|bind| find(&bind.consumer) == Some(end));
-    let bound = bound.filter_map(|bind| Some((bind.provider.clone()?, bind.convert)));
-    let bound: Vec<_> = bound.collect();
-    let mut externals = deployment.externals.iter();
-    let external = externals.find(|external| find(&external.slot) == Some(end));
-    let peer = match external {
-        Some(external) => Peer::External(external.address.clone()),
-        None if bound.is_empty() => Peer::Unsaid,
-        None => Peer::Bound(bound),
-    };
-    Some(Tree {
-        slot: &component.slots[slot],
-        peer,
-    })
+    /// The slots with these names of a consumer. Reports names that it does not have.
+    fn trees(
+        &self,
+        component: &'a Component,
+        consumer: Endpoint,
+        names: &[Name],
+        found: &mut Diagnostics,
+    ) -> Option<Vec<Tree<'a>>> {
+        let names = names.iter();
+        let trees = names.map(|name| self.tree(component, (consumer, name), found));
+        trees.collect()
+    }
+
+    /// The slot with this name of a consumer. Reports a name that it does not have.
+    fn tree(
+        &self,
+        component: &'a Component,
+        (consumer, name): (Endpoint, &Name),
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Tree<'a>> {
+        let deployment = self.deployment;
+        let mut slots = component.slots.iter();
+        let Some(slot) = slots.position(|slot| slot.name == name.text) else {
+            let path = &deployment.instances[consumer.instance].path;
+            let message = format!("`{path}` has no slot `{}`", name.text);
+            let known = component.slots.iter().map(|slot| slot.name.as_str());
+            diagnostics.push(
+                Diagnostic::error("unknown-slot", name.span, message)
+                    .label(component.name.span, "its component")
+                    .suggest(&name.text, known),
+            );
+            return None;
+        };
+        let end = Endpoint { slot, ..consumer };
+        let binds = deployment.binds.iter();
+        let bound = binds.filter(|bind| self.find(&bind.consumer) == Some(end));
+        let bound = bound.filter_map(|bind| Some((bind.provider.clone()?, bind.convert)));
+        let bound: Vec<_> = bound.collect();
+        let mut externals = deployment.externals.iter();
+        let external = externals.find(|external| self.find(&external.slot) == Some(end));
+        let peer = match external {
+            Some(external) => TreePeer::External(external.address.clone()),
+            None if bound.is_empty() => TreePeer::Unsaid,
+            None => TreePeer::Bound(bound),
+        };
+        Some(Tree {
+            slot: &component.slots[slot],
+            peer,
+        })
+    }
 }
 
 /// Whether a consumer and a provider have these roles.
@@ -224,8 +327,13 @@ fn instance(deployment: &Deployment, found: &Found<'_>) -> Instance {
         path: format!("{prefix}{name}"),
         name: Name::new(name, found.span),
         doc: vec![format!(
-            "Converts what `{}` gets in `{}`.",
-            own.name.text, slot.name
+            "{}",
+            match found.of {
+                Origin::Instance(_) =>
+                    format!("Converts what `{}` gets in `{}`.", own.name.text, slot.name),
+                Origin::External(_) =>
+                    format!("Converts what programs outside get of `{}`.", own.name.text),
+            }
         )],
         group: own.group,
         proxy: None,
@@ -351,23 +459,54 @@ fn connect(deployment: &mut Deployment, found: &Found<'_>) {
         slot: Name::new(name, span),
         span,
     };
-    let bind = &mut deployment.binds[found.bind];
-    let span = bind.consumer.span;
-    let own = Bind {
-        consumer: path(PROVIDER, span),
-        provider: bind.provider.replace(path(CONSUMER, span)),
-        convert: bind.convert.take(),
-        frames: std::mem::take(&mut bind.frames)
-            .iter()
-            .map(|name| Name::new(frames(&name.text), name.span))
-            .collect(),
-        process: None,
+    let (own, span) = match found.clause {
+        Clause::Bind(at) => {
+            let bind = &mut deployment.binds[at];
+            let span = bind.consumer.span;
+            let own = Bind {
+                consumer: path(PROVIDER, span),
+                provider: bind.provider.replace(path(CONSUMER, span)),
+                convert: bind.convert.take(),
+                frames: renamed(&std::mem::take(&mut bind.frames)),
+                process: None,
+            };
+            (own, span)
+        }
+        Clause::External(at) => {
+            let external = &mut deployment.externals[at];
+            let span = external.slot.span;
+            let is_outside = matches!(found.of, Origin::External(_));
+            let slot = if is_outside { CONSUMER } else { PROVIDER };
+            let inside = std::mem::replace(&mut external.slot, path(slot, span));
+            let own = if is_outside {
+                Bind {
+                    consumer: path(PROVIDER, span),
+                    provider: Some(inside),
+                    convert: external.peer.take().and_then(|peer| peer.convert.span),
+                    frames: Vec::new(),
+                    process: None,
+                }
+            } else {
+                if let Some(peer) = &mut external.peer {
+                    peer.convert.process = None;
+                    peer.convert.frames = renamed(&peer.convert.frames);
+                }
+                Bind {
+                    consumer: inside,
+                    provider: Some(path(CONSUMER, span)),
+                    convert: None,
+                    frames: Vec::new(),
+                    process: None,
+                }
+            };
+            (own, span)
+        }
     };
     deployment.binds.push(own);
     for tree in &found.trees {
         let slot = path(&frames(&tree.slot.name), span);
         match &tree.peer {
-            Peer::Bound(providers) => {
+            TreePeer::Bound(providers) => {
                 let binds = providers.iter().map(|(provider, convert)| Bind {
                     consumer: slot.clone(),
                     provider: Some(provider.clone()),
@@ -377,13 +516,22 @@ fn connect(deployment: &mut Deployment, found: &Found<'_>) {
                 });
                 deployment.binds.extend(binds);
             }
-            Peer::External(address) => deployment.externals.push(External {
+            TreePeer::External(address) => deployment.externals.push(External {
                 slot,
                 address: address.clone(),
+                peer: None,
             }),
-            Peer::Unsaid => {}
+            TreePeer::Unsaid => {}
         }
     }
+}
+
+/// These names of slots that know where frames are, as an adaptor has them.
+fn renamed(names: &[Name]) -> Vec<Name> {
+    let names = names.iter();
+    names
+        .map(|name| Name::new(frames(&name.text), name.span))
+        .collect()
 }
 
 /// The name of a slot that knows where frames are: that of the consumer's slot, so that the settings

@@ -258,10 +258,32 @@ pub struct Bind {
 /// `external avoider.Laser, arm.Motor at "robot/Laser";`
 #[derive(Clone, Debug, PartialEq)]
 pub struct External {
-    /// The slots that require or subscribe.
+    /// The slots. Without [`External::peer`], they require or subscribe.
     pub slots: Vec<SlotPath>,
     /// The address of their peer.
     pub address: Option<Name>,
+    /// What the file says of their peer.
+    pub peer: Option<Peer>,
+}
+
+/// `{ cdsl "lidar.cdsl"; convert; }` of an external slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peer {
+    /// The path of the `.cdsl` that describes the peer.
+    pub cdsl: Name,
+    /// How the connection converts.
+    pub convert: Convert,
+}
+
+/// `convert via process { frames tree; }`, if it stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Convert {
+    /// Where `convert` stands.
+    pub span: Option<Span>,
+    /// The slots that `frames` names.
+    pub frames: Vec<Name>,
+    /// Where `via process` stands.
+    pub process: Option<Span>,
 }
 
 /// `motors[2].max 4;` or `gains [1, 2];`

@@ -8,6 +8,7 @@ use crate::exports::{Exports, is_provider};
 use crate::graph::{cycles, shortest_path, strongly_connected_components};
 use crate::members::wrong_member;
 use crate::model::{Bind, Deployment, Instance, InstanceOrGroup, SlotPath};
+use crate::peers::WithPeers;
 use rc_cdsl::Component;
 use rc_cdsl::model::{Middleware, Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -46,20 +47,29 @@ pub struct ConnectionDiagnostic {
 pub struct Network {
     /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
     pub connections: Vec<Connection>,
-    /// What the consumers of connections with `convert;` convert.
+    /// What the consumers of connections with `convert;` convert. Of a connection with a program that is
+    /// not part of the network, that end is behind the last instance.
     pub conversions: BTreeMap<Connection, Conversion>,
     /// The middleware of each connection.
     pub transports: BTreeMap<Connection, Middleware>,
-    /// The external slots, each with the address that its declaration names.
+    /// The external slots, each with the address that its declaration names: consumers, and the slots
+    /// of adaptors with which programs outside are connected.
     pub externals: BTreeMap<Endpoint, Option<Name>>,
     /// For each instance, the instances that must be ready before it: those of required slots that
     /// are not optional.
     pub required: Vec<BTreeSet<usize>>,
-    /// Diagnostics about slots and connections. `connections` omits connections with errors.
+    /// Diagnostics about slots and connections. [`Network::connections`] omits connections with errors.
     pub diagnostics: Vec<ConnectionDiagnostic>,
 }
 
 impl Network {
+    /// What a consumer converts: all its connections have one plan.
+    pub fn conversion(&self, consumer: Endpoint) -> Option<&Conversion> {
+        let mut own = self.conversions.iter();
+        own.find(|(made, _)| made.consumer == consumer)
+            .map(|(_, conversion)| conversion)
+    }
+
     /// The middlewares over which an endpoint has connections, each once: one of a consumer, and
     /// those of all its consumers of a provider. Empty without connections.
     pub fn middlewares(&self, end: Endpoint) -> Vec<Middleware> {
@@ -71,16 +81,36 @@ impl Network {
 }
 
 /// Connects all slots: as `bind` declares, otherwise to the only visible provider of the interface.
-/// `components` has one entry for each instance, `None` if its files have errors.
+/// `components` has one entry for each instance, then one for each of [`Deployment::externals`]
+/// whose peer is described; `None` if its files have errors.
 pub fn connect(
     deployment: &Deployment,
     components: &[Option<&Component>],
 ) -> (Network, Diagnostics) {
     let mut found = Diagnostics::new();
+    let count = deployment.instances.len();
+    match WithPeers::new(deployment, components, &mut found) {
+        None => connect_all(deployment, &components[..count], count, found),
+        Some(all) => {
+            let (network, found) = connect_all(&all.deployment, &all.components(), count, found);
+            (all.without(network), found)
+        }
+    }
+}
+
+/// Connects the first `count` instances of a network with each other and with the others, which are
+/// programs outside.
+fn connect_all(
+    deployment: &Deployment,
+    components: &[Option<&Component>],
+    count: usize,
+    mut found: Diagnostics,
+) -> (Network, Diagnostics) {
     let exports = Exports::new(deployment, components, &mut found);
     let mut connector = Connector {
         deployment,
         components,
+        count,
         exports,
         compatibility: CompatibilityChecker::new(deployment, components),
         connections: Vec::new(),
@@ -114,6 +144,8 @@ const MAX_LISTED: usize = 8;
 pub(crate) struct Connector<'a> {
     pub(crate) deployment: &'a Deployment,
     pub(crate) components: &'a [Option<&'a Component>],
+    /// The number of instances that are no programs outside.
+    count: usize,
     pub(crate) exports: Exports<'a>,
     compatibility: CompatibilityChecker<'a>,
     connections: Vec<Connection>,
@@ -262,6 +294,14 @@ impl<'a> Connector<'a> {
             };
             let Some(slot) = self.slot(end) else { continue };
             if provider_of(slot.role).is_none() {
+                if external.peer.is_some() {
+                    // The file that describes its peer has errors, or an editor did not read it.
+                    continue;
+                }
+                if self.instance(end).adaptor.is_some() {
+                    self.externals.insert(end, external.address.clone());
+                    continue;
+                }
                 let message = format!(
                     "expected a consumer after `external`, but `{}` {} its interface",
                     self.name(end),
@@ -270,7 +310,7 @@ impl<'a> Connector<'a> {
                 let error = Diagnostic::error("wrong-direction", span, message)
                     .label(slot.span, "declared here")
                     .help(
-                        "remove it: peers outside the network need no declaration to use this slot",
+                        "remove it: peers outside the network need no declaration to use this slot, unless values are converted for them: `{ cdsl \"FILE\"; convert; }`",
                     );
                 self.report(end, None, error);
             } else if let Some(first) = bound.get(&end) {
@@ -371,6 +411,7 @@ impl<'a> Connector<'a> {
         }
         let mut read: HashSet<Endpoint> = self.connections.iter().map(|c| c.provider).collect();
         read.extend(&unknown);
+        read.extend(self.externals.keys());
         let open = |end: &Endpoint| !bound.contains_key(end) && !unknown.contains(end);
         for consumer in ends.iter().copied().filter(open) {
             let Some(slot) = self.slot(consumer) else {

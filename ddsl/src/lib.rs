@@ -26,12 +26,13 @@ mod members;
 pub mod model;
 mod moves;
 mod parse;
+mod peers;
 mod proxies;
 mod resolve;
 mod settings;
 mod units;
 
-pub use adaptors::{Adaptor, add_adaptors};
+pub use adaptors::{Adaptor, Origin, add_adaptors};
 pub use connect::{Connection, ConnectionDiagnostic, Network, connect};
 pub use endpoint::Endpoint;
 pub use members::expand;

@@ -1,7 +1,7 @@
 //! The model of DDSL: a network with all names resolved and all values typed. The components of all
 //! groups and files are in one list of instances.
 
-pub use crate::ast::{Parameter, ParameterValue};
+pub use crate::ast::{Convert, Parameter, ParameterValue};
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::Name;
@@ -154,7 +154,7 @@ pub struct Array {
 }
 
 /// The setting that names the node of one component.
-pub(crate) const NODE: &str = "node";
+pub const NODE: &str = "node";
 
 /// A setting of a middleware.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -328,10 +328,24 @@ pub struct Bind {
 /// A slot in `external avoider.Laser at "robot/Laser";`
 #[derive(Clone, Debug)]
 pub struct External {
-    /// The slot that requires or subscribes.
+    /// The slot. It requires or subscribes, unless [`External::peer`] describes the peer, or it is
+    /// that of an adaptor.
     pub slot: SlotPath,
     /// The address of its peer, as written. `None` for the default address.
     pub address: Option<Name>,
+    /// What the file says of the peer.
+    pub peer: Option<Peer>,
+}
+
+/// A program that is not part of the network: `{ cdsl "lidar.cdsl"; convert; }`
+#[derive(Clone, Debug)]
+pub struct Peer {
+    /// The folder of the file that names it, the base of its relative paths.
+    pub folder: PathBuf,
+    /// The path of the `.cdsl` file that describes it, as written.
+    pub cdsl: Name,
+    /// How the connection converts.
+    pub convert: Convert,
 }
 
 /// A slot of an instance, or one that a group exports.
@@ -385,6 +399,20 @@ impl Deployment {
                 proxy.unwrap_or(group.instances.start)..group.instances.end
             }
         }
+    }
+
+    /// The indices into [`Deployment::instances`] of what has to be ready for those that start after an
+    /// instance or a group: also the adaptors of a group.
+    pub fn awaited(&self, place: InstanceOrGroup) -> Vec<usize> {
+        let mut all: Vec<usize> = self.instances_of(place).collect();
+        if let InstanceOrGroup::Group(group) = place {
+            let instances = self.instances.iter().enumerate();
+            let adaptors = instances.filter(|(_, instance)| {
+                instance.adaptor.is_some() && self.is_inside(instance.group, Some(group))
+            });
+            all.extend(adaptors.map(|(at, _)| at));
+        }
+        all
     }
 
     /// A group and its enclosing groups, from inside to outside.

@@ -5,11 +5,11 @@ mod chain;
 mod world;
 
 use crate::ast::{
-    Component, Decl, Deployment, External, Field, File, Group, Host, Middleware, Parameter,
-    ParameterValue, Process, Restart, SlotPath, Slots,
+    Component, Decl, Deployment, Field, File, Group, Host, Middleware, Parameter, ParameterValue,
+    Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
-use bind::bind;
+use bind::{bind, external};
 use chain::chain;
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
@@ -159,19 +159,6 @@ fn decl(
             return None;
         }
     })
-}
-
-fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> External {
-    let (mut slots, mut address) = (Vec::new(), None);
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::slot_path => slots.extend(slot_path(r, part)),
-            Rule::string => address = Some(r.string(&part)),
-            Rule::semicolon => r.semicolon(&part),
-            _ => {}
-        }
-    }
-    External { slots, address }
 }
 
 fn slot_path(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath> {
@@ -511,7 +498,7 @@ rc_syntax::language!("`Deployment NAME { … };`", words: [number], {
     slot_path => "a slot such as `simulator.Laser`",
     time | duration => "a duration such as `5s`",
     field | process_field => "a field",
-    settings | bind_block | convert_block => "`{`",
+    settings | bind_block | convert_block | peer => "`{`",
     frames => "`frames SLOT;`",
     setting => "a setting such as `lease 500ms;`",
     parameter => "a parameter such as `speed 300;`",

@@ -13,13 +13,14 @@ use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
 use crate::model::{
-    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Proxy,
-    Setting,
+    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Peer,
+    Proxy, Setting,
 };
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Loader, Name};
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 /// Loads a `.ddsl` text with its imports.
 ///
@@ -136,8 +137,8 @@ struct Resolver<'a> {
     time: Option<(&'a Name, &'a [Name])>,
     /// The location of the clause `record`.
     record: Option<Span>,
-    /// The `external` declarations, each with the enclosing group.
-    externals: Vec<(Option<usize>, &'a ast::External)>,
+    /// The `external` declarations, each with the enclosing group and the folder of its file.
+    externals: Vec<(Option<usize>, PathBuf, &'a ast::External)>,
     /// The chains, each with the enclosing group.
     chains: Vec<(Option<usize>, &'a ast::Chain)>,
     /// The rules, each with the enclosing group.
@@ -209,7 +210,10 @@ impl<'a> Resolver<'a> {
                 Decl::Bind(tree) => self.binds.push((context.group, tree)),
                 Decl::Time(word, path) => self.time(word, path, context),
                 Decl::Record(word, fields) => self.record(word, fields, context),
-                Decl::External(tree) => self.externals.push((context.group, tree)),
+                Decl::External(tree) => {
+                    let folder = context.folder.to_path_buf();
+                    self.externals.push((context.group, folder, tree));
+                }
                 Decl::World(tree) => self.world(tree, context),
                 Decl::Chain(tree) => self.chains.push((context.group, tree)),
                 Decl::Require(tree) => self.rules.push((context.group, tree)),
@@ -464,7 +468,7 @@ impl<'a> Resolver<'a> {
         }
         self.resolve_chains();
         self.resolve_rules();
-        for (group, tree) in std::mem::take(&mut self.externals) {
+        for (group, folder, tree) in std::mem::take(&mut self.externals) {
             if let Some(address) = &tree.address
                 && let Err(reason) = rc_vocabulary::address::check(&address.text)
             {
@@ -474,7 +478,16 @@ impl<'a> Resolver<'a> {
             for slot in &tree.slots {
                 let slot = self.slot_path(slot, group);
                 let address = tree.address.clone();
-                let external = slot.map(|slot| External { slot, address });
+                let peer = tree.peer.as_ref().map(|peer| Peer {
+                    folder: folder.clone(),
+                    cdsl: peer.cdsl.clone(),
+                    convert: peer.convert.clone(),
+                });
+                let external = slot.map(|slot| External {
+                    slot,
+                    address,
+                    peer,
+                });
                 self.deployment.externals.extend(external);
             }
         }

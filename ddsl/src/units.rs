@@ -32,7 +32,7 @@ pub(crate) struct End<'a> {
 pub(crate) struct Line<'a> {
     /// The location of the connection.
     pub(crate) span: Span,
-    /// `bind a.Laser -> b.Laser`
+    /// `bind a.Laser -> b.Laser {`, behind which `convert; };` is missing.
     pub(crate) text: &'a str,
     /// Where `convert;` stands.
     pub(crate) convert: Option<Span>,
@@ -366,7 +366,7 @@ impl<'a> Comparison<'a, '_> {
             Ok(meaning) => {
                 if !meaning.is_identity && self.line.convert.is_none() {
                     let help = format!(
-                        "they mean the same: `{} {{ convert; }};` converts ({})",
+                        "they mean the same: `{} convert; }};` converts ({})",
                         self.line.text, meaning.what
                     );
                     let error = Diagnostic::error(meaning.code, self.line.span, message);
@@ -383,7 +383,7 @@ impl<'a> Comparison<'a, '_> {
                         error.help(if self.line.frames.is_some() {
                             "name the frame and the `stamp` in the prototype of the whole, and not in those of its parts".to_owned()
                         } else {
-                            format!("if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} {{ convert {{ frames SLOT; }}; }};`",
+                            format!("if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} convert {{ frames SLOT; }}; }};`",
                             self.line.text
                         )
                         })
@@ -489,7 +489,7 @@ impl<'a> Comparison<'a, '_> {
                         return;
                     }
                     format!(
-                        "{quantity}: `{} {{ convert; }};` converts ({})",
+                        "{quantity}: `{} convert; }};` converts ({})",
                         self.line.text,
                         effort(&conversion, number)
                     )

@@ -33,7 +33,7 @@ impl Connector<'_> {
             return;
         }
         let mut found = Diagnostics::new();
-        let text = self.bind_line(consumer, provider);
+        let text = self.clause(consumer, provider);
         let line = Line {
             span,
             text: &text,
@@ -71,13 +71,20 @@ impl Connector<'_> {
         }
     }
 
-    /// `bind a.Laser -> b.Laser`, as it stands beside the consumer.
-    pub(super) fn bind_line(&self, consumer: Endpoint, provider: Endpoint) -> String {
-        format!(
-            "bind {} -> {}",
-            self.name_beside(consumer, consumer),
-            self.name_beside(consumer, provider)
-        )
+    /// `bind a.Laser -> b.Laser {`, as it stands beside the consumer. Of a program outside,
+    /// `external a.Laser { cdsl "lidar.cdsl";`.
+    pub(super) fn clause(&self, consumer: Endpoint, provider: Endpoint) -> String {
+        let outside = |end: &Endpoint| end.instance >= self.count;
+        let (own, peer) = if outside(&consumer) {
+            (provider, consumer)
+        } else {
+            (consumer, provider)
+        };
+        let own = self.name_beside(own, own);
+        match &self.instance(peer).cdsl {
+            Some(file) if outside(&peer) => format!("external {own} {{ cdsl \"{}\";", file.text),
+            _ => format!("bind {own} -> {} {{", self.name_beside(consumer, provider)),
+        }
     }
 
     /// Refuses subscribers whose publishers need different conversions: a slot has one plan for all

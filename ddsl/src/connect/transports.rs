@@ -103,9 +103,9 @@ impl Connector<'_> {
             [None, None] => error.help("name the same middleware after `remote` for both"),
             [None, Some(_)] => error.help("a slot has one middleware for all its connections: give all its providers one, or `middleware auto`"),
             [Some(_), _] => {
-                let bind = self.bind_line(consumer, provider);
+                let clause = self.clause(consumer, provider);
                 error.help(format!(
-                    "a process can stand between them: `{bind} {{ convert via process; }};`"
+                    "a process can stand between them: `{clause} convert via process; }};`"
                 ))
             }
         });

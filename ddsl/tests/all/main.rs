@@ -7,6 +7,7 @@ mod meanings;
 mod members;
 mod network;
 mod page;
+mod peers;
 mod processes;
 mod settings;
 mod size;

@@ -107,9 +107,16 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
     });
     let owned: Vec<Option<Component>> = parts.collect();
     let mut parts: Vec<Option<&Component>> = owned.iter().map(Option::as_ref).collect();
-    let adaptors = rc_ddsl::add_adaptors(&mut deployment, &parts, &mut all);
+    let outside: Vec<Option<&Component>> = deployment
+        .externals
+        .iter()
+        .map(|external| components.get(external.peer.as_ref()?.cdsl.text.as_str()))
+        .collect();
+    let both = [parts.as_slice(), &outside].concat();
+    let adaptors = rc_ddsl::add_adaptors(&mut deployment, &both, &mut all);
     parts.extend(adaptors.iter().map(|adaptor| Some(&adaptor.component)));
-    let (network, found) = rc_ddsl::connect(&deployment, &parts);
+    let both = [parts.as_slice(), &outside].concat();
+    let (network, found) = rc_ddsl::connect(&deployment, &both);
     all.extend(found);
     let found = render(&sources, &all, Format::Short);
     let name = |end: rc_ddsl::Endpoint| {
@@ -119,6 +126,14 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
             parts[end.instance].expect("connected").slots[end.slot].name
         )
     };
+    let has_peers = outside.iter().any(Option::is_some);
+    let externals = network.externals.iter().filter(|_| has_peers);
+    let externals = externals.map(|(end, address)| {
+        let address = address.as_ref().map_or("", |address| &address.text);
+        let converts = network.conversion(*end);
+        let converts = converts.map_or(String::new(), |made| format!(" converts {made}"));
+        format!("{} with outside `{address}`{converts}", name(*end))
+    });
     let connections = network.connections.iter();
     let connections = connections
         .map(|c| {
@@ -138,6 +153,7 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
                 name(c.provider)
             )
         })
+        .chain(externals)
         .collect();
     (connections, found)
 }
@@ -519,7 +535,7 @@ fn peers_that_are_not_part_of_the_network() {
         "bind user.Laser -> lidar.Laser; external user.Laser, user.Pub, lidar.Laser, user.Pub;",
         &expect![[r#"
             n.ddsl:2:42: error[bound-twice]: `user.Laser` is bound already; first bound here at n.ddsl:2:6
-            n.ddsl:2:64: error[wrong-direction]: expected a consumer after `external`, but `lidar.Laser` implements its interface; declared here at lidar.cdsl:2:47 (remove it: peers outside the network need no declaration to use this slot)
+            n.ddsl:2:64: error[wrong-direction]: expected a consumer after `external`, but `lidar.Laser` implements its interface; declared here at lidar.cdsl:2:47 (remove it: peers outside the network need no declaration to use this slot, unless values are converted for them: `{ cdsl "FILE"; convert; }`)
             n.ddsl:2:77: error[bound-twice]: `user.Pub` is bound already; first bound here at n.ddsl:2:54
             n.ddsl:4:11: note[no-subscriber]: `lidar.Pub` has no subscriber
         "#]],

@@ -129,9 +129,11 @@ impl Builder<'_> {
             machine: None,
             slots: vec![Slot {
                 name: interface_name(&peer.interface).to_owned(),
-                role: match peer.kind {
-                    Kind::Call => Role::Implements,
-                    Kind::Topic => Role::Publishes,
+                role: match (peer.kind, peer.is_consumer) {
+                    (Kind::Call, false) => Role::Implements,
+                    (Kind::Call, true) => Role::Requires,
+                    (Kind::Topic, false) => Role::Publishes,
+                    (Kind::Topic, true) => Role::SubscribesTo,
                 },
                 interface: peer.interface,
                 middleware: peer.middleware,

@@ -1,11 +1,13 @@
-//! Adaptors: components that `convert via process;` adds. One program is all of them and all proxies,
-//! and gets their descriptions as an argument.
+//! Adaptors: components that `convert via process;` and programs outside add. One program is all of
+//! them and all proxies, and gets their descriptions as an argument.
 
+use crate::configuration::Configured;
 use crate::model::Network;
 use crate::proxies::routes;
 use rc_cdsl::Component;
 use rc_codegen::{Project, description};
-use rc_ddsl::model::Deployment;
+use rc_ddsl::Origin;
+use rc_ddsl::model::{Deployment, NODE, Setting};
 use rc_diagnostics::Diagnostics;
 use serde_json::json;
 use std::io;
@@ -14,18 +16,37 @@ use std::rc::Rc;
 /// The longest description, in bytes. Linux limits each argument of a program to 128 KiB.
 const LONGEST: usize = 120 * 1024;
 
-/// Adds the adaptors of a network, and their components.
+/// An adaptor that has settings of another instance.
+pub(crate) struct Follower {
+    at: usize,
+    beside: usize,
+    slots: Vec<(String, String)>,
+}
+
+/// Adds the adaptors of a network, and their components. `peers` are the programs outside.
 pub(crate) fn add(
     deployment: &mut Deployment,
     projects: &mut Vec<Option<Rc<Project>>>,
+    peers: &[Option<Rc<Project>>],
     found: &mut Diagnostics,
-) {
+) -> Vec<Follower> {
     let components: Vec<Option<&Component>> = projects
         .iter()
+        .chain(peers)
         .map(|project| project.as_ref().map(|project| &project.component))
         .collect();
+    let mut followers = Vec::new();
     for adaptor in rc_ddsl::add_adaptors(deployment, &components, found) {
-        let own = projects[adaptor.of].as_deref().cloned();
+        followers.push(Follower {
+            at: projects.len(),
+            beside: adaptor.beside,
+            slots: adaptor.slots,
+        });
+        let own = match adaptor.of {
+            Origin::Instance(at) => &projects[at],
+            Origin::External(at) => &peers[at],
+        };
+        let own = own.as_deref().cloned();
         projects.push(own.map(|mut own| {
             own.component = adaptor.component;
             own.parameters = None;
@@ -33,6 +54,31 @@ pub(crate) fn add(
             own.state_machine = None;
             Rc::new(own)
         }));
+    }
+    followers
+}
+
+/// Gives adaptors what the configurations beside them say: settings of middlewares, and addresses of
+/// slots. An adaptor has no configuration, so the network hands it all of them.
+pub(crate) fn follow(
+    followers: &[Follower],
+    deployment: &mut Deployment,
+    configured: &mut [Configured],
+    passed_settings: &mut [Vec<Setting>],
+) {
+    for follower in followers {
+        let settings = deployment.instances[follower.beside].settings.iter();
+        // It is a node of its own.
+        let settings = settings.filter(|set| set.key != NODE).cloned();
+        let settings: Vec<Setting> = settings.collect();
+        passed_settings[follower.at].clone_from(&settings);
+        deployment.instances[follower.at].settings = settings;
+        let theirs = &configured[follower.beside].bindings;
+        let own = follower
+            .slots
+            .iter()
+            .filter_map(|(own, theirs_name)| Some((own.clone(), theirs.get(theirs_name)?.clone())));
+        configured[follower.at].bindings = own.collect();
     }
 }
 

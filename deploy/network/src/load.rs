@@ -51,20 +51,28 @@ pub fn load(
     }
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
+    let peers = projects.split_off(deployment.instances.len());
     check_members(&mut deployment, &projects, overrides.parameters, &mut found);
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
     let tools = (&mut *sources, loader);
     let mut proxies = proxies::make(&mut deployment, &mut projects, tools, &mut found);
-    adaptors::add(&mut deployment, &mut projects, &mut found);
+    let followers = adaptors::add(&mut deployment, &mut projects, &peers, &mut found);
     declared.resize(projects.len(), None);
-    let configured = configurations(&deployment, &projects, sources, &mut found);
-    let passed_settings = settings(&mut deployment, &configured);
+    let mut configured = configurations(&deployment, &projects, sources, &mut found);
+    let mut passed_settings = settings(&mut deployment, &configured);
+    adaptors::follow(
+        &followers,
+        &mut deployment,
+        &mut configured,
+        &mut passed_settings,
+    );
     let given = given(&deployment, overrides.parameters, sources, &mut found);
     let parameters = overridden(&deployment, &projects, &configured, given, &mut found);
     check_files(&deployment, &projects, &parameters, &mut found);
     let components: Vec<_> = projects
         .iter()
+        .chain(&peers)
         .map(|p| p.as_ref().map(|p| &p.component))
         .collect();
     let (connections, more) = rc_ddsl::connect(&deployment, &components);
@@ -194,7 +202,8 @@ fn components_in(
     }
 }
 
-/// The component of each instance. A component of several instances is read and reported once.
+/// The component of each instance, then that of each external slot whose peer is described. A
+/// component of several instances is read and reported once.
 fn projects(
     deployment: &Deployment,
     sources: &mut SourceMap,
@@ -204,12 +213,21 @@ fn projects(
 ) -> Vec<Option<Rc<Project>>> {
     let mut known: HashMap<PathBuf, (Option<Rc<Project>>, Vec<PathBuf>)> = HashMap::new();
     let instances = deployment.instances.iter().enumerate();
+    let instances = instances.map(|(at, instance)| {
+        let named = instance.cdsl.as_ref()?;
+        Some((Some(at), &instance.folder, named))
+    });
+    let externals = deployment.externals.iter().map(|external| {
+        let peer = external.peer.as_ref()?;
+        Some((None, &peer.folder, &peer.cdsl))
+    });
     instances
-        .map(|(at, instance)| {
-            let named = instance.cdsl.as_ref()?;
-            let path = normal(&instance.folder.join(&named.text));
+        .chain(externals)
+        .map(|described| {
+            let (at, folder, named) = described?;
+            let path = normal(&folder.join(&named.text));
             let mut belong = |read: &[PathBuf]| {
-                for file in read {
+                for (file, at) in read.iter().zip(at.into_iter().cycle()) {
                     texts.entry(file.clone()).or_default().push(at);
                 }
             };
@@ -230,7 +248,7 @@ fn projects(
                 }
                 Err(error) => {
                     let is_relative = Path::new(&named.text).is_relative();
-                    let near = is_relative.then(|| nearest_file(&instance.folder, &named.text));
+                    let near = is_relative.then(|| nearest_file(folder, &named.text));
                     let near = near.flatten();
                     let reason = match &near {
                         Some(_) if error.kind() == ErrorKind::NotFound => {

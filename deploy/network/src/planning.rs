@@ -129,10 +129,7 @@ impl Network {
                 };
                 let address = self.addresses.of(end);
                 option("--bind", format!("{}={address}", slot.name));
-                // All connections of a slot have one plan.
-                let conversions = &self.connections.conversions;
-                let own = conversions.iter().find(|(made, _)| made.consumer == end);
-                if let Some((_, conversion)) = own {
+                if let Some(conversion) = self.connections.conversion(end) {
                     option("--convert", format!("{}={}", slot.name, conversion.plan));
                     if let Some(tree) = &conversion.tree {
                         option("--frames", format!("{}={tree}", slot.name));
@@ -144,7 +141,7 @@ impl Network {
             }
             args.extend(instance.args.iter().map(|a| a.text.clone()));
             let after = instance.after.iter();
-            let after = after.flat_map(|(place, _)| self.deployment.instances_of(*place));
+            let after = after.flat_map(|(place, _)| self.deployment.awaited(*place));
             let required = self.connections.required[at].iter().copied();
             let after: BTreeSet<usize> = after.chain(required).collect();
             out.push(Component {

@@ -3,6 +3,7 @@
 use crate::chains::Port;
 use crate::model::Network;
 use rc_cdsl::model::{Role, Slot};
+use rc_ddsl::conversion::Conversion;
 use rc_ddsl::{Connection as Pair, Endpoint};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,10 +53,12 @@ pub struct External {
     pub interface: String,
     /// Middleware over which it communicates.
     pub middleware: &'static str,
-    /// Whether it serves or publishes.
+    /// Whether it carries calls or samples.
     pub kind: Kind,
+    /// Whether it calls or subscribes: an adaptor converts for it.
+    pub is_consumer: bool,
     /// The slots that connect to it.
-    pub consumers: Vec<Endpoint>,
+    pub slots: Vec<Endpoint>,
 }
 
 /// A connection.
@@ -129,7 +132,7 @@ impl External {
     /// The peers that are not part of the network. Slots with one address, interface and middleware
     /// share a peer.
     pub fn all(network: &Network) -> Vec<Self> {
-        let mut peers: BTreeMap<(&str, String, &'static str), Self> = BTreeMap::new();
+        let mut peers: BTreeMap<(&str, String, &'static str, bool), Self> = BTreeMap::new();
         for end in network.connections.externals.keys() {
             let Some(slot) = network.slot(*end) else {
                 continue;
@@ -141,15 +144,17 @@ impl External {
             let interface = library.map(|library| library.interface_path(slot.interface));
             let interface = interface.unwrap_or_default();
             let middleware = network.middlewares(*end)[0].word();
-            let peer = peers.entry((address, interface.clone(), middleware));
+            let is_consumer = matches!(slot.role, Role::Implements | Role::Publishes);
+            let peer = peers.entry((address, interface.clone(), middleware, is_consumer));
             let peer = peer.or_insert_with(|| Self {
                 address: address.to_owned(),
                 interface,
                 middleware,
                 kind: kind(slot),
-                consumers: Vec::new(),
+                is_consumer,
+                slots: Vec::new(),
             });
-            peer.consumers.push(*end);
+            peer.slots.push(*end);
         }
         peers.into_values().collect()
     }
@@ -194,13 +199,7 @@ impl Connection {
                     address: made
                         .contains(&pair)
                         .then(|| network.addresses.of(pair.consumer).to_owned()),
-                    converts: network
-                        .connections
-                        .conversions
-                        .get(&pair)
-                        .map_or_else(Vec::new, |conversion| {
-                            conversion.members.iter().map(ToString::to_string).collect()
-                        }),
+                    converts: converts(network.connections.conversions.get(&pair)),
                     chains: chains_over(network, from, to),
                 };
                 Some((pair, connection))
@@ -220,11 +219,13 @@ impl Connection {
                 external: true,
                 at: (at, 0),
             };
-            let connection = |consumer: &Endpoint| {
-                let inside = End::of(network, *consumer);
-                let (from, to) = match peer.kind {
-                    Kind::Topic => (outside.clone(), inside),
-                    Kind::Call => (inside, outside.clone()),
+            let connection = |end: &Endpoint| {
+                let inside = End::of(network, *end);
+                let comes_in = (peer.kind == Kind::Call) == peer.is_consumer;
+                let (from, to) = if comes_in {
+                    (outside.clone(), inside)
+                } else {
+                    (inside, outside.clone())
                 };
                 Self {
                     from,
@@ -233,11 +234,11 @@ impl Connection {
                     kind: peer.kind,
                     middleware: peer.middleware,
                     address: Some(peer.address.clone()),
-                    converts: Vec::new(),
+                    converts: converts(network.connections.conversion(*end)),
                     chains: Vec::new(),
                 }
             };
-            peer.consumers.iter().map(connection).collect::<Vec<_>>()
+            peer.slots.iter().map(connection).collect::<Vec<_>>()
         });
         connections.collect()
     }
@@ -260,6 +261,12 @@ fn chains_over(network: &Network, from: Endpoint, to: Endpoint) -> Vec<String> {
     });
     over.map(|chain| network.deployment.chains[chain.declared].path.clone())
         .collect()
+}
+
+/// What a conversion converts, for people.
+fn converts(conversion: Option<&Conversion>) -> Vec<String> {
+    let members = conversion.map_or(&[][..], |conversion| &conversion.members);
+    members.iter().map(ToString::to_string).collect()
 }
 
 fn kind(slot: &Slot) -> Kind {

@@ -5,20 +5,19 @@
 use crate::python_site::{second_component, workspace};
 use rc_record::bag::Info;
 use rc_test_site::recordings::count;
-use rc_test_site::site::Site;
+use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 const DOMAIN: &str = "62";
-const ROS: [(&str, &str); 2] = [("ROS_DOMAIN_ID", DOMAIN), ("ROS_LOCALHOST_ONLY", "1")];
 const CYCLONE: &str = "cyclonedds==11.0.1";
 const READERS: &str = include_str!("../../record/tests/all/packages.txt");
 const TOPIC: &str = "hearer_lidar_adaptor/consumer/newPoints";
 const COUNT: &str = "5";
 
-const INTERFACE: &str = r#"module Seen
+pub(crate) const INTERFACE: &str = r#"module Seen
 {
     @ros("geometry_msgs/msg/Point32") struct Point
     {
@@ -57,13 +56,13 @@ dproto seen :: geometry
 }
 "#;
 
-const LIDAR: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nComponent lidar\n{\n    Communications\n    {\n        \
+pub(crate) const LIDAR: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nComponent lidar\n{\n    Communications\n    {\n        \
     publishes PointsPub { reliability reliable; depth 10; };\n    };\n    language python;\n    period 50ms;\n};\n";
 const HEARER: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nComponent hearer\n{\n    Communications\n    {\n        \
     subscribesTo PointsPub(ros2) as lidar { reliability reliable; depth 10; };\n    };\n    language python;\n    period 1s;\n};\n";
 
 /// The first point of the nth sample is n times 1, 2 and 3 m to the right, ahead and up.
-const OF_LIDAR: &str = r"from lidar import Context, Point, Points, Worker
+pub(crate) const OF_LIDAR: &str = r"from lidar import Context, Point, Points, Worker
 
 
 class SpecificWorker(Worker):
@@ -85,7 +84,7 @@ class SpecificWorker(Worker):
         print("seen", *(number for point in seen.points for number in (point.x, point.y, point.z)), flush=True)
 "#;
 
-fn prototype(axes: &str, unit: &str) -> String {
+pub(crate) fn prototype(axes: &str, unit: &str) -> String {
     PROTOTYPE.replace("AXES", axes).replace("UNIT", unit)
 }
 
@@ -117,7 +116,7 @@ fn place(test: &str) -> Option<Site> {
 }
 
 /// The lines that a program prints, which must be points of the lidar in metres. Returns how many.
-fn check(who: &str, text: &str) -> usize {
+pub(crate) fn check(who: &str, text: &str) -> usize {
     let mut count = 0;
     let mut last = 0.0;
     for line in text.lines() {
@@ -134,17 +133,46 @@ fn check(who: &str, text: &str) -> usize {
     count
 }
 
-/// The output of a program in Python.
-fn output(site: &Site, python: &Path, script: PathBuf, args: &[&str]) -> String {
+/// The variables of an environment of ROS 2.
+fn ros(domain: &str) -> [(&str, &str); 2] {
+    [("ROS_DOMAIN_ID", domain), ("ROS_LOCALHOST_ONLY", "1")]
+}
+
+/// `rcdeploy up --build` in an environment of ROS 2.
+pub(crate) fn up(site: &Site, domain: &str) -> CommandOutput {
+    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    up.args(["up", "--build", "--detach", "--profile", "dev"]);
+    up.arg(site.ddsl()).envs(ros(domain));
+    up.env("CARGO_NET_OFFLINE", "true");
+    for name in ["VIRTUAL_ENV", "PYTHONPATH", "DISPLAY"] {
+        up.env_remove(name);
+    }
+    site.run(up)
+}
+
+/// A program in Python, in an environment of ROS 2.
+pub(crate) fn program(site: &Site, python: &Path, domain: &str, script: PathBuf) -> Command {
     let mut command = Command::new(python);
-    command.arg("-B").arg(script).args(args).envs(ROS);
+    command.arg("-B").arg(script).envs(ros(domain));
     command.env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
     let loopback = "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>";
     command.env("CYCLONEDDS_URI", loopback);
     command.env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
     command.env("ROS_LOG_DIR", site.path("ros"));
     site.place(&mut command);
-    let ran = command.output().expect("the interpreter");
+    command
+}
+
+/// The output of a program in Python.
+pub(crate) fn output(
+    site: &Site,
+    python: &Path,
+    domain: &str,
+    script: PathBuf,
+    args: &[&str],
+) -> String {
+    let mut command = program(site, python, domain, script);
+    let ran = command.args(args).output().expect("the interpreter");
     assert!(ran.status.success(), "{ran:?}");
     String::from_utf8(ran.stdout).expect("a text")
 }
@@ -153,26 +181,20 @@ fn output(site: &Site, python: &Path, script: PathBuf, args: &[&str]) -> String 
 fn others_read_what_an_adaptor_writes() {
     let test = "others_read_what_an_adaptor_writes";
     let Some(site) = place(test) else { return };
-    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
-    up.args(["up", "--build", "--detach", "--profile", "dev"]);
-    up.arg(site.ddsl()).envs(ROS);
-    up.env("CARGO_NET_OFFLINE", "true");
-    for name in ["VIRTUAL_ENV", "PYTHONPATH", "DISPLAY"] {
-        up.env_remove(name);
-    }
-    let up = site.run(up);
+    let up = up(&site, DOMAIN);
     assert_eq!(up.code, 0, "{up:?}");
     Site::until("5 samples", || site.count_in_log("hearer", "seen ") >= 5);
 
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("../middleware/ros2/tests");
     let node = [site.network.as_str(), TOPIC, COUNT];
     if let Some(ros) = python::ros(test) {
-        let said = output(&site, ros, tests.join("rclpy/points.py"), &node);
+        let said = output(&site, ros, DOMAIN, tests.join("rclpy/points.py"), &node);
         assert_eq!(check("rclpy", &said), 5);
     }
     if let Some(cyclone) = python::interpreter(CYCLONE, test) {
         let args = [node[0], DOMAIN, node[1], node[2]];
-        let said = output(&site, cyclone, tests.join("stranger/points.py"), &args);
+        let script = tests.join("stranger/points.py");
+        let said = output(&site, cyclone, DOMAIN, script, &args);
         assert_eq!(check("cyclonedds", &said), 5);
     }
     let file = site.path("points.mcap").display().to_string();
@@ -180,7 +202,7 @@ fn others_read_what_an_adaptor_writes() {
     let topic = "hearer_lidar_adaptor.consumer.newPoints";
     record
         .args(["record", &site.network, topic, "-o", &file])
-        .envs(ROS)
+        .envs(ros(DOMAIN))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
     let record = record.spawn().expect("the recorder");
@@ -206,7 +228,7 @@ fn others_read_what_an_adaptor_writes() {
     if let Some(readers) = python::packages("recordings", READERS, test) {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dds/points.py");
         let topic = format!("/{}/{TOPIC}", site.network);
-        let said = output(&site, readers, script, &[&file, &topic]);
+        let said = output(&site, readers, DOMAIN, script, &[&file, &topic]);
         assert!(check("rosbags", &said) >= 5, "{said}");
     }
 }

@@ -19,6 +19,7 @@ mod python_site;
 mod python_tree;
 mod python_worker;
 mod remote;
+mod strangers;
 mod time;
 mod tools;
 

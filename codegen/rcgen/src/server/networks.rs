@@ -7,6 +7,7 @@ use rc_cdsl::Component;
 use rc_codegen::{FileLoader, Project, paths};
 use rc_ddsl::{Connection, Deployment, Endpoint};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
+use rc_syntax::Name;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -27,6 +28,8 @@ pub(super) struct Wiring {
     deployment: Deployment,
     /// The components that were read, in the order of the instances.
     components: Vec<Option<Rc<Component>>>,
+    /// Those of programs outside, in the order of the external slots.
+    peers: Vec<Option<Rc<Component>>>,
     known: HashMap<PathBuf, Option<Rc<Component>>>,
     /// The file of each instance, and of each source.
     files: Vec<Option<PathBuf>>,
@@ -136,6 +139,7 @@ impl Wiring {
             sources,
             deployment,
             components: Vec::new(),
+            peers: Vec::new(),
             known: HashMap::new(),
             files: Vec::new(),
             sources_files: HashMap::new(),
@@ -144,7 +148,8 @@ impl Wiring {
         }
     }
 
-    /// Reads the component of the next instance. Returns whether there was one.
+    /// Reads the component of the next instance, or of the next external slot. Returns whether there
+    /// was one.
     pub(super) fn read_next(&mut self, loader: &FileLoader) -> bool {
         let new = self.sources.ids().skip(self.sources_files.len());
         for id in new {
@@ -152,36 +157,24 @@ impl Wiring {
             self.sources_files.insert(id, key);
         }
         let at = self.components.len();
-        let Some(instance) = self.deployment.instances.get_mut(at) else {
-            return false;
+        let Some(instance) = self.deployment.instances.get(at) else {
+            let Some(external) = self.deployment.externals.get(self.peers.len()) else {
+                return false;
+            };
+            let peer = external.peer.as_ref();
+            let file = peer.map(|peer| (peer.folder.join(&peer.cdsl.text), peer.cdsl.clone()));
+            let component = file.and_then(|(file, named)| self.component(&file, &named, loader));
+            self.peers.push(component);
+            return true;
         };
-        let Some(named) = &instance.cdsl else {
+        let Some(named) = instance.cdsl.clone() else {
             self.components.push(None);
             self.files.push(None);
             return true;
         };
         let file = instance.folder.join(&named.text);
-        let path = paths::normal(&file);
-        let component = if let Some(known) = self.known.get(&path) {
-            known.clone()
-        } else {
-            let component = match Project::load(&path, &mut self.sources, loader) {
-                Ok((project, more)) => {
-                    let project = project.filter(|_| !more.has_errors());
-                    self.found.extend(more);
-                    project.map(|project| Rc::new(project.component))
-                }
-                Err(error) => {
-                    let message = format!("`{}` cannot be read: {error}", named.text);
-                    let error = Diagnostic::error("component-not-found", named.span, message);
-                    let error = error.help("the path is relative to this file");
-                    self.found.push(error);
-                    None
-                }
-            };
-            self.known.insert(path, component.clone());
-            component
-        };
+        let component = self.component(&file, &named, loader);
+        let instance = &mut self.deployment.instances[at];
         let network = &self.deployment.name.text;
         let component = component.map(|component| {
             let expanded = rc_ddsl::expand(network, instance, &component, &mut self.found);
@@ -190,6 +183,35 @@ impl Wiring {
         self.components.push(component);
         self.files.push(Some(self.keys.of(&file)));
         true
+    }
+
+    /// The component of a file. Reports a file that cannot be read.
+    fn component(
+        &mut self,
+        file: &Path,
+        named: &Name,
+        loader: &FileLoader,
+    ) -> Option<Rc<Component>> {
+        let path = paths::normal(file);
+        if let Some(known) = self.known.get(&path) {
+            return known.clone();
+        }
+        let component = match Project::load(&path, &mut self.sources, loader) {
+            Ok((project, more)) => {
+                let project = project.filter(|_| !more.has_errors());
+                self.found.extend(more);
+                project.map(|project| Rc::new(project.component))
+            }
+            Err(error) => {
+                let message = format!("`{}` cannot be read: {error}", named.text);
+                let error = Diagnostic::error("component-not-found", named.span, message);
+                let error = error.help("the path is relative to this file");
+                self.found.push(error);
+                None
+            }
+        };
+        self.known.insert(path, component.clone());
+        component
     }
 
     /// The connections, and all that is wrong with them and the components.
@@ -202,9 +224,12 @@ impl Wiring {
         // The editor makes no components of proxies: what is behind one is connected itself.
         let proxies = deployment.groups.iter_mut();
         let has_proxies = proxies.filter_map(|group| group.proxy.take()).count() > 0;
-        let adaptors = rc_ddsl::add_adaptors(&mut deployment, &components, &mut found);
+        let peers: Vec<Option<&Component>> = self.peers.iter().map(Option::as_deref).collect();
+        let all = [components.as_slice(), &peers].concat();
+        let adaptors = rc_ddsl::add_adaptors(&mut deployment, &all, &mut found);
         components.extend(adaptors.iter().map(|adaptor| Some(&adaptor.component)));
-        let (network, more) = rc_ddsl::connect(&deployment, &components);
+        let all = [components.as_slice(), &peers].concat();
+        let (network, more) = rc_ddsl::connect(&deployment, &all);
         let is_of_proxy = |one: &Diagnostic| has_proxies && BRIDGED.contains(&one.code);
         found.extend(more.into_iter().filter(|one| !is_of_proxy(one)));
         let mut ends: HashMap<Endpoint, End> = HashMap::new();

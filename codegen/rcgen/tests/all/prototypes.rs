@@ -247,3 +247,31 @@ fn a_conversion_is_told_printed_or_refused() {
     assert!(err.contains("none.dproto: No such file"), "{err}");
     assert_eq!(rcgen(path, &["convert", "point"]).0, 2);
 }
+
+const CLOUD: &str = "\
+dproto cloud :: geometry
+{
+    semantic  = Position
+    coord     = cartesian
+    algebraic = named_too
+    ddr       = :: ROS{sensor_msgs/PointCloud}
+    dr        = { x = x, y = y, z = z }
+    axes      = ros
+    sequence  = member points
+}
+";
+
+#[test]
+fn elements_of_a_sequence_are_converted_as_values() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(path.join(name), text).expect("a file");
+    write("Lidar.idsl", LIDAR);
+    write("points.dproto", POINTS);
+    write("ros.dproto", &format!("{ROS}{CLOUD}"));
+    let convert = |from: &str, to: &str| {
+        succeeds(path, &["convert", from, to, "points.dproto", "ros.dproto"])
+    };
+    expect![[""]].assert_eq(&convert("point", "cloud"));
+    expect![[""]].assert_eq(&convert("cloud", "ros_point"));
+}

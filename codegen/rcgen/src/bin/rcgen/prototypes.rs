@@ -24,14 +24,18 @@ pub(crate) fn convert(
     common: &Common,
     language: Option<PrintedLanguage>,
 ) -> Result<(), Failure> {
-    let (library, sources, mut found) = library(files, common)?;
+    let (mut library, sources, mut found) = library(files, common)?;
     for name in [from, to] {
         if library.prototype(name).is_none() {
             return Err(unknown(name, &library));
         }
     }
+    let note = element(&mut library, from, to);
     let plan = match Network::new(&library).plan(from, to) {
-        Ok(plan) => plan,
+        Ok(mut plan) => {
+            plan.notes.extend(note);
+            plan
+        }
         Err(refusal) => {
             found.extend(refused(&refusal, from, to, &library));
             return report(&sources, &found, common.format);
@@ -44,6 +48,22 @@ pub(crate) fn convert(
         Some(PrintedLanguage::Python) => rc_plans::python(&plan),
     });
     Ok(())
+}
+
+/// Of two prototypes of which one holds a sequence, both are about one of its elements, as in a
+/// connection. Says so.
+fn element(library: &mut Library, from: &str, to: &str) -> Option<String> {
+    let sequence = |name| library.prototype(name)?.sequence.clone();
+    let ((member, whole), value) = match (sequence(from), sequence(to)) {
+        (Some(member), None) => ((member, from), to),
+        (None, Some(member)) => ((member, to), from),
+        _ => return None,
+    };
+    let note = format!("for each element of `{member}` of `{whole}`, and one `{value}`");
+    let mut prototypes = library.prototypes.iter_mut();
+    let whole = prototypes.find(|prototype| prototype.name == whole)?;
+    whole.sequence = None;
+    Some(note)
 }
 
 fn unknown(name: &str, library: &Library) -> Failure {

@@ -4,7 +4,7 @@
 pub(super) type Keyword = (&'static str, &'static str);
 
 /// The keywords that may begin a statement, by language and by the first word of the block.
-pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 34] = [
+pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
     (
         "idsl",
         "",
@@ -293,6 +293,17 @@ pub(super) const STATEMENTS: [(&str, &str, &[Keyword]); 34] = [
             "convert",
             "The consumer, or a process of its own, converts what differs.",
         )],
+    ),
+    (
+        "ddsl",
+        "external",
+        &[
+            ("cdsl", "The file that describes the peer."),
+            (
+                "convert",
+                "Values are converted where the peer means them otherwise.",
+            ),
+        ],
     ),
     (
         "ddsl",

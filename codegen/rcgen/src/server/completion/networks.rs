@@ -215,6 +215,8 @@ fn bound(
         .rposition(|token| matches!(*token, "->" | "," | "bind" | "external"));
     let path: String = tokens[begins.map_or(0, |at| at + 1)..].concat();
     let is_provider = tokens.contains(&"->");
+    // Values are also converted for programs outside that take them.
+    let is_any = tokens.contains(&"external");
     if path.is_empty() {
         return members(target, prefix);
     }
@@ -234,7 +236,7 @@ fn bound(
             let slots = completion.slots_of(cdsl, false).into_iter();
             let fits = |item: &Item| {
                 let role = item.detail.split(' ').next().and_then(Role::from_file);
-                role.is_none_or(|role| role.is_provided() == is_provider)
+                is_any || role.is_none_or(|role| role.is_provided() == is_provider)
             };
             return slots.filter(fits).collect();
         }

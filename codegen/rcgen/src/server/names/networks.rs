@@ -72,6 +72,12 @@ impl Collector<'_> {
         }
         for external in &network.externals {
             self.slot_path(network, &external.slot);
+            if let Some(peer) = &external.peer {
+                self.beside(&peer.folder, &peer.cdsl);
+                for frames in &peer.convert.frames {
+                    self.frames(network, &external.slot, frames);
+                }
+            }
         }
         for chain in &network.chains {
             let ends = [&chain.from, &chain.to].into_iter();
