@@ -61,7 +61,7 @@ impl ComponentInfo {
     }
 
     /// The connections with their types.
-    pub(crate) fn describe(&self) -> Described {
+    pub(crate) fn describe(&self, shared: &Shared) -> Described {
         let operations = |slot: &OpenSlot| {
             let operations = slot.operations.iter().enumerate();
             let operations = operations.map(|(at, operation)| OperationDescription {
@@ -113,6 +113,7 @@ impl ComponentInfo {
                 .map(|linked| (linked.name.to_owned(), settings(linked)))
                 .collect(),
             slots: slots.collect(),
+            world: shared.status().schema.clone(),
             types: types
                 .filter_map(|text| serde_json::from_str(text).ok())
                 .collect(),
@@ -159,6 +160,7 @@ impl ComponentInfo {
                 .machine
                 .as_ref()
                 .map(|machine| Box::new(machine.status())),
+            world: status.world.clone().map(Box::new),
             jumps: delta.jumps,
         }
     }
@@ -203,6 +205,7 @@ impl ComponentInfo {
             compute: status.compute.timing(),
             last_error: status.last_error.clone(),
             clock: clock(shared, &status),
+            world: status.world.clone(),
             slots: slots.collect(),
             done_beside: shared.beside.list(),
         }

@@ -6,7 +6,7 @@ use crate::exact::entry::Kind;
 use crate::exact::mode::Exact;
 use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
-use rc_management::component::State;
+use rc_management::component::{State, WorldStatus};
 use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 use std::time::Duration;
@@ -29,6 +29,17 @@ pub struct Core {
     clock: Arc<dyn Clock>,
     pub(crate) exact: Exact,
     random: fastrand::Rng,
+}
+
+/// Tells the supervisor and tools how a component's replica of the shared world is.
+#[derive(Clone, Debug)]
+pub struct WorldReport(Arc<Shared>);
+
+impl WorldReport {
+    /// Tells it with the next heartbeat, and from then on.
+    pub fn set(&self, status: WorldStatus) {
+        self.0.status().world = Some(status);
+    }
 }
 
 impl Core {
@@ -107,6 +118,19 @@ impl Core {
     pub fn unique(&self) -> u64 {
         let number = || RandomState::new().hash_one(std::process::id());
         self.exact.number(Kind::Unique, number)
+    }
+
+    /// Tells tools the files of the schema of the component's shared world, names and texts, the one that
+    /// the component names first.
+    pub fn set_world_schema(&self, files: &[(&str, &str)]) {
+        let files = files.iter();
+        let files = files.map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
+        self.shared.status().schema = files.collect();
+    }
+
+    /// Where to tell how the component's replica of the shared world is.
+    pub fn world_report(&self) -> WorldReport {
+        WorldReport(Arc::clone(&self.shared))
     }
 
     /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not

@@ -63,7 +63,7 @@ mod worker_error;
 pub use adapter::Adapter;
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
 pub use component::{Body, CallEnd, Component, Sample};
-pub use context::Core;
+pub use context::{Core, WorldReport};
 pub use description::{Description, Slot};
 pub use dispatch::{
     Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
@@ -76,7 +76,7 @@ pub use ports::{Awaited, Connections, EarlySamples, Ports};
 pub use process::{Embedded, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};
-pub use rc_management::component::{Role, State as ComponentState};
+pub use rc_management::component::{Role, State as ComponentState, WorldStatus};
 pub use rc_middleware as middleware;
 pub use rc_middleware::{Linked, Member};
 pub use shared::{ComponentType, run_components};

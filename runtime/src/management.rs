@@ -470,7 +470,7 @@ impl Server {
                 self.parameters.save(requester);
                 return None;
             }
-            Ok(Request::Describe) => ToolRequests::describe(&self.info),
+            Ok(Request::Describe) => ToolRequests::describe(&self.info, &self.shared),
             Ok(Request::Clocks) => ToolRequests::clocks(),
             // Its connections, which have the senders, are not all open.
             Ok(Request::Follow { .. }) if self.shared.status().state == State::Starting => {

@@ -10,6 +10,7 @@ use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
 use rc_management::component::{
     ClockKind, ConvertedStatus, ForwardedStatus, QueueStatus, State, Timing, TransportStatus,
+    WorldStatus,
 };
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
@@ -130,6 +131,9 @@ pub(crate) struct Status {
     pub(crate) last_error: Option<String>,
     /// Last steps of the state machine.
     pub(crate) machine: Option<MachineRecord>,
+    /// The replica of the shared world, as it was last told, and the files of its schema.
+    pub(crate) world: Option<WorldStatus>,
+    pub(crate) schema: Vec<(String, String)>,
     /// Of a source of time: the components that follow it, and those that it waits for beyond its
     /// limit.
     pub(crate) followers: Vec<String>,
@@ -275,6 +279,8 @@ impl Status {
             slots: (0..slots).map(|_| SlotCounters::new()).collect(),
             last_error: None,
             machine: None,
+            world: None,
+            schema: Vec::new(),
             followers: Vec::new(),
             waiting_for: Vec::new(),
             sent: Vec::new(),

@@ -5,6 +5,7 @@ use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
 use crate::hops::{FollowedEnd, FollowedPair, SharedHops};
 use crate::slots::{OpenSlot, SlotTable};
+use crate::status::Shared;
 use crate::tap::{Copied, Taps};
 use crate::tool_message::ToolMessage;
 use crate::waker::Waker;
@@ -83,8 +84,8 @@ impl ToolRequests {
     }
 
     /// The description of the component.
-    pub(crate) fn describe(info: &ComponentInfo) -> Result<Value, Error> {
-        rpc::result(&info.describe())
+    pub(crate) fn describe(info: &ComponentInfo, shared: &Shared) -> Result<Value, Error> {
+        rpc::result(&info.describe(shared))
     }
 
     /// The clocks of this machine, now.

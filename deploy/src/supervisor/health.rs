@@ -3,9 +3,11 @@
 //! The component detects them and sends them in its heartbeats. A condition ends when no heartbeat
 //! of the last five seconds had it, so that a condition that comes and goes is one event.
 
+mod world;
+
 use crate::supervisor::memory_growth::{Growing, Growth};
 use rc_deploy_network::plan::Component;
-use rc_management::component::{ClockStatus, MachineStatus};
+use rc_management::component::{ClockStatus, MachineStatus, WorldStatus};
 use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
 use rc_management::supervisor::Trouble;
@@ -45,6 +47,10 @@ pub(crate) struct HealthMonitor {
     clock: Option<Box<ClockStatus>>,
     /// The state machine, from the last heartbeat.
     machine: Option<Box<MachineStatus>>,
+    /// The replica of the shared world, from the last heartbeat.
+    world: Option<Box<WorldStatus>>,
+    /// How many more heartbeats without a refused message end that.
+    refused: u32,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
     quiet: bool,
@@ -88,6 +94,7 @@ impl HealthMonitor {
             self.peers(slot, peers > 0, &mut happened);
         }
         self.mismatches(heartbeat.mismatches, &mut happened);
+        self.world(heartbeat.world, &mut happened);
         happened
     }
 
@@ -144,22 +151,34 @@ impl HealthMonitor {
             ("time-lost", "time-back", lost, "its source of time is back"),
             ("time-waits", "time-goes-on", waits, "time no longer waits"),
         ] {
-            let was = self.troubles.contains_key(&(code, String::new()));
-            match begun {
-                Some(text) => {
-                    self.begin(code, "", &text);
-                    if !was {
-                        happened.push((Severity::Warning, code, text));
-                    }
-                }
-                None if was => {
-                    self.over(code, "");
-                    happened.push((Severity::Info, over, ended.to_owned()));
-                }
-                None => {}
-            }
+            self.change(code, over, begun, ended, happened);
         }
         self.clock = clock;
+    }
+
+    /// Begins a condition, or ends it.
+    fn change(
+        &mut self,
+        code: &'static str,
+        over: &'static str,
+        text: Option<String>,
+        ended: &str,
+        happened: &mut Vec<HealthEvent>,
+    ) {
+        let was = self.has(code);
+        match text {
+            Some(text) => {
+                self.begin(code, "", &text);
+                if !was {
+                    happened.push((Severity::Warning, code, text));
+                }
+            }
+            None if was => {
+                self.over(code, "");
+                happened.push((Severity::Info, over, ended.to_owned()));
+            }
+            None => {}
+        }
     }
 
     /// The clock, unless it is that of the system.

@@ -29,7 +29,7 @@ use rc_files::Disk;
 use rc_management::event::{Event, Severity};
 use rc_management::{ServerSource, supervisor};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -401,6 +401,19 @@ impl<'p> Supervisor<'p> {
         }
     }
 
+    /// Reports components whose replicas of the shared world hear nothing of others that run.
+    fn look_for_splits(&mut self) {
+        let running = self.units.iter().filter(|unit| unit.is_alive());
+        let running: Vec<String> = running.map(|unit| unit.name().to_owned()).collect();
+        let running: BTreeSet<&str> = running.iter().map(String::as_str).collect();
+        for unit in self.units.iter_mut().filter(|unit| unit.is_alive()) {
+            let happened = unit.health.look_for_split(&running);
+            for (severity, code, text) in happened {
+                unit.event(self.report, severity, code, text);
+            }
+        }
+    }
+
     pub(super) fn check_deadlines(&mut self) {
         let now = Instant::now();
         self.logs.show(now, self.report);
@@ -414,6 +427,7 @@ impl<'p> Supervisor<'p> {
             self.troubles.restore_logs(&mut self.logs);
             self.troubles.look_at_recordings(&mut self.logs);
             self.troubles.look_for_name(&self.plan.network, control);
+            self.look_for_splits();
         }
         let disk = self.logs.check(now, self.report);
         self.troubles.disk_changed(&self.logs, disk);

@@ -262,12 +262,43 @@ pub struct Status {
     /// State machine, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineStatus>,
+    /// Its replica of the shared world, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldStatus>,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
     /// The components of the same process that have ended in order, by their names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub done_beside: Vec<String>,
+}
+
+/// The replica of a shared world in a component.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorldStatus {
+    /// How many changes of others it has not seen.
+    pub behind: u64,
+    /// For how many milliseconds it has lacked some.
+    pub behind_ms: u64,
+    /// How many elements are not shown, because they are in conflict with others.
+    pub conflicts: u64,
+    /// What the first of them are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub first_conflicts: Vec<String>,
+    /// Why the newest changes are not shown: together they break a rule of the schema.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "foreign::optional")]
+    pub fault: Option<String>,
+    /// How many messages it has refused.
+    pub refused: u64,
+    /// Why it refused the last one; empty if it refused none.
+    #[serde(default, deserialize_with = "foreign::text")]
+    pub last_refusal: String,
+    /// The instances whose replicas have been silent for five seconds and have not said goodbye.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "foreign::texts")]
+    pub silent: Vec<String>,
 }
 
 /// The state machine of a component.

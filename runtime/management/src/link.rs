@@ -1,6 +1,8 @@
 //! Notifications between a component and the supervisor that started it.
 
-use crate::component::{ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State};
+use crate::component::{
+    ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State, WorldStatus,
+};
 use crate::rpc::{self, Call};
 use rc_lifecycle::LifecycleState;
 use rc_vocabulary::foreign;
@@ -123,6 +125,9 @@ pub struct Heartbeat {
     /// The state machine, if the component has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<Box<MachineStatus>>,
+    /// The replica of the shared world, if the component has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<Box<WorldStatus>>,
     /// How time has jumped back since the last heartbeat.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumps: Vec<TimeJump>,

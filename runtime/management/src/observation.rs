@@ -29,6 +29,10 @@ pub struct Described {
     pub middlewares: BTreeMap<String, BTreeMap<String, String>>,
     /// The connections, in the order of the `.cdsl`; without addresses until they are open.
     pub slots: Vec<SlotDescription>,
+    /// The files of the schema of its shared world, the one that the component names first: names and
+    /// texts. Empty if it has no world.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub world: Vec<(String, String)>,
     /// The IDSL modules, each in the form of `rc_values::description::Module`.
     pub types: Vec<Value>,
 }

@@ -5,6 +5,8 @@
 //! arrives. Generated code opens it in the context, calls [`Member::turn`] in each turn of the event
 //! loop, and [`Member::leave`] at the end.
 
+mod watch;
+
 use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
@@ -17,6 +19,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use watch::Watch;
 
 /// How many messages of a replica are published in a turn at most. The others follow in the next
 /// one.
@@ -43,6 +46,7 @@ pub struct Driver {
     refused: u64,
     /// When it may say so again.
     says_next: Duration,
+    watch: Watch,
 }
 
 /// Sends a message on its topic.
@@ -77,6 +81,7 @@ impl Driver {
             shown: 0,
             refused: 0,
             says_next: Duration::ZERO,
+            watch: Watch::new(core.world_report()),
         }
     }
 
@@ -132,6 +137,7 @@ impl Driver {
         if is_due {
             self.due = self.world.turn(self.steady.time());
         }
+        self.watch.look(&self.world, self.steady.time());
         self.report();
         let told = self.send(send);
         let version = self.world.snapshot().version();

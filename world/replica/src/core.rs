@@ -1,5 +1,6 @@
 //! The state of a replica, behind the lock of its world.
 
+use crate::overruled::Overruled;
 use crate::protocol::Protocol;
 use crate::rights::Rights;
 use crate::streams::Streams;
@@ -7,6 +8,7 @@ use crate::token::Token;
 use crate::world::Setup;
 use graph_merge::{Conflict, Replica};
 use graph_schema::Schema;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// How many elements a world has at most.
@@ -25,6 +27,8 @@ pub(crate) struct Core {
     pub(crate) is_stale: bool,
     pub(crate) conflicts: Vec<Conflict>,
     pub(crate) fault: Option<String>,
+    /// Values that lost against those of this replica, until the component takes them.
+    pub(crate) overruled: VecDeque<Overruled>,
     pub(crate) protocol: Protocol,
 }
 
@@ -40,6 +44,7 @@ impl Core {
             is_stale: false,
             conflicts: Vec::new(),
             fault: None,
+            overruled: VecDeque::new(),
             protocol,
         }
     }

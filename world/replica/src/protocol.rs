@@ -274,7 +274,9 @@ impl Core {
 
     /// Takes the changes of another replica, and shows them. Returns whether they are sound.
     pub(crate) fn merge(&mut self, graph: &Graph, time: Time, delta: &Delta) -> bool {
-        let merged = Check::of(self).delta(delta).and_then(|()| {
+        let sound = Check::of(self).delta(delta);
+        let merged = sound.and_then(|()| {
+            self.note_overruled(delta);
             let merged = self.replica.merge(delta);
             merged.map_err(|error| error.to_string())
         });

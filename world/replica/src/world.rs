@@ -2,9 +2,11 @@
 
 use crate::core::Core;
 use crate::error::Error;
+use crate::health::Health;
 use crate::local::START;
 use crate::message::Message;
 use crate::news::{News, Reader};
+use crate::overruled::Overruled;
 use crate::rights::Rights;
 use crate::status::Status;
 use crate::token::Token;
@@ -207,6 +209,18 @@ impl World {
     /// What is not shown because another replica made something against which it loses.
     pub fn conflicts(&self) -> Vec<Conflict> {
         self.core().conflicts.clone()
+    }
+
+    /// The next value that another replica gave an attribute at the same time as this one, whose value
+    /// is shown. Of more than 256 that nobody takes, the oldest are forgotten.
+    pub fn overruled(&self) -> Option<Overruled> {
+        self.core().overruled.pop_front()
+    }
+
+    /// What is wrong with the replica.
+    pub fn health(&self) -> Health {
+        let now = self.snapshot();
+        Health::of(&self.core(), &now)
     }
 
     /// Why the newest changes are not shown: they break a rule of the schema together. It ends when

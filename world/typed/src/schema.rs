@@ -2,15 +2,17 @@
 
 use graph_language::Schema;
 use rc_diagnostics::{Format, SourceMap, render};
+use rc_runtime::Core;
 use rc_syntax::MemoryLoader;
 use std::sync::Arc;
 
 /// The schema of these files, each with its name and its text; the first one names the others. `rcgen` has
-/// checked them.
+/// checked them. Tools get them from the component.
 ///
 /// # Errors
 /// What is wrong with the files.
-pub fn schema(files: &[(&str, &str)]) -> Result<Arc<Schema>, String> {
+pub fn schema(core: &Core, files: &[(&str, &str)]) -> Result<Arc<Schema>, String> {
+    core.set_world_schema(files);
     let mut sources = SourceMap::new();
     let (name, text) = files.first().ok_or("there is no file")?;
     let source = sources.add(*name, *text);

@@ -52,6 +52,7 @@ fn of_observation(golden: &mut Golden) {
                 external_type: Some(text("geometry_msgs/msg/Pose")),
             }],
         }],
+        world: vec![(text("home.gdsl"), text("Domain home { };"))],
         types: vec![json!({"module": "RoboCompPosePub"})],
     });
     golden.result(&Called {
@@ -204,6 +205,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
         last_error: Some(text("no scan")),
         clock: component::ClockStatus::default(),
         machine: Some(machine()),
+        world: Some(world()),
         slots: vec![
             slot(Role::Implements, Some(text("default/Laser"))),
             slot(Role::Requires, None),
@@ -282,6 +284,19 @@ pub(crate) fn of_components(golden: &mut Golden) {
         ..rpc::Error::new(rpc::Error::INVALID_PARAMS, "too much")
     };
     golden.line(&rpc::answer(&Value::from("a"), Err(error)));
+}
+
+pub(crate) fn world() -> component::WorldStatus {
+    component::WorldStatus {
+        behind: 3,
+        behind_ms: 2500,
+        conflicts: 1,
+        first_conflicts: vec![text("RT from `hall` to `front`")],
+        fault: Some(text("two parents")),
+        refused: 2,
+        last_refusal: text("another schema"),
+        silent: vec![text("finder")],
+    }
 }
 
 pub(crate) fn machine() -> component::MachineStatus {

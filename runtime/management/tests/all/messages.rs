@@ -1,6 +1,6 @@
 //! The JSON of every message. Any change of a key, code or word is a difference to `messages.txt`.
 
-use super::components::{changes, clock, machine, of_components};
+use super::components::{changes, clock, machine, of_components, world};
 use super::golden::{Golden, text};
 use expect_test::expect_file;
 use rc_lifecycle::{LifecycleState, Transition};
@@ -72,6 +72,7 @@ fn of_links(golden: &mut Golden) {
         ComponentMessage::Heartbeat(Heartbeat {
             clock: Some(Box::new(clock(component::ClockKind::Source))),
             machine: Some(Box::new(machine())),
+            world: Some(Box::new(world())),
             jumps: vec![link::TimeJump {
                 from_s: 2.5,
                 to_s: 0.0,

@@ -1,6 +1,7 @@
 //! Replicas converge after losses, kills and partitions.
 
 use crate::network::{CALM, Network, Weather, add};
+use property_graph::Value;
 use rc_world::{Reason, Rights, Token, World};
 use std::time::Duration;
 
@@ -173,6 +174,10 @@ fn conflicts_of_a_partition_are_listed_when_it_heals() {
         assert_eq!(conflicts[0].reason, Reason::Key);
         assert_eq!(network.at(at).snapshot().node_count(), 2);
         assert_eq!(network.at(at).status(network.now).conflicts, 1);
+        let health = network.at(at).health();
+        let told = "room `kitchen`: an older node has the same key";
+        assert_eq!((health.conflicts, health.behind), (1, 0));
+        assert_eq!(health.first_conflicts, [told]);
     }
     // With another name, both are there.
     let renamed = network.at(0).change(|edit| {
@@ -183,6 +188,55 @@ fn conflicts_of_a_partition_are_listed_when_it_heals() {
     network.converge(5 * SECOND);
     assert_eq!(network.at(1).conflicts(), []);
     assert_eq!(network.at(1).snapshot().node_count(), 3);
+}
+
+/// Whoever wrote the value that is shown learns of the other one, and may decide: the other one cannot
+/// know that it was asked.
+#[test]
+fn of_two_values_of_a_partition_the_winner_learns_and_may_decide() {
+    let mut network = Network::new(3, CALM, 3);
+    network.run(SECOND);
+    add(network.at(2), "door", "front");
+    network.run(SECOND);
+    let set = |network: &Network, at: usize, attribute: &str, value: f64| {
+        let changed = network.at(at).change(|edit| {
+            let door = edit.snapshot().named("front").next().expect("a door");
+            Ok(edit.set(door, attribute, value)?)
+        });
+        changed.expect("a sound change")
+    };
+    network.groups = vec![0, 1, 0];
+    set(&network, 0, "width", 0.8);
+    set(&network, 1, "width", 0.7);
+    set(&network, 1, "width", 0.9);
+    // Values that agree, and those of one side alone, are nobody's business.
+    set(&network, 0, "height", 2.0);
+    set(&network, 1, "height", 2.0);
+    network.run(6 * SECOND);
+    network.groups = vec![0, 0, 0];
+    network.converge(5 * SECOND);
+    let shown = network.at(2).snapshot();
+    let door = shown.named("front").next().expect("a door");
+    assert_eq!(shown.get(door, "width"), Some(&Value::Float(0.9)));
+    for at in [0, 2] {
+        assert_eq!(network.at(at).overruled(), None);
+    }
+    let overruled = network.at(1).overruled().expect("another value");
+    assert_eq!(overruled.attribute, "width");
+    assert_eq!(overruled.shown, Some(Value::Float(0.9)));
+    assert_eq!(overruled.other, Some(Value::Float(0.8)));
+    assert_eq!(network.at(1).overruled(), None);
+    // It decides for the lesser one.
+    set(&network, 1, "width", 0.8);
+    network.converge(5 * SECOND);
+    let shown = network.at(0).snapshot();
+    assert_eq!(shown.get(door, "width"), Some(&Value::Float(0.8)));
+    // One after the other is no conflict.
+    set(&network, 0, "width", 0.6);
+    network.run(SECOND);
+    set(&network, 1, "width", 0.5);
+    network.converge(5 * SECOND);
+    assert!((0..3).all(|at| network.at(at).overruled().is_none()));
 }
 
 #[test]
