@@ -142,7 +142,7 @@ pub(super) fn switch(text: &str) -> Result<bool, String> {
     }
 }
 
-fn change(text: &str) -> Result<(String, String), String> {
+pub(super) fn change(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((path, value)) => Ok((path.trim().to_owned(), value.to_owned())),
         None => Err("a change looks like `speed=300`".to_owned()),

@@ -7,6 +7,7 @@ use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
 };
 use super::meaning::As;
+use super::world::WorldAction;
 use super::{bag, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
@@ -255,12 +256,17 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows the replicas of the shared world: what each has, and whether they are equal. Listens for
-    /// two and a half seconds.
+    /// Shows the shared world of a running network, changes it, and asks it.
+    ///
+    /// `world NETWORK` shows the replicas: what each has, how late it is, whether all are equal, and what
+    /// is sent. It listens for two and a half seconds. No component counts this command as a replica.
+    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     World {
+        #[command(subcommand)]
+        action: Option<WorldAction>,
         /// The network or its .ddsl. Optional if only one network runs.
-        #[arg(add = networks())]
-        network: String,
+        #[arg(required = true, add = networks())]
+        network: Option<String>,
         /// The form of the output: human or json (one document).
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,

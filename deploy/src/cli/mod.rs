@@ -214,7 +214,13 @@ fn run(command: Command) -> Result<u8, Failure> {
             name,
             format,
         } => look::show(&network, &name, format),
-        Command::World { network, format } => world::world(&network, format),
+        Command::World {
+            action: Some(action),
+            ..
+        } => world::act(action),
+        Command::World {
+            network, format, ..
+        } => world::world(&network.unwrap_or_default(), format),
         Command::Echo {
             watched,
             field,

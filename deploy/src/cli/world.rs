@@ -1,195 +1,190 @@
-//! `rcdeploy world`: the replicas of a network's shared world, as they tell each other.
+//! `rcdeploy world`: the shared world of a network, its replicas, and what is in it.
 
-use super::look::look;
-use super::messages::{interrupts, is_interrupted};
-use super::output::{Failure, print_note, show};
+mod arguments;
+mod diff;
+mod elements;
+mod query;
+mod replica;
+mod state;
+mod watch;
+
+pub(super) use arguments::WorldAction;
+
+use super::output::{Failure, counted, show, system};
+use elements::{
+    attributes, document, json_of, kind, named, shown, text, unknown_attribute, value, word,
+};
+use graph_exchange::{Document, graph_json};
 use rc_deploy_client::Format;
-use rc_diagnostics::foreign::{clean, clean_to};
-use rc_observe::{Network, Observed, Observer, Topic};
-use rc_values::Value;
-use serde::Serialize;
-use std::collections::BTreeMap;
-use std::os::fd::AsFd;
-use std::time::{Duration, Instant};
-
-/// The topic on which each replica tells once a second what it has.
-const DIGESTS: (&str, &str) = ("RcWorld::World", "digest");
-/// How long the command listens: each replica has told by then.
-const LISTENING: Duration = Duration::from_millis(2500);
-/// How many characters of a name are printed.
-const MOST_NAME: usize = 40;
-
-/// What a replica told last.
-#[derive(Clone, Serialize)]
-struct Replica {
-    name: String,
-    writer: String,
-    /// Equal for equal replicas.
-    digest: String,
-    elements: u64,
-    /// How many changes it has seen.
-    changes: u64,
-    /// How many changes it has not seen that others have.
-    behind: u64,
-    conflicts: u64,
-    /// Whether others have another schema.
-    other_schema: bool,
-    #[serde(skip)]
-    schema: u64,
-    #[serde(skip)]
-    streams: u64,
-    #[serde(skip)]
-    seen: BTreeMap<u64, u64>,
-}
-
-#[derive(Serialize)]
-struct World {
-    network: String,
-    is_equal: bool,
-    replicas: Vec<Replica>,
-}
+use rc_world::property_graph::{Element, Snapshot};
+use replica::Listener;
+use serde_json::json;
+use std::path::Path;
 
 /// Prints the replicas of a network.
 pub(super) fn world(network: &str, format: Format) -> Result<u8, Failure> {
-    let network = look(network)?;
-    let topics = network.topics().into_iter();
-    let topics = topics
-        .filter(|topic| topic.interface.name == DIGESTS.0 && topic.operation.name == DIGESTS.1);
-    let topics: Vec<Topic> = topics.collect();
-    if topics.is_empty() {
-        let message = format!("no component of `{}` has a world", clean(&network.name));
-        return Err(Failure(1, message));
+    state::state(network, format)
+}
+
+/// Reads or changes a world.
+pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
+    match action {
+        WorldAction::Get { of, elements } => get(&of.network, &elements, of.format),
+        WorldAction::Set { of, changes } => set(&of.network, &changes, of.format),
+        WorldAction::Watch { of, words, count } => {
+            let format = of.format;
+            watch::watch(
+                &of.network,
+                &watch::Wanted {
+                    words,
+                    count,
+                    format,
+                },
+            )
+        }
+        WorldAction::Query {
+            network,
+            query,
+            parameters,
+        } => query::query(&network, query.as_deref(), &parameters),
+        WorldAction::Save { of, file } => save(&of.network, &file, of.format),
+        WorldAction::Diff {
+            first,
+            second,
+            format,
+        } => diff::diff(&first, &second, format),
     }
-    let Some(replicas) = listen(&network, &topics)? else {
+}
+
+fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure> {
+    let Some(listener) = Listener::joined(network, None)? else {
         return Ok(0);
     };
-    if replicas.is_empty() {
-        let message = format!("no replica of `{}` told what it has", clean(&network.name));
-        return Err(Failure(3, message));
-    }
-    let world = compare(&network.name, replicas);
-    show(format, &world, table)
-}
-
-/// The last digest of each replica. `None` at Ctrl-C.
-fn listen(network: &Network, topics: &[Topic]) -> Result<Option<Vec<Replica>>, Failure> {
-    let interrupts = interrupts()?;
-    let mut observer = Observer::new(network)?;
-    let mut feeds = BTreeMap::new();
-    for topic in topics {
-        feeds.insert(observer.open(topic)?, topic);
-    }
-    let mut replicas: BTreeMap<u64, Replica> = BTreeMap::new();
-    let mut take = |topic: &Topic, observed: &Observed<'_>| match topic.decode(observed) {
-        Ok(value) => match digest(&value) {
-            Some((writer, _, true)) => {
-                replicas.remove(&writer);
-            }
-            Some((writer, replica, false)) => {
-                replicas.insert(writer, replica);
-            }
-            None => print_note(&"a digest has other members"),
-        },
-        Err(error) => print_note(&format!("a digest cannot be decoded: {error}")),
-    };
-    let end = Instant::now() + LISTENING;
-    while Instant::now() < end {
-        if is_interrupted(&interrupts) {
-            return Ok(None);
-        }
-        let more = observer.take(&mut |feed, observed| {
-            if let Some(topic) = feeds.get(&feed) {
-                take(topic, &observed);
-            }
+    let world = listener.world.snapshot();
+    if elements.is_empty() {
+        let nodes = world.nodes().map(|node| Element::Node(node.node_id()));
+        let edges = world.edges().map(|edge| Element::Edge(edge.edge_id()));
+        let all: Vec<Element> = nodes.chain(edges).collect();
+        let documents: Vec<_> = all
+            .iter()
+            .map(|element| document(&world, *element))
+            .collect();
+        return show(format, &documents, |_| {
+            let line = |element: &Element| {
+                format!(
+                    "{} {}\n",
+                    rc_diagnostics::foreign::clean(kind(&world, *element)),
+                    word(&world, *element)
+                )
+            };
+            all.iter().map(line).collect()
         });
-        if !more {
-            let left = end.saturating_duration_since(Instant::now());
-            observer.wait(&[interrupts.as_fd()], left.min(Duration::from_millis(100)));
+    }
+    let (mut documents, mut lines) = (Vec::new(), String::new());
+    for wanted in elements {
+        let found = named(&world, wanted)?;
+        let Some(attribute) = &found.attribute else {
+            documents.push(document(&world, found.element));
+            lines += &text(&world, found.element);
+            continue;
+        };
+        if !attributes(&world, found.element).contains(attribute.as_str()) {
+            return Err(unknown_attribute(&world, found.element, attribute));
         }
+        let value = world.get(found.element, attribute.as_str());
+        documents.push(json!({
+            "element": word(&world, found.element),
+            "attribute": attribute,
+            "value": value.map(json_of),
+        }));
+        let value = value.map_or_else(|| "no value".to_owned(), shown);
+        lines += &format!("{} = {value}\n", rc_diagnostics::foreign::clean(wanted));
     }
-    Ok(Some(replicas.into_values().collect()))
+    show(format, &documents, |_| lines)
 }
 
-/// The writer, what it has, and whether it leaves.
-fn digest(value: &Value) -> Option<(u64, Replica, bool)> {
-    let json = serde_json::to_value(value).ok()?;
-    let digest = json.get("digest")?;
-    let number = |name: &str| digest.get(name)?.as_u64();
-    let list = |name: &str| digest.get(name)?.as_array();
-    let ranges = list("ranges")?.iter().filter_map(serde_json::Value::as_u64);
-    let one = ranges.fold(0, u64::wrapping_add);
-    let seen = list("seen")?.iter().filter_map(|key| {
-        let number = |name: &str| key.get(name)?.as_u64();
-        Some((number("writer")?, number("count")?))
-    });
-    let seen: BTreeMap<u64, u64> = seen.collect();
-    let writer = number("sender")?;
-    let replica = Replica {
-        name: clean_to(digest.get("name")?.as_str()?, MOST_NAME),
-        writer: format!("{writer:016x}"),
-        digest: format!("{one:016x}"),
-        elements: number("elements")?,
-        changes: seen.values().copied().fold(0, u64::saturating_add),
-        behind: 0,
-        conflicts: number("conflicts")?,
-        other_schema: false,
-        schema: number("schema")?,
-        streams: number("streams")?,
-        seen,
+fn set(network: &str, changes: &[(String, String)], format: Format) -> Result<u8, Failure> {
+    let Some(mut listener) = Listener::joined(network, None)? else {
+        return Ok(0);
     };
-    Some((writer, replica, digest.get("leaving")?.as_bool()?))
+    let world = listener.world.snapshot();
+    let mut values = Vec::new();
+    for (place, text) in changes {
+        let found = named(&world, place)?;
+        let Some(attribute) = found.attribute else {
+            let message = format!(
+                "`{}` is an element; name an attribute, as in `{0}.{}=…`",
+                rc_diagnostics::foreign::clean(place),
+                attributes(&world, found.element).first().unwrap_or(&"name")
+            );
+            return Err(Failure(2, message));
+        };
+        let value = value(&world, found.element, &attribute, text)?;
+        values.push((found.element, attribute, value));
+    }
+    let changed = listener.world.change(|edit| {
+        for (element, attribute, value) in &values {
+            edit.set(*element, attribute.as_str(), value.clone())?;
+        }
+        Ok(())
+    });
+    let token = changed.map_err(|error| Failure(2, error.to_string()))?;
+    let before = &world;
+    if listener.world.snapshot().version() != before.version() && listener.spread(token)?.is_none()
+    {
+        return Ok(0);
+    }
+    let now = listener.world.snapshot();
+    let told: Vec<_> = values
+        .iter()
+        .map(|(element, attribute, _)| {
+            let of = |world: &Snapshot| world.get(*element, attribute.as_str()).map(json_of);
+            json!({
+                "element": word(&now, *element), "attribute": attribute,
+                "before": of(before), "after": of(&now),
+            })
+        })
+        .collect();
+    show(format, &told, |_| {
+        let line = |(element, attribute, _): &(Element, String, _)| {
+            let of = |world: &Snapshot| {
+                let value = world.get(*element, attribute.as_str());
+                value.map_or_else(|| "no value".to_owned(), shown)
+            };
+            let name = rc_diagnostics::foreign::clean(attribute);
+            format!(
+                "{}.{name} = {}, was {}\n",
+                word(&now, *element),
+                of(&now),
+                of(before)
+            )
+        };
+        values.iter().map(line).collect()
+    })
 }
 
-/// Compares replicas with all that any of them has.
-fn compare(network: &str, mut replicas: Vec<Replica>) -> World {
-    let mut all: BTreeMap<u64, u64> = BTreeMap::new();
-    for (writer, count) in replicas.iter().flat_map(|replica| &replica.seen) {
-        let known = all.entry(*writer).or_default();
-        *known = (*known).max(*count);
-    }
-    // The schema that most have.
-    let mut schemas: BTreeMap<u64, usize> = BTreeMap::new();
-    for replica in &replicas {
-        *schemas.entry(replica.schema).or_default() += 1;
-    }
-    let usual = schemas.into_iter().max_by_key(|(_, count)| *count);
-    let usual = usual.map(|(schema, _)| schema);
-    for replica in &mut replicas {
-        let lacks = |(writer, count): (&u64, &u64)| {
-            count.saturating_sub(replica.seen.get(writer).copied().unwrap_or_default())
-        };
-        replica.behind = all.iter().map(lacks).fold(0, u64::saturating_add);
-        replica.other_schema = Some(replica.schema) != usual;
-    }
-    replicas.sort_by(|a, b| (&a.name, &a.writer).cmp(&(&b.name, &b.writer)));
-    let state = |replica: &Replica| (replica.digest.clone(), replica.streams);
-    let first = replicas.first().map(state);
-    World {
-        network: clean(network),
-        is_equal: replicas.iter().all(|own| Some(state(own)) == first),
-        replicas,
-    }
+/// The document of a listener's world, which names its schema.
+fn document_of(listener: &Listener) -> Document {
+    let mut document = Document::of(&listener.world.snapshot());
+    document.schema = listener.files.first().map(|(name, _)| name.clone());
+    document
 }
 
-fn table(world: &World) -> String {
-    let width = world.replicas.iter().map(|own| own.name.chars().count());
-    let width = width.max().unwrap_or(0).max("REPLICA".len());
-    let is_equal = if world.is_equal { "equal" } else { "different" };
-    let mut text = format!("{} replicas, {is_equal}\n", world.replicas.len());
-    text += &format!(
-        "{:width$}  {:16}  {:>8}  {:>9}  {:>6}  {:>9}\n",
-        "REPLICA", "DIGEST", "ELEMENTS", "CHANGES", "BEHIND", "CONFLICTS"
-    );
-    for own in &world.replicas {
-        let note = if own.other_schema {
-            "  another schema"
-        } else {
-            ""
-        };
-        text += &format!(
-            "{:width$}  {}  {:>8}  {:>9}  {:>6}  {:>9}{note}\n",
-            own.name, own.digest, own.elements, own.changes, own.behind, own.conflicts
-        );
+fn save(network: &str, file: &Path, format: Format) -> Result<u8, Failure> {
+    if file.extension().is_none_or(|ending| ending != "graph") {
+        let message = format!("expected a .graph file, found {}", file.display());
+        return Err(Failure(2, message));
     }
-    text
+    let Some(listener) = Listener::joined(network, None)? else {
+        return Ok(0);
+    };
+    let document = document_of(&listener);
+    let written = rc_files::write(file, graph_json::write(&document));
+    written.map_err(|error| system(&format_args!("cannot write {}: {error}", file.display())))?;
+    let (nodes, edges) = (document.nodes.len() as u64, document.edges.len() as u64);
+    let told = json!({"file": file, "schema": document.schema, "nodes": nodes, "edges": edges});
+    show(format, &told, |_| {
+        let counts = format!("{}, {}", counted(nodes, "node"), counted(edges, "edge"));
+        format!("{}: {counts}\n", file.display())
+    })
 }

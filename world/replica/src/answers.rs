@@ -64,6 +64,8 @@ pub(crate) struct Answers {
     kept: Vec<Answer>,
     /// The last one that was asked.
     last: u64,
+    /// Whether somebody who had nothing was answered since the values of streams were last repeated.
+    pub(crate) has_new: bool,
 }
 
 impl Answer {
@@ -257,6 +259,7 @@ impl Core {
             asked: now,
         })?;
         self.protocol.counts.answered += 1;
+        self.protocol.answers.has_new |= question.since.is_empty();
         Some(at)
     }
 

@@ -419,6 +419,12 @@ impl Core {
 
     /// Sends values of streams that others seem to lack. The replicas do so in turn.
     fn repeat_streams(&mut self, now: Duration) {
+        // Its answer has the changes alone.
+        if std::mem::take(&mut self.protocol.answers.has_new) {
+            let all = self.streams.before(now);
+            self.protocol.send_samples(all);
+            return;
+        }
         let peers = &self.protocol.peers;
         if !peers.live().any(|(_, peer)| peer.other_streams > 1) {
             return;

@@ -354,3 +354,40 @@ fn one_that_hears_a_newcomer_first_has_not_joined() {
     assert!(keeper.has_joined());
     assert_eq!(keeper.snapshot().node_count(), 1);
 }
+
+/// A tool that tells nothing of itself gets values of streams that nobody repeats for it.
+#[test]
+fn one_that_only_asks_gets_the_values_of_streams_with_the_next_digest() {
+    let rights = Rights::everything().with_stream("door", "width", Duration::ZERO);
+    let finder = World::new(Setup::new("finder", flat()).with_rights(rights));
+    add(&finder, "door", "front");
+    for width in [0.7, 0.9] {
+        let set = finder.change(|edit| {
+            let door = edit.snapshot().named("front").next().expect("a door");
+            Ok(edit.set(door, "width", width)?)
+        });
+        set.expect("a sound change");
+        finder.turn(Duration::ZERO);
+    }
+    while finder.take().is_some() {}
+    let tool = World::new(Setup::new("tool", flat()));
+    let mut now = SECOND;
+    while now < 4 * SECOND {
+        finder.turn(now);
+        tool.turn(now);
+        while let Some(message) = finder.take() {
+            tool.receive(now, message);
+        }
+        while let Some(message) = tool.take() {
+            if message.topic() == Topic::Ask {
+                finder.receive(now, message);
+            }
+        }
+        now += Duration::from_millis(10);
+    }
+    let shown = tool.snapshot();
+    let door = shown.named("front").next().expect("a door");
+    assert_eq!(shown.get(door, "width"), Some(&Value::Float(0.9)));
+    let known = finder.status(now).peers;
+    assert!(known.iter().all(|peer| !peer.is_live), "{known:?}");
+}

@@ -1,0 +1,88 @@
+//! Arguments of `rcdeploy world`.
+
+use crate::cli::arguments::{change, format};
+use crate::cli::completion::networks;
+use clap::{Args, Subcommand};
+use rc_command_line::{files, words};
+use rc_deploy_client::Format;
+use std::path::PathBuf;
+
+/// The world of a running network.
+#[derive(Args)]
+pub(crate) struct OfWorld {
+    /// The network or its .ddsl. Optional if only one network runs.
+    #[arg(add = networks())]
+    pub(crate) network: String,
+    /// The form of the output: human or json.
+    #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+    pub(crate) format: Format,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum WorldAction {
+    /// Shows elements with their attributes, or single attributes.
+    Get {
+        #[command(flatten)]
+        of: OfWorld,
+        /// A node by its name, an edge as `kitchen/RT/front`, either by its id as in `#17:4`; with an
+        /// attribute as in `front.width`. Without it, all elements are listed.
+        #[arg(value_name = "ELEMENT")]
+        elements: Vec<String>,
+    },
+    /// Changes attributes, all in one version or none, and waits until all replicas have them.
+    ///
+    /// The schema of the world is kept. What a component writes it may change again.
+    Set {
+        #[command(flatten)]
+        of: OfWorld,
+        /// The changes, as in `front.width=0.9`, `kitchen/RT/front.pose=[1,0,0,0,0,0]`.
+        #[arg(required = true, value_name = "ELEMENT.ATTRIBUTE=VALUE", value_parser = change)]
+        changes: Vec<(String, String)>,
+    },
+    /// Prints what changes, until Ctrl-C.
+    Watch {
+        #[command(flatten)]
+        of: OfWorld,
+        /// Only elements of these types, and of those that inherit from them, or with these names.
+        #[arg(value_name = "TYPE|ELEMENT")]
+        words: Vec<String>,
+        /// Ends after so many lines.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        count: Option<u64>,
+    },
+    /// Asks the world in openCypher, as `rcgen query` asks a file.
+    ///
+    /// This starts the program `rcgen`.
+    Query {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// The name of a query of the schema, or a text, as in 'MATCH (d:door) RETURN d.name'. Without
+        /// it, the queries of the schema are listed.
+        #[arg(value_name = "QUERY")]
+        query: Option<String>,
+        /// Values of its parameters, as in `room=kitchen`.
+        #[arg(value_name = "NAME=VALUE")]
+        parameters: Vec<String>,
+    },
+    /// Writes the world into a .graph file, which names its schema.
+    Save {
+        #[command(flatten)]
+        of: OfWorld,
+        /// The file. It is replaced as a whole.
+        #[arg(value_name = "FILE.graph", add = files(&["graph"]))]
+        file: PathBuf,
+    },
+    /// Shows what is different in two worlds. The exit code is 1 if something is.
+    Diff {
+        /// A network, one replica of it as in `home@mapper`, or a file (.graph, or .json of DSR).
+        #[arg(value_name = "FIRST", add = networks())]
+        first: String,
+        /// The other one.
+        #[arg(value_name = "SECOND", add = networks())]
+        second: String,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
+}

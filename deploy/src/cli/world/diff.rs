@@ -1,0 +1,254 @@
+//! `rcdeploy world diff`: what is different in two worlds.
+
+use super::replica::Listener;
+use crate::cli::output::{Failure, show};
+use graph_exchange::{Document, dsr, graph_json};
+use rc_deploy_client::Format;
+use rc_diagnostics::foreign::{clean, clean_to};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_world::property_graph::{Id, Value};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// How many characters of a value are printed for people.
+const MOST_VALUE: usize = 200;
+
+/// What is different.
+#[derive(Serialize)]
+struct Differences {
+    /// The elements that only the first world has, that only the second one has, and those with other
+    /// attributes.
+    only_first: Vec<Of>,
+    only_second: Vec<Of>,
+    changed: Vec<Changed>,
+}
+
+#[derive(Serialize)]
+struct Of {
+    id: String,
+    element: String,
+    #[serde(rename = "type")]
+    kind: String,
+}
+
+#[derive(Serialize)]
+struct Changed {
+    #[serde(flatten)]
+    of: Of,
+    attribute: String,
+    first: Option<serde_json::Value>,
+    second: Option<serde_json::Value>,
+}
+
+/// An element, in the form in which two of them are compared.
+struct Item<'d> {
+    kind: &'d str,
+    ends: Option<(Id, Id)>,
+    attributes: BTreeMap<&'d str, &'d Value>,
+}
+
+fn items(document: &Document) -> BTreeMap<Id, Item<'_>> {
+    fn attributes(all: &[graph_exchange::Attribute]) -> BTreeMap<&str, &Value> {
+        all.iter()
+            .map(|(name, value, _)| (name.as_str(), value))
+            .collect()
+    }
+    let nodes = document.nodes.iter().map(|node| {
+        let item = Item {
+            kind: &node.kind,
+            ends: None,
+            attributes: attributes(&node.attributes),
+        };
+        (node.id, item)
+    });
+    let edges = document.edges.iter().map(|edge| {
+        let item = Item {
+            kind: &edge.kind,
+            ends: Some((edge.from, edge.to)),
+            attributes: attributes(&edge.attributes),
+        };
+        (edge.id.unwrap_or_default(), item)
+    });
+    nodes.chain(edges).collect()
+}
+
+fn name(all: &BTreeMap<Id, Item<'_>>, id: Id) -> String {
+    let name = all.get(&id).and_then(|item| item.attributes.get("name"));
+    match name.and_then(|name| name.as_str()) {
+        Some(name) => clean(name),
+        None => format!("#{}:{}", id.writer(), id.count()),
+    }
+}
+
+fn of(all: &BTreeMap<Id, Item<'_>>, id: Id, item: &Item<'_>) -> Of {
+    let kind = clean(item.kind);
+    Of {
+        id: format!("{}:{}", id.writer(), id.count()),
+        element: match item.ends {
+            Some((from, to)) => format!("{}/{kind}/{}", name(all, from), name(all, to)),
+            None => name(all, id),
+        },
+        kind,
+    }
+}
+
+/// The graph that a word means: a file, a network, or one replica of it: `NETWORK@COMPONENT`. `None` at Ctrl-C.
+fn graph(word: &str) -> Result<Option<Document>, Failure> {
+    let path = Path::new(word);
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    if matches!(ending, Some("graph" | "json")) {
+        return file(path).map(Some);
+    }
+    let (network, only) = match word.rsplit_once('@') {
+        Some((network, only)) => (network, Some(only)),
+        None => (word, None),
+    };
+    let listener = Listener::joined(network, only)?;
+    Ok(listener.map(|listener| Document::of(&listener.world.snapshot())))
+}
+
+fn file(path: &Path) -> Result<Document, Failure> {
+    let cannot = |error: &dyn std::fmt::Display| Failure(1, format!("{}: {error}", path.display()));
+    let text = rc_files::read(path).map_err(|error| cannot(&error))?;
+    let mut sources = SourceMap::new();
+    let (source, mark) = graph_exchange::add(&mut sources, path, text);
+    let mut found = Diagnostics::new();
+    let document = match mark {
+        Some(mark) => {
+            found.push(mark);
+            None
+        }
+        None if dsr::is_dsr(sources.text(source)) => {
+            let (document, more) = dsr::read(&sources, source);
+            found.extend(more);
+            document
+        }
+        None => {
+            let (document, more) = graph_json::read(&sources, source);
+            found.extend(more);
+            document
+        }
+    };
+    match document.filter(|_| !found.has_errors()) {
+        Some(document) => Ok(document),
+        None => {
+            crate::cli::output::print_findings(&sources, &found, rc_diagnostics::Format::Human);
+            Err(Failure(1, String::new()))
+        }
+    }
+}
+
+pub(super) fn diff(first: &str, second: &str, format: Format) -> Result<u8, Failure> {
+    let (Some(first), Some(second)) = (graph(first)?, graph(second)?) else {
+        return Ok(0);
+    };
+    let found = compare(&items(&first), &items(&second));
+    let is_equal =
+        found.only_first.is_empty() && found.only_second.is_empty() && found.changed.is_empty();
+    show(format, &found, text)?;
+    Ok(u8::from(!is_equal))
+}
+
+fn compare(first: &BTreeMap<Id, Item<'_>>, second: &BTreeMap<Id, Item<'_>>) -> Differences {
+    // An element with other ends, or of another type, is another one.
+    let same = |a: &Item<'_>, b: &Item<'_>| a.kind == b.kind && a.ends == b.ends;
+    let only = |own: &BTreeMap<Id, Item<'_>>, other: &BTreeMap<Id, Item<'_>>| {
+        let all = own.iter();
+        let all = all.filter(|(id, item)| other.get(id).is_none_or(|other| !same(item, other)));
+        all.map(|(id, item)| of(own, *id, item)).collect()
+    };
+    let mut changed = Vec::new();
+    for (id, a) in first {
+        let Some(b) = second.get(id).filter(|b| same(a, b)) else {
+            continue;
+        };
+        let mut names: Vec<&str> = a
+            .attributes
+            .keys()
+            .chain(b.attributes.keys())
+            .copied()
+            .collect();
+        names.sort_unstable();
+        names.dedup();
+        for name in names {
+            let (x, y) = (a.attributes.get(name), b.attributes.get(name));
+            if x != y {
+                let json = |value: &&Value| super::elements::json_of(value);
+                changed.push(Changed {
+                    of: of(first, *id, a),
+                    attribute: clean(name),
+                    first: x.map(json),
+                    second: y.map(json),
+                });
+            }
+        }
+    }
+    Differences {
+        only_first: only(first, second),
+        only_second: only(second, first),
+        changed,
+    }
+}
+
+fn text(found: &Differences) -> String {
+    let mut lines = String::new();
+    for (mark, all) in [("-", &found.only_first), ("+", &found.only_second)] {
+        for of in all {
+            lines += &format!("{mark} {} {}\n", of.kind, of.element);
+        }
+    }
+    for change in &found.changed {
+        let value = |value: &Option<serde_json::Value>| match value {
+            Some(value) => clean_to(&value.to_string(), MOST_VALUE),
+            None => "no value".to_owned(),
+        };
+        let (first, second) = (value(&change.first), value(&change.second));
+        let of = &change.of;
+        lines += &format!(
+            "  {} {}.{}: {first} and {second}\n",
+            of.kind, of.element, change.attribute
+        );
+    }
+    if lines.is_empty() {
+        lines = "no difference\n".to_owned();
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_world::property_graph::{Graph, Schema, Time};
+
+    #[test]
+    fn elements_and_attributes_that_differ_are_told() {
+        let graph = Graph::new(Schema::anything().into(), 7);
+        let made = graph.change(Time::ZERO, |edit| {
+            let room = edit.add_node("room")?;
+            edit.set(room, "name", "kitchen")?;
+            edit.set(room, "length", 4.0)?;
+            let door = edit.add_node("door")?;
+            edit.set(door, "name", "front")?;
+            edit.add_edge("RT", room, door)?;
+            Ok::<_, rc_world::property_graph::Error>((room, door))
+        });
+        let ((room, door), _) = made.expect("a change");
+        let before = Document::of(&graph.snapshot());
+        let changed = graph.change(Time::ZERO, |edit| {
+            edit.set(room, "length", 5.0)?;
+            edit.remove_node(door)
+        });
+        changed.expect("a change");
+        let after = Document::of(&graph.snapshot());
+        let found = text(&compare(&items(&before), &items(&after)));
+        assert_eq!(
+            found,
+            "- door front\n- RT kitchen/RT/front\n  room kitchen.length: 4.0 and 5.0\n"
+        );
+        assert_eq!(
+            text(&compare(&items(&after), &items(&after))),
+            "no difference\n"
+        );
+    }
+}

@@ -1,0 +1,88 @@
+//! `rcdeploy world query`: asks `rcgen`, which alone has the queries of graphs.
+
+use super::replica::Listener;
+use crate::cli::output::{Failure, system};
+use graph_exchange::graph_json;
+use rc_diagnostics::foreign::clean;
+use std::io::ErrorKind;
+use std::path::{Component, Path, PathBuf};
+use std::process::Command;
+
+const PROGRAM: &str = "rcgen";
+
+/// A folder that is removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, Failure> {
+        let name = format!("rcdeploy-world-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::DirBuilder::new()
+            .create(&path)
+            .map_err(|error| system(&format_args!("cannot make {}: {error}", path.display())))?;
+        Ok(Self(path))
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
+        // A component has told the name.
+        let mut parts = Path::new(name).components();
+        let is_plain = matches!(
+            (parts.next(), parts.next()),
+            (Some(Component::Normal(_)), None)
+        );
+        if !is_plain {
+            return Err(system(&format_args!(
+                "`{}` is no name of a file",
+                clean(name)
+            )));
+        }
+        let path = self.0.join(name);
+        std::fs::write(&path, text)
+            .map_err(|error| system(&format_args!("cannot write {}: {error}", path.display())))?;
+        Ok(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What stays is in the temporary folder.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+pub(super) fn query(
+    network: &str,
+    query: Option<&str>,
+    parameters: &[String],
+) -> Result<u8, Failure> {
+    let Some(listener) = Listener::joined(network, None)? else {
+        return Ok(0);
+    };
+    let folder = Folder::new()?;
+    for (name, text) in &listener.files {
+        folder.write(name, text)?;
+    }
+    let text = graph_json::write(&super::document_of(&listener));
+    let file = folder.write("world.graph", &text)?;
+    // The one beside this program fits it; otherwise the one in the PATH.
+    let own = std::env::current_exe().ok();
+    let beside = own.map(|own| own.with_file_name(PROGRAM));
+    let program = beside.filter(|beside| beside.is_file());
+    let program = program.unwrap_or_else(|| PathBuf::from(PROGRAM));
+    let ran = Command::new(&program)
+        .arg("query")
+        .arg(&file)
+        .args(query)
+        .args(parameters)
+        .status();
+    match ran {
+        Ok(status) => Ok(status
+            .code()
+            .and_then(|code| code.try_into().ok())
+            .unwrap_or(3)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Err(system(&format_args!(
+            "there is no `{PROGRAM}`; `cargo xtask install`, in the folder of RoboComp, installs it"
+        ))),
+        Err(error) => Err(system(&format_args!("{}: {error}", program.display()))),
+    }
+}
