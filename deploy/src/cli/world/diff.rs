@@ -233,7 +233,7 @@ mod tests {
             edit.add_edge("RT", room, door)?;
             Ok::<_, rc_world::property_graph::Error>((room, door))
         });
-        let ((room, door), _) = made.expect("a change");
+        let (room, door) = made.expect("a change");
         let before = Document::of(&graph.snapshot());
         let changed = graph.change(Time::ZERO, |edit| {
             edit.set(room, "length", 5.0)?;

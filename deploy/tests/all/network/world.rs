@@ -95,20 +95,29 @@ fn commands_read_change_ask_and_compare_a_world() {
 
     // All replicas have it when the command ends, also those in other processes.
     let set = done("set", &["front.width=0.95", "kitchen.length=5"]);
-    assert_eq!(set, "front.width = 0.95, was 0.8\nkitchen.length = 5.0, was 4.0\n");
+    assert_eq!(
+        set,
+        "front.width = 0.95, was 0.8\nkitchen.length = 5.0, was 4.0\n"
+    );
     for replica in ["door_finder", "room_keeper"] {
         let of = format!("{network}@{replica}");
         let width = site.rcdeploy(&["world", "diff", &of, network, "--format", "json"], false);
         let found: Value = serde_json::from_str(&width.stdout).expect("JSON");
         let changed = found["changed"].as_array().expect("a list");
         // The stream goes on between the two looks.
-        assert!(changed.iter().all(|one| one["attribute"] == "opened"), "{width:?}");
+        assert!(
+            changed.iter().all(|one| one["attribute"] == "opened"),
+            "{width:?}"
+        );
     }
     site.await_in_log("room_keeper", "door front of 0.95 m");
     let state = site.rcdeploy(&["world", network, "--format", "json"], false);
     let state: Value = serde_json::from_str(&state.stdout).expect("JSON");
     let replicas = state["replicas"].as_array().expect("a list");
-    let names: Vec<&str> = replicas.iter().filter_map(|one| one["name"].as_str()).collect();
+    let names: Vec<&str> = replicas
+        .iter()
+        .filter_map(|one| one["name"].as_str())
+        .collect();
     assert_eq!(names, ["door_finder", "room_keeper"]);
     let digests: Vec<&Value> = replicas.iter().map(|one| &one["digest"]).collect();
     assert_eq!(digests[0], digests[1]);
@@ -121,8 +130,14 @@ fn commands_read_change_ask_and_compare_a_world() {
     let watched = done("watch", &["door", "--count", "2", "--format", "json"]);
     let first = watched.lines().next().expect("a line");
     let first: Value = serde_json::from_str(first).expect("JSON");
-    assert_eq!((&first["element"], &first["attribute"]), (&json!("front"), &json!("opened")));
-    let asked = done("query", &["MATCH (d:door) WHERE d.width > 0.9 RETURN d.name, d.width"]);
+    assert_eq!(
+        (&first["element"], &first["attribute"]),
+        (&json!("front"), &json!("opened"))
+    );
+    let asked = done(
+        "query",
+        &["MATCH (d:door) WHERE d.width > 0.9 RETURN d.name, d.width"],
+    );
     assert_eq!(asked, "d.name  d.width\nfront   0.95\n");
     let file = site.path("kept.graph").display().to_string();
     let saved = done("save", &[&file]);
@@ -131,18 +146,66 @@ fn commands_read_change_ask_and_compare_a_world() {
     assert_eq!(changed, "kitchen.length = 6.0, was 5.0\n");
     let diff = site.rcdeploy(&["world", "diff", &file, network], false);
     assert_eq!(diff.code, 1, "{diff:?}");
-    assert!(diff.stdout.contains("  room kitchen.length: 5.0 and 6.0\n"), "{diff:?}");
+    assert!(
+        diff.stdout.contains("  room kitchen.length: 5.0 and 6.0\n"),
+        "{diff:?}"
+    );
 
     for (action, more, code, text) in [
-        ("get", "fron", 2, "no node has the name `fron`; did you mean `front`?"),
-        ("get", "front.widt", 2, "`door` has no attribute `widt`; did you mean `width`?"),
-        ("get", "kitchen/TR/front", 2, "no edge `kitchen/TR/front`; there is RT"),
-        ("set", "front=1", 2, "`front` is an element; name an attribute, as in `front.name=…`"),
-        ("set", "front.width=-3", 2, "`width` of `door` is in 0:inf m, found -3"),
-        ("set", "front.width=wide", 2, "`width` of `door` is float, found `wide`"),
-        ("watch", "dor", 2, "`dor` is no type and no element; did you mean `door`?"),
-        ("query", "MATCH (d:doors) RETURN d.name", 1, "the schema has no entity `doors`"),
-        ("save", "kept.txt", 2, "expected a .graph file, found kept.txt"),
+        (
+            "get",
+            "fron",
+            2,
+            "no node has the name `fron`; did you mean `front`?",
+        ),
+        (
+            "get",
+            "front.widt",
+            2,
+            "`door` has no attribute `widt`; did you mean `width`?",
+        ),
+        (
+            "get",
+            "kitchen/TR/front",
+            2,
+            "no edge `kitchen/TR/front`; there is RT",
+        ),
+        (
+            "set",
+            "front=1",
+            2,
+            "`front` is an element; name an attribute, as in `front.name=…`",
+        ),
+        (
+            "set",
+            "front.width=-3",
+            2,
+            "`width` of `door` is in 0:inf m, found -3",
+        ),
+        (
+            "set",
+            "front.width=wide",
+            2,
+            "`width` of `door` is float, found `wide`",
+        ),
+        (
+            "watch",
+            "dor",
+            2,
+            "`dor` is no type and no element; did you mean `door`?",
+        ),
+        (
+            "query",
+            "MATCH (d:doors) RETURN d.name",
+            1,
+            "the schema has no entity `doors`",
+        ),
+        (
+            "save",
+            "kept.txt",
+            2,
+            "expected a .graph file, found kept.txt",
+        ),
     ] {
         let ran = run(action, &[more]);
         assert_eq!(ran.code, code, "{ran:?}");
