@@ -407,7 +407,7 @@ impl<'a> Comparison<'a, '_> {
             Err(NotConverted::Covariance) => {
                 let message = format!("{message}: the covariance would stay as it is");
                 let error = Diagnostic::error("no-conversion", self.line.span, message);
-                error.help("a connection does not convert covariances yet: convert in a component")
+                error.help("a connection converts a covariance that both ends have, as an array of numbers")
             }
             Err(NotConverted::Places(name)) => {
                 let message =

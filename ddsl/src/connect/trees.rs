@@ -9,6 +9,9 @@ use rc_diagnostics::Diagnostic;
 use rc_idsl::canonical::operation_hash;
 use rc_syntax::Name;
 
+/// What to do in place of asking the tree of the component itself.
+const OWN_TREE: &str = "a connection does not ask the tree that the component itself holds: let it require `RcInnerModel::InnerModel`, and bind this slot to a component that serves the tree, such as `inner_model`";
+
 /// Why a slot does not know where frames are, and what to do.
 type Wrong = (String, &'static str);
 
@@ -35,8 +38,13 @@ impl Connector<'_> {
             let path = &self.instance(consumer).path;
             let message = format!("`{path}` has no slot `{}`", name.text);
             let error = Diagnostic::error("unknown-slot", name.span, message)
-                .label(component.name.span, "its component")
-                .suggest(&name.text, known);
+                .label(component.name.span, "its component");
+            let is_near = rc_diagnostics::nearest(&name.text, known.clone()).is_some();
+            // `ctx.tree` of the worker is no slot.
+            let error = match component.viewer.filter(|_| !is_near) {
+                Some(_) => error.help(OWN_TREE),
+                None => error.suggest(&name.text, known),
+            };
             self.report(consumer, Some(provider), error);
             return;
         };

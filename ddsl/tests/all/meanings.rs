@@ -125,7 +125,7 @@ fn a_covariance_is_not_left_in_other_axes() {
         &with(LIDAR),
         convert,
         &expect![[r#"
-        n.ddsl:2:6: error[no-conversion]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, right-ahead-up): the covariance would stay as it is; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (a connection does not convert covariances yet: convert in a component)
+        n.ddsl:2:6: error[no-conversion]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, right-ahead-up): the covariance would stay as it is; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (a connection converts a covariance that both ends have, as an array of numbers)
         n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
     "#]],
     );
@@ -614,6 +614,24 @@ fn frames_that_cannot_change_are_refused() {
         &expect![[r#"
         n.ddsl:2:44: error[unknown-slot]: `a` has no slot `trea`; its component at a.cdsl:2:11 (did you mean `tree`?)
     "#]],
+    );
+    // The tree of the worker is no slot.
+    let idsl = SCAN;
+    let ours = format!(
+        "[{idsl}|||{}]subscribesTo Laser; requires InnerModel as world;",
+        scan("m", ROS, map)
+    );
+    let theirs = format!("[{idsl}|||{}]publishes Laser;", scan("mm", LIDAR, of));
+    connect(
+        &[
+            ("a_viewer", &ours),
+            ("b", &theirs),
+            ("w", "implements InnerModel;"),
+        ],
+        "bind a_viewer.Laser -> b.Laser { convert { frames ctx; }; }; bind a_viewer.world -> w.InnerModel;",
+        &expect![[r#"
+            n.ddsl:2:51: error[unknown-slot]: `a_viewer` has no slot `ctx`; its component at a_viewer.cdsl:2:11 (a connection does not ask the tree that the component itself holds: let it require `RcInnerModel::InnerModel`, and bind this slot to a component that serves the tree, such as `inner_model`)
+        "#]],
     );
     moving(
         map,

@@ -30,7 +30,7 @@ const INTERFACES: [(&str, &str); 4] = [
 
 /// A component named `name`. Its communications may begin with `[` and another definition of
 /// `Laser`, which ends with `]`; behind `|||` stand its prototypes. One whose name ends with `_python` is in Python,
-/// and one whose name ends with `_old` has another `InnerModel`.
+/// that of one with `_viewer` holds a tree, and that of one with `_old` has another `InnerModel`.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES.to_vec();
     let mut prototypes = "";
@@ -59,10 +59,10 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
         .into_iter()
         .filter(|import| words.contains(import));
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
-    let language = if name.ends_with("_python") {
-        "python"
-    } else {
-        "rust"
+    let language = match name.rsplit_once('_') {
+        Some((_, "python")) => "python",
+        Some((_, "viewer")) => "rust; options InnerModelViewer",
+        _ => "rust",
     };
     let cdsl = format!(
         "{imports}{prototypes}\nComponent {name} {{ Communications {{ {communications} }}; language {language}; }};"

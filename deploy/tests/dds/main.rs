@@ -20,8 +20,10 @@ mod python_tree;
 mod python_worker;
 mod remote;
 mod strangers;
+mod tf;
 mod time;
 mod tools;
+mod turning;
 
 use rc_test_site::site::{PATROL, Site};
 use serde_json::Value;

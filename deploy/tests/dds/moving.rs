@@ -6,7 +6,7 @@ use rc_test_site::site::Site;
 use serde_json::{Value, json};
 use std::fs;
 
-const SCAN: &str = r#"module Scanning
+pub(crate) const SCAN: &str = r#"module Scanning
 {
     struct Seen
     {
@@ -93,7 +93,7 @@ const TREE: &str = r#"<innerModel>
 </innerModel>
 "#;
 
-fn prototype(axes: &str, unit: &str, frame: &str) -> String {
+pub(crate) fn prototype(axes: &str, unit: &str, frame: &str) -> String {
     let text = PROTOTYPE.replace("AXES", axes).replace("UNIT", unit);
     text.replace("FRAME", frame)
 }

@@ -4,6 +4,7 @@
 pub mod cmake;
 pub mod debian;
 pub mod python;
+pub mod ros_packages;
 mod shared_builds;
 
 pub use shared_builds::share_builds;

@@ -7,6 +7,7 @@ use crate::network::dds::{Domain, Over};
 use crate::network::ros_python::adding_at;
 use rc_test_site::site::{CommandOutput, Site};
 use rc_test_support::python::{self, skipped};
+use rc_test_support::ros_packages::RosPackages;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -231,16 +232,17 @@ const USE_SMALL: &str = "from rclpy.serialization import deserialize_message, se
 fn an_exported_package_is_one_of_ros() {
     let test = "an_exported_package_is_one_of_ros";
     let domain = Domain::over(Over::Ros2, "ros_real", 16);
-    if let Some(tools) = BuildTools::new(test) {
+    if let Some(tools) = RosPackages::new(test) {
         let idsl = domain.site.write("Small.idsl", SMALL);
         let (source, built) = (domain.site.path("small"), domain.site.path("built"));
         export(&idsl, &source);
         tools.build(&source.join("robocomp_small_msgs"), &built);
         let data = "00010000000000000000f03f0100000002000000";
-        assert_eq!(
-            tools.python(&built, USE_SMALL),
-            format!("{data} True\n3.0 True\n")
-        );
+        let ran = tools.python(&built).args(["-B", "-c", USE_SMALL]).output();
+        let ran = ran.expect("to run");
+        assert!(ran.status.success(), "{ran:?}");
+        let said = String::from_utf8_lossy(&ran.stdout);
+        assert_eq!(said, format!("{data} True\n3.0 True\n"));
     }
     let part = "`colcon build` and `ros2 interface show`";
     let Some(ros) = Ros::new(test, domain, part) else {
@@ -272,118 +274,4 @@ fn export(idsl: &Path, folder: &Path) {
         .args(["--to", "ros2", "--out"]);
     let ran = command.arg(folder).output().expect("to run");
     assert!(ran.status.success(), "{ran:?}");
-}
-
-/// The wheels of ROS 2 with those that build packages for it, and cmake.
-struct BuildTools {
-    /// The interpreters of both environments.
-    ros: &'static Path,
-    tools: &'static Path,
-    /// The folder of cmake; empty where it is in the path.
-    cmake: PathBuf,
-}
-
-impl BuildTools {
-    /// `None` without one of them: `test` is listed as skipped.
-    fn new(test: &str) -> Option<Self> {
-        let cmake = rc_test_support::cmake::folder(test)?;
-        let (ros, tools) = (python::ros(test)?, python::ros_build(test)?);
-        Some(Self { ros, tools, cmake })
-    }
-
-    /// Builds and installs a package, as colcon does.
-    fn build(&self, package: &Path, place: &Path) {
-        self.adapt();
-        let (python, installed) = (self.tools.display(), place.display());
-        let mut command = self.command("cmake", None);
-        command.arg("-S").arg(package).arg("-B").arg(place);
-        command.arg("-DBUILD_TESTING=OFF");
-        command.arg(format!("-DPython3_EXECUTABLE={python}"));
-        command.arg(format!("-DCMAKE_INSTALL_PREFIX={installed}/ros"));
-        output(&mut command);
-        let mut command = self.command("cmake", None);
-        command.arg("--build").arg(place).arg("-j2");
-        output(command.args(["--target", "install"]));
-    }
-
-    /// Lets the wheels name the folders of Python here, in the place of those of the machine that made
-    /// them.
-    fn adapt(&self) {
-        const THERE: &str = "/opt/python/cp312-cp312";
-        let include = "import sysconfig; print(sysconfig.get_path('include'), end='')";
-        let include = output(Command::new(self.ros).args(["-c", include]));
-        let here = environment(self.ros).display().to_string();
-        for package in entries(&environment(self.ros).join("share")) {
-            for file in entries(&package.join("cmake")) {
-                let Ok(text) = std::fs::read_to_string(&file) else {
-                    continue;
-                };
-                let adapted = text
-                    .replace(&format!("{THERE}/include/python3.12"), &include)
-                    .replace(THERE, &here);
-                if adapted != text {
-                    rc_files::write(&file, adapted.as_bytes()).expect("to write");
-                }
-            }
-        }
-    }
-
-    /// What a program in Python prints that has the package.
-    fn python(&self, place: &Path, program: &str) -> String {
-        let installed = place.join("ros");
-        let ros = self.ros.display().to_string();
-        output(
-            self.command(&ros, Some(&installed))
-                .args(["-B", "-c", program]),
-        )
-    }
-
-    /// A program with the environments of both, and with an installed package.
-    fn command(&self, program: &str, package: Option<&Path>) -> Command {
-        let prefixes = [self.ros, self.tools].map(environment);
-        let prefixes: Vec<&Path> = package.into_iter().chain(prefixes).collect();
-        let modules = |prefix: &&Path| prefix.join("lib/python3.12/site-packages");
-        let joined = |paths: Vec<PathBuf>| std::env::join_paths(paths).expect("paths");
-        let folders = [self.cmake.clone()]
-            .into_iter()
-            .filter(|folder| folder.is_absolute());
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        let mut command = Command::new(program);
-        command
-            .env(
-                "PATH",
-                joined(folders.chain(std::env::split_paths(&path)).collect()),
-            )
-            .env("PYTHONPATH", joined(prefixes.iter().map(modules).collect()))
-            .env(
-                "AMENT_PREFIX_PATH",
-                joined(prefixes.iter().map(PathBuf::from).collect()),
-            )
-            .env(
-                "CMAKE_PREFIX_PATH",
-                joined(prefixes.iter().map(PathBuf::from).collect()),
-            )
-            .env(
-                "LD_LIBRARY_PATH",
-                joined(prefixes.iter().map(|one| one.join("lib")).collect()),
-            );
-        command
-    }
-}
-
-/// The folder of an environment of Python.
-fn environment(python: &Path) -> &Path {
-    python.ancestors().nth(2).expect("its folder")
-}
-
-fn entries(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.map(|entry| entry.path()).collect()
-}
-
-/// What a program prints that succeeds.
-fn output(command: &mut Command) -> String {
-    let output = command.stdin(Stdio::null()).output().expect("to run");
-    assert!(output.status.success(), "{command:?}: {output:?}");
-    String::from_utf8(output.stdout).expect("text")
 }

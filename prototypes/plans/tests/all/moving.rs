@@ -2,8 +2,10 @@
 
 use crate::functions::written;
 use crate::library;
+use rc_conversion::{Frame, Item, Move};
 use rc_plans::{Plan, TRANSFORM};
 use rc_quantity::rotation::{EulerOrder, Quaternion};
+use rc_vocabulary::Primitive;
 use std::fmt::Write;
 use std::process::Command;
 
@@ -209,6 +211,30 @@ fn all(end: &End) -> String {
     out
 }
 
+/// What a connection makes of the numbers of a message.
+fn in_a_message(plan: &Plan, numbers: &[f64], transform: [f64; TRANSFORM]) -> Vec<f64> {
+    let places: Vec<Option<u32>> = (0..).map(Some).take(numbers.len()).collect();
+    let marks = u32::try_from(numbers.len()).expect("few");
+    let items = [Item::Group {
+        items: vec![Item::Marked(marks, Primitive::F64)],
+        formula: plan.formula((&places, &places), numbers.len(), 0),
+    }];
+    let change = Move {
+        from: Frame::Named("lidar".to_owned()),
+        to: "map".to_owned(),
+        stamp: Vec::new(),
+    };
+    let program = rc_conversion::Program::new(&items).with_moves(&[change], &items);
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let ran = program.run_with(&mut bytes, 0, &[transform]);
+    ran.expect("in range");
+    let (numbers, _) = bytes.as_chunks::<8>();
+    numbers
+        .iter()
+        .map(|bytes| f64::from_le_bytes(*bytes))
+        .collect()
+}
+
 /// Values with their covariances, from left-handed axes in other units: as pinocchio moves them.
 #[test]
 fn all_that_moves_equals_pinocchio() {
@@ -271,9 +297,11 @@ fn all_that_moves_equals_pinocchio() {
             value.extend(cells);
             let given = [&value[..], &transform].concat();
             let found = plan.program.run(&given).expect("in range");
+            let transform = transform.try_into().expect("twelve");
+            assert_eq!(in_a_message(&plan, &value, transform), found, "{plan}");
             let words = |end: &End| format!("{}|{}|{}", end.axes, end.units[0], end.units[1]);
             write!(lines, "{kind},{},{}", words(&from), words(&to)).expect("a text");
-            for number in transform.iter().chain(&value).chain(&found) {
+            for number in given[value.len()..].iter().chain(&value).chain(&found) {
                 write!(lines, ",{number:e}").expect("a text");
             }
             lines.push('\n');
