@@ -1,8 +1,9 @@
-//! Between the frame of `InnerModel` and that of ROS.
+//! Between the frame of `InnerModel` and those of ROS and of `RoboComp`'s points.
 //!
 //! | | x | y | z | hand | length |
 //! |---|---|---|---|---|---|
 //! | `InnerModel` | right | up | front | left | millimetre |
+//! | points of `RoboComp` | right | front | up | right | millimetre |
 //! | ROS (REP 103) | front | left | up | right | metre |
 //! | ROS, optical | right | down | front | right | metre |
 
@@ -33,11 +34,23 @@ fn to_optical() -> Matrix3<f64> {
     *MATRIX
 }
 
+/// Takes a direction of `InnerModel` to the axes of points of `RoboComp`.
+fn to_robocomp() -> Matrix3<f64> {
+    static MATRIX: LazyLock<Matrix3<f64>> =
+        LazyLock::new(|| matrix(&Axes::INNER_MODEL.matrix_to(Axes::ROBOCOMP)));
+    *MATRIX
+}
+
 /// Takes an axial vector of `InnerModel`, as an angular velocity, to ROS.
 fn axial_to_body() -> Matrix3<f64> {
     static MATRIX: LazyLock<Matrix3<f64>> =
         LazyLock::new(|| matrix(&Axes::INNER_MODEL.axial_matrix_to(Axes::ROS)));
     *MATRIX
+}
+
+/// The point as interfaces of `RoboComp` have it, in millimetres.
+pub fn point_to_robocomp(point: &Point) -> Point {
+    Point::from(to_robocomp() * point.coords)
 }
 
 /// The point in ROS, in metres.

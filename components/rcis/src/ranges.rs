@@ -3,7 +3,7 @@
 use crate::SpecificWorker;
 use crate::robots::{is_below, state_of_robot};
 use crate::warnings::Warnings;
-use innermodel::{Kind, Point, sensors};
+use innermodel::{Kind, Point, frames, sensors};
 use innermodel_simulation::{CloudPoint, Error, World};
 use rcis_generated::interfaces::ultrasound as sonar_calls;
 use rcis_generated::types::robo_comp_laser::TData;
@@ -151,26 +151,27 @@ fn range(world: &mut World, id: &str) -> Result<i32, Error> {
 /// Where sensors sit on what they belong to, to the right and to the front.
 fn seat(world: &World, id: &str) -> Result<(f64, f64), Error> {
     let owner = world.owner(id)?;
-    let place = world.tree().between(&owner, id)?.translation;
-    Ok((place.x, place.z))
+    let place = world.tree().between(&owner, id)?.point(&Point::origin());
+    let place = frames::point_to_robocomp(&place);
+    Ok((place.x, place.y))
 }
 
 fn clean(name: &str) -> String {
     rc_diagnostics::foreign::clean(name)
 }
 
-/// x to the right, y to the front, z up.
+/// As `rcis.dproto` says.
 fn point_out(point: &CloudPoint) -> TPoint {
-    let (x, y, z) = (point.point.x, point.point.z, point.point.y);
+    let place = frames::point_to_robocomp(&point.point);
     TPoint {
-        x: x as f32,
-        y: y as f32,
-        z: z as f32,
+        x: place.x as f32,
+        y: place.y as f32,
+        z: place.z as f32,
         intensity: 255,
         phi: -point.azimuth as f32,
         theta: (FRAC_PI_2 - point.elevation) as f32,
         r: point.distance as f32,
-        distance2d: x.hypot(y) as f32,
+        distance2d: place.x.hypot(place.y) as f32,
         pixel_x: -1,
         pixel_y: -1,
     }

@@ -2,7 +2,7 @@
 
 use crate::SpecificWorker;
 use crate::warnings::Warnings;
-use innermodel::NodeRef;
+use innermodel::{NodeRef, Point, frames};
 use innermodel_simulation::{Error, Pose2D, Speed, World};
 use rcis_generated::interfaces::{
     differential_robot as base_calls, generic_base as generic_calls, omni_robot as omni_calls,
@@ -74,11 +74,11 @@ fn odometer(world: &World, id: &str) -> Result<(i32, i32, f32), Error> {
     Ok((x.round() as i32, z.round() as i32, alpha as f32))
 }
 
-/// Where a base is, whatever its odometry says. The axes are right-handed with z up: x and y
-/// are x and z of the tree.
+/// Where a base is, whatever its odometry says, in the axes of points of `RoboComp`.
 pub(crate) fn full_pose(world: &World, id: &str) -> Result<FullPoseEuler, Error> {
     let (tree, at) = (world.tree(), world.place(id)?);
     let height = tree.pose("root", id)?.translation[1];
+    let place = frames::point_to_robocomp(&Point::new(at.x, height, at.z));
     let wheels = world.base(id)?.actual;
     // Wheels that slip move the base less than themselves.
     let part = 1.0 - world.robot(id)?.1.slip;
@@ -90,9 +90,9 @@ pub(crate) fn full_pose(world: &World, id: &str) -> Result<FullPoseEuler, Error>
     let (sin, cos) = at.alpha.sin_cos();
     Ok(FullPoseEuler {
         source: id.to_owned(),
-        x: at.x as f32,
-        y: at.z as f32,
-        z: height as f32,
+        x: place.x as f32,
+        y: place.y as f32,
+        z: place.z as f32,
         rz: at.alpha as f32,
         vx: (speed.advance * cos + speed.side * sin) as f32,
         vy: (speed.advance * sin - speed.side * cos) as f32,

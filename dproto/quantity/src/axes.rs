@@ -42,6 +42,8 @@ impl Axes {
     pub const ROS: Self = Self([Direction::Ahead, Direction::Left, Direction::Up]);
     /// The optical frames of ROS: x right, y down, z ahead.
     pub const ROS_OPTICAL: Self = Self([Direction::Right, Direction::Down, Direction::Ahead]);
+    /// Points of `RoboComp`: x right, y ahead, z up.
+    pub const ROBOCOMP: Self = Self([Direction::Right, Direction::Ahead, Direction::Up]);
     /// `InnerModel`: x right, y up, z ahead; left-handed.
     pub const INNER_MODEL: Self = Self([Direction::Right, Direction::Up, Direction::Ahead]);
 
