@@ -46,13 +46,13 @@ const MAPPER: &str = "import \"Scan.idsl\";\nimport \"TransformPub.idsl\";\nimpo
     language python;\n    period 1s;\n};\n";
 
 /// A point 1 m ahead, now.
-const OF_LIDAR: &str = r#"from lidar import Context, Scan, Seen, Worker
+const OF_LIDAR: &str = r"from lidar import Context, Scan, Seen, Worker
 
 
 class SpecificWorker(Worker):
     def compute(self, ctx: Context) -> None:
         ctx.scan_pub.new_scan(Scan(ctx.now_ns(), [Seen(0.0, 1000.0, 0.0)]))
-"#;
+";
 const OF_MAPPER: &str = r#"from mapper import Context, Scan, TransformStamped, Worker
 
 

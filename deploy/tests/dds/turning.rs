@@ -4,7 +4,7 @@
 use crate::python_site::{second_component, up, workspace};
 use rc_test_site::site::Site;
 
-const TURN: &str = r#"module Turning
+const TURN: &str = r"module Turning
 {
     struct Turn
     {
@@ -22,7 +22,7 @@ const TURN: &str = r#"module Turning
         publish turned(Turn turn);
     };
 };
-"#;
+";
 
 /// Quaternions of one end, whose length may differ by a tenth, and roll, pitch, yaw of the other one.
 const QUATERNION: &str = r#"import "Turn.idsl";
@@ -62,7 +62,7 @@ fn component(name: &str, slot: &str) -> String {
 
 /// Sends one after the other: a quarter to the left, one with the nose up, one of length 1.05, and
 /// three that are no rotations.
-const OF_HEAD: &str = r#"from math import nan, sqrt
+const OF_HEAD: &str = r"from math import nan, sqrt
 
 from head import Context, Turn, Worker
 
@@ -84,7 +84,7 @@ class SpecificWorker(Worker):
     def compute(self, ctx: Context) -> None:
         ctx.turn_pub.turned(Turn(*ALL[self.number % len(ALL)], 0.0, 0.0, 0.0))
         self.number += 1
-"#;
+";
 const OF_NECK: &str = r#"from neck import Context, Turn, Worker
 
 
