@@ -150,10 +150,13 @@ fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
                     }
                     if moves(layers, right) {
                         let step = step(layers, gap, right, false, y);
-                        shift(layers, right, step);
-                    } else if is_lane(layers, left) {
+                        shift(layers, right, false, step);
+                    } else if moves(layers, left) {
                         let step = step(layers, gap, left, true, layers.y(left, true));
-                        shift(layers, left, step);
+                        shift(layers, left, true, step);
+                    } else {
+                        let by = room(layers, right.element);
+                        layers.elements[right.element].y += by;
                     }
                 }
             }
@@ -161,12 +164,7 @@ fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
     }
 }
 
-/// Whether a line passes through a column.
-fn is_lane(layers: &Layers, touch: Touch) -> bool {
-    matches!(layers.elements[touch.element].what, ColumnItem::Lane { .. })
-}
-
-/// Whether a line can be moved where it touches the element behind a gap.
+/// Whether a line can be moved where it touches an element.
 fn moves(layers: &Layers, touch: Touch) -> bool {
     match layers.elements[touch.element].what {
         ColumnItem::Lane { .. } => true,
@@ -189,15 +187,42 @@ fn step(layers: &Layers, gap: usize, touch: Touch, is_left: bool, y: i32) -> i32
     steps.find(|by| !taken(y + by)).unwrap_or(0)
 }
 
-/// Moves a lane, or a port of an item.
-fn shift(layers: &mut Layers, touch: Touch, by: i32) {
+/// Moves a lane, or a port of an item on its right or left side.
+fn shift(layers: &mut Layers, touch: Touch, on_its_right: bool, by: i32) {
     match layers.elements[touch.element].what {
         ColumnItem::Lane { .. } => layers.elements[touch.element].y += by,
         ColumnItem::Item(item) => {
             let item = &mut layers.items[item];
-            if let Some(port) = item.left.get_mut(touch.port).filter(|_| !item.rigid) {
+            let ports = if on_its_right {
+                &mut item.right
+            } else {
+                &mut item.left
+            };
+            if let Some(port) = ports.get_mut(touch.port).filter(|_| !item.rigid) {
                 *port += by;
             }
         }
+    }
+}
+
+/// How far an element with its ports is best moved: a little, to where its neighbours leave more
+/// room.
+fn room(layers: &Layers, element: usize) -> i32 {
+    let own = &layers.elements[element];
+    let column = &layers.columns[own.column];
+    let ends = |other: &usize| {
+        let other = &layers.elements[*other];
+        (other.y, other.y + other.height)
+    };
+    let others = || column.iter().filter(|other| **other != element).map(ends);
+    let above = others().filter(|(y, _)| *y < own.y);
+    let above = above.map(|(_, end)| own.y - end).min();
+    let below = others().filter(|(y, _)| *y >= own.y);
+    let below = below.map(|(y, _)| y - own.y - own.height).min();
+    let (above, below) = (above.unwrap_or(own.y), below.unwrap_or(i32::MAX));
+    match above.max(below) {
+        ..=NEAR => 0,
+        _ if below >= above => NEAR,
+        _ => -NEAR,
     }
 }
