@@ -3,101 +3,15 @@
 
 use crate::{await_errors, await_well, computed, place};
 use rc_test_site::site::{PATROL, Running, Site};
-use rc_test_support::python::skipped;
-use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
+use rc_test_support::cable::{Cable, cable};
 
-/// Runs a command. The error is what the command printed.
-pub(crate) fn run(program: &str, args: &[&str]) -> Result<(), String> {
-    let mut command = Command::new(program);
-    let output = command.args(args).stdin(Stdio::null()).output();
-    let output = output.map_err(|error| format!("{program}: {error}"))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    let said = String::from_utf8_lossy(&output.stderr);
-    let last = said.trim_end().lines().last().unwrap_or("it failed");
-    Err(format!("{program} {}: {last}", args.join(" ")))
-}
-
-/// Installs packages of Debian. Another test may be installing others.
-pub(crate) fn install(packages: &[&str]) -> Result<(), String> {
-    let options = ["-o", "DPkg::Lock::Timeout=120", "install", "--yes"];
-    let args = [&options[..], &["--no-install-recommends"], packages];
-    run("apt-get", &args.concat())
-}
-
-fn ip(args: &[&str]) -> Result<(), String> {
-    run("ip", args)
-}
-
-/// Two hosts and the cable between them. Dropping it removes all three.
-pub(crate) struct Cable {
-    names: [String; 2],
-}
-
-impl Cable {
-    /// Connects two hosts. The error says why this machine cannot.
-    pub(crate) fn lay() -> Result<Self, String> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        if !rustix::process::geteuid().is_root() {
-            return Err("only root makes network namespaces".to_owned());
-        }
-        if ip(&["-Version"]).is_err() {
-            install(&["iproute2"])?;
-        }
-        // The name of a network interface has at most 15 bytes.
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = |side| format!("rc{}{side}{number}", std::process::id());
-        let cable = Self {
-            names: [name('a'), name('b')],
-        };
-        let [a, b] = [cable.name(0), cable.name(1)];
-        for host in [a, b] {
-            ip(&["netns", "add", host])?;
-        }
-        let link = ["type", "veth", "peer", "name", b, "netns", b];
-        ip(&[&["link", "add", a, "netns", a][..], &link].concat())?;
-        for (host, address) in [(a, "10.77.0.1/24"), (b, "10.77.0.2/24")] {
-            ip(&["-n", host, "address", "add", address, "dev", host])?;
-            ip(&["-n", host, "link", "set", "lo", "up"])?;
-            ip(&["-n", host, "link", "set", host, "up"])?;
-        }
-        Ok(cable)
-    }
-
-    /// The name of a host, and of its end of the cable.
-    pub(crate) fn name(&self, side: usize) -> &str {
-        &self.names[side]
-    }
-
-    pub(crate) fn set(&self, side: usize, state: &str) {
-        let name = self.name(side);
-        ip(&["-n", name, "link", "set", name, state]).expect("to set the link");
-    }
-
-    /// A site on a host, in the network `network`.
-    fn host(&self, side: usize, network: &str, domain: u32) -> Site {
-        let mut site = place(self.name(side), domain, PATROL);
-        network.clone_into(&mut site.network);
-        let within = ["ip", "netns", "exec", self.name(side)];
-        site.within = within.map(str::to_owned).to_vec();
-        site
-    }
-}
-
-impl Drop for Cable {
-    fn drop(&mut self) {
-        for host in &self.names {
-            let _ = ip(&["netns", "delete", host]);
-        }
-    }
-}
-
-/// A cable; `None` if the test is skipped, after a line with the reason.
-pub(crate) fn cable(test: &str) -> Option<Cable> {
-    let cable = Cable::lay();
-    cable.map_err(|reason| skipped(test, &reason)).ok()
+/// A site on a host, in the network `network`.
+fn host(cable: &Cable, side: usize, network: &str, domain: u32) -> Site {
+    let mut site = place(cable.name(side), domain, PATROL);
+    network.clone_into(&mut site.network);
+    let within = ["ip", "netns", "exec", cable.name(side)];
+    site.within = within.map(str::to_owned).to_vec();
+    site
 }
 
 /// The two hosts and their components. The components end first, then the hosts, then the cable.
@@ -136,7 +50,7 @@ fn settings(cable: &Cable, side: usize, domain: u32, by: By) -> Vec<String> {
 impl Patrol {
     fn start(cable: Cable, domain: u32, by: By) -> Self {
         let network = format!("hosts_{}_{domain}", std::process::id());
-        let [mut robot, mut desk] = [0, 1].map(|side| cable.host(side, &network, domain));
+        let [mut robot, mut desk] = [0, 1].map(|side| host(&cable, side, &network, domain));
         for (side, site) in [&mut robot, &mut desk].into_iter().enumerate() {
             // The library gives up an address after half a minute without an answer; in this test
             // at once.

@@ -13,6 +13,7 @@ mod mapping;
 mod mixed;
 mod moving;
 mod patrol;
+mod placed;
 mod python_elsewhere;
 mod python_programs;
 mod python_site;

@@ -1,10 +1,10 @@
 //! A component in Python on another host, which has copies of all that it reads.
 
-use crate::hosts::cable;
 use crate::python_site::{up, workspace};
 use crate::remote::{Robot, component};
 use rc_test_site::other_host;
 use rc_test_site::site::Site;
+use rc_test_support::cable::cable;
 use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;

@@ -1,10 +1,10 @@
 //! `rcdeploy up` on one host, and the simulator on another one, behind a real ssh server: two
 //! network namespaces with a cable between them.
 
-use crate::hosts::{Cable, cable, install, run};
 use crate::{await_well, place, rcdeploy, tools};
 use rc_middleware::RunDirectory;
 use rc_test_site::site::{PATROL, Site};
+use rc_test_support::cable::{Cable, cable, install, run};
 use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

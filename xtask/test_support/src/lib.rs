@@ -1,6 +1,7 @@
 //! What tests of several crates share: packages of Python and Debian below the target folder, and
 //! workspaces that share the compiled crates of this one.
 
+pub mod cable;
 pub mod cmake;
 pub mod debian;
 pub mod python;
