@@ -2,10 +2,10 @@
 
 use crate::model::{ClockPlan, Network, NetworkTime};
 use crate::process_name::process_name;
-use rc_cdsl::model::Middleware;
+use rc_cdsl::model::{Middleware, Role};
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
-use rc_middleware::qos::MAX_READERS;
+use rc_middleware::qos::{MAX_READERS, Qos};
 use rc_vocabulary::Value;
 
 fn simulates_time(network: &Network, at: usize) -> bool {
@@ -81,7 +81,39 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) -> Option<Networ
         let error = Diagnostic::error("too-many-followers", span, message);
         found.push(error.help("give some of them `time system;`"));
     }
+    note_short_timeouts(network, &followers, found);
     Some(NetworkTime { source, followers })
+}
+
+/// Reports calls with a shorter timeout than usual: the clock of the system measures it, so a busy
+/// machine decides in lockstep whether one ends by it.
+fn note_short_timeouts(
+    network: &Network,
+    followers: &[(usize, Middleware)],
+    found: &mut Diagnostics,
+) {
+    let usual = Qos::CALL.timeout;
+    for (at, _) in followers {
+        let Some(project) = network.projects[*at].as_deref() else {
+            continue;
+        };
+        let instance = &network.deployment.instances[*at];
+        let slots = project.component.slots.iter();
+        for slot in slots.filter(|slot| slot.role == Role::Requires) {
+            let timeout = slot.whole_qos().timeout;
+            if timeout >= usual {
+                continue;
+            }
+            let message = format!(
+                "a call of `{}` to `{}` ends after {timeout:?} of the clock of the system, also in lockstep: then the next run may differ",
+                instance.path, slot.name
+            );
+            let note = Diagnostic::note("timeout-in-lockstep", instance.name.span, message)
+                .label(slot.span, "its timeout")
+                .help(format!("give it a `timeout` of {usual:?} or more"));
+            found.push(note);
+        }
+    }
 }
 
 /// The first middleware of a follower that connects it with its source; else the reason why

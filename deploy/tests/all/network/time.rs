@@ -316,6 +316,39 @@ fn refused(body: &str, expected: &str) {
     assert_eq!(found.trim_end(), expected);
 }
 
+/// The clock of the system measures timeouts, also in lockstep.
+#[test]
+fn a_short_timeout_of_a_follower_is_noted() {
+    let noted = |timeout: &str, of: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("to write");
+        };
+        write(
+            "Bell.idsl",
+            "module M { interface Bell { query bool ring(); }; };",
+        );
+        let component = |name: &str, slots: &str| {
+            let text = format!(
+                "import \"Bell.idsl\";\nComponent {name} {{ Communications {{ {slots} }}; language rust; }};\n"
+            );
+            write(&format!("{name}.cdsl"), &text);
+        };
+        component("ringer", &format!("requires Bell {{ {timeout} }};"));
+        component("tower", "implements Bell;");
+        let ringer = format!("cdsl \"ringer.cdsl\"; executable \"x\"; {of}");
+        let body = format!(
+            "time simulated by a;\nComponent a {{ $SOURCE }};\nComponent r {{ {ringer} }};\n\
+             Component t {{ cdsl \"tower.cdsl\"; executable \"x\"; }};"
+        );
+        load(folder.path(), &body).1
+    };
+    let note = "n.ddsl:5:11: note[timeout-in-lockstep]: a call of `r` to `Bell` ends after 20ms of the clock of the system, also in lockstep: then the next run may differ; its timeout at ringer.cdsl:2:46 (give it a `timeout` of 1s or more)\n";
+    assert_eq!(noted("timeout 20ms;", ""), note);
+    assert_eq!(noted("timeout 20ms;", "time system;"), "");
+    assert_eq!(noted("timeout 1s;", ""), "");
+}
+
 #[test]
 fn what_is_wrong_with_the_time_is_found() {
     refused(
