@@ -2,13 +2,45 @@
 
 use crate::markdown::ROOT;
 use expect_test::expect_file;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// A program of this test run.
+fn path(program: &str) -> PathBuf {
+    let programs = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();
+    programs.expect("the target folder").join(program)
+}
+
+/// A source of a program that is newer than the program: cargo did not build it for this test.
+fn newer_source(program: &Path) -> Option<PathBuf> {
+    let changed = |path: &Path| path.metadata().and_then(|found| found.modified()).ok();
+    // Cargo lists the sources beside the program.
+    let listed = std::fs::read_to_string(program.with_extension("d")).ok()?;
+    let built = changed(program)?;
+    let (_, sources) = listed.split_once(": ")?;
+    let mut sources = sources.split_whitespace().map(PathBuf::from);
+    sources.find(|source| changed(source).is_some_and(|changed| changed > built))
+}
+
+/// Compares a page with what these programs say. If they are old, the reason is that they are.
+fn compare(page: &str, made: &str, programs: &[&str]) {
+    let page = Path::new(ROOT).join(page);
+    let is_equal = std::fs::read_to_string(&page).is_ok_and(|text| text == made);
+    for program in programs.iter().map(|program| path(program)) {
+        let source = newer_source(&program).filter(|_| !is_equal);
+        assert!(
+            source.is_none(),
+            "{} is older than {}: build it first, by `cargo build --workspace --bins` or `cargo xtask test`",
+            program.display(),
+            source.unwrap_or_default().display()
+        );
+    }
+    expect_file![page].assert_eq(made);
+}
 
 /// The output of a program of this test run.
 fn output(program: &str, args: &[&str]) -> String {
-    let programs = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();
-    let path = programs.expect("the target folder").join(program);
+    let path = path(program);
     assert!(
         path.exists(),
         "{} is missing: run the tests by `cargo xtask test`",
@@ -94,7 +126,7 @@ fn the_page_of_commands_is_up_to_date() {
     page += "\n## A component\n\nEvery generated component has the same options; the slots are its own.\n\n```text\n";
     page += output("simulator", &["--help"]).trim();
     page += "\n```\n";
-    expect_file!["../../../docs/commands.md"].assert_eq(&page);
+    compare("docs/commands.md", &page, &["rcgen", "rcdeploy", "simulator"]);
 }
 
 #[test]
@@ -103,11 +135,11 @@ fn the_picture_of_the_network_is_up_to_date() {
         "rcdeploy",
         &["graph", "components/networks/patrol.ddsl", "--unbuilt"],
     );
-    expect_file!["../../../docs/images/patrol.svg"].assert_eq(&picture);
+    compare("docs/images/patrol.svg", &picture, &["rcdeploy"]);
 }
 
 #[test]
 fn the_picture_of_the_machine_is_up_to_date() {
     let picture = output("rcgen", &["graph", "components/avoider/avoider.scxml"]);
-    expect_file!["../../../docs/images/avoider.svg"].assert_eq(&picture);
+    compare("docs/images/avoider.svg", &picture, &["rcgen"]);
 }

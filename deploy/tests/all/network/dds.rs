@@ -203,6 +203,15 @@ impl ExternalProgram {
         while self.line() != text {}
     }
 
+    /// Waits for these lines, in any order: those of two topics or services have none.
+    pub(crate) fn says_all(&self, texts: &[&str]) {
+        let mut missing = texts.to_vec();
+        while !missing.is_empty() {
+            let line = self.line();
+            missing.retain(|text| *text != line);
+        }
+    }
+
     /// Whether the next line is this one.
     pub(crate) fn has_said(&self, text: &str) -> bool {
         let line = self.lines.recv_timeout(Duration::from_millis(20));

@@ -144,8 +144,7 @@ fn a_component_calls_a_server_on_fast_dds() {
     ] {
         assert_eq!(client.consult(question, limit).expect("an answer"), answer);
     }
-    oracle.says("told where");
-    oracle.says("asked nonsense");
+    oracle.says_all(&["told where", "asked nonsense"]);
     std::thread::scope(|scope| {
         scope.spawn(|| {
             oracle.says("asked hold");

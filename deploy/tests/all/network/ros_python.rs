@@ -133,8 +133,7 @@ fn a_component_calls_a_python_server() {
         consult.write(&format!("10000 {question}\n"));
         assert_eq!(consult.line(), answer);
     }
-    oracle.says("told where");
-    oracle.says("asked nonsense");
+    oracle.says_all(&["told where", "asked nonsense"]);
     // The process of the server is killed and sends nothing; its lease is long. The call ends at
     // its deadline.
     consult.write("700 hold\n");

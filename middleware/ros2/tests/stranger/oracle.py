@@ -10,8 +10,14 @@ from interop import (
 )
 
 
+def say(text):
+    # In one piece: two threads print.
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
 def ask(request):
-    print("asked", request.question, flush=True)
+    say(f"asked {request.question}")
     match request.question:
         case "hold":
             return None
@@ -22,7 +28,7 @@ def ask(request):
 
 
 def tell(request):
-    print("told", request.text, flush=True)
+    say(f"told {request.text}")
     return ()
 
 
