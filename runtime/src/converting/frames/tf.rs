@@ -3,7 +3,7 @@
 //! The event loop puts each sample of such a slot into its history ([`Fed`]). While it waits inside a
 //! conversion, it takes no samples, so the conversion has a subscriber of its own.
 
-use super::transforms::{History, Missing, Pose, lookup};
+use super::transforms::{History, MOST_FRAMES, Missing, Pose, lookup};
 use super::{LONGEST_SLEEP, NoTransform};
 use crate::clock::Clock;
 use rc_conversion::{Needed, Transform};
@@ -23,6 +23,8 @@ pub(crate) type Shared = Rc<RefCell<History>>;
 
 /// The most samples that are taken at once.
 const MOST_AT_ONCE: usize = 4096;
+/// The most transforms that are taken at once. Those that come later wait for the next message.
+const MOST_TRANSFORMS: usize = 4 * MOST_FRAMES;
 
 /// A slot that receives transforms.
 pub(crate) struct TfSlot {
@@ -102,39 +104,52 @@ impl Tf {
 }
 
 impl TfSlot {
-    /// Takes all samples that are there.
+    /// Takes the samples that are there.
     fn drain(&mut self, clock: &dyn Clock) {
+        let mut count = 0;
         for _ in 0..MOST_AT_ONCE {
             let (history, hash) = (&self.history, self.type_hash);
-            let taken = self
-                .port
-                .receive(&mut |header, body| put(history, (hash, clock), header, body));
+            let taken = self.port.receive(&mut |header, body| {
+                count += put(history, (hash, clock), header, body);
+            });
             // The event loop reports the faults of the slot.
-            if taken != Ok(true) {
+            if taken != Ok(true) || count >= MOST_TRANSFORMS {
                 return;
             }
         }
     }
 }
 
-/// Puts the transforms of a sample into a history. The handler of the slot reports a sample that is
-/// none.
-fn put(history: &Shared, (hash, clock): (u64, &dyn Clock), header: Header, body: &[u8]) {
+/// Puts the transforms of a sample into a history, and returns their number. The handler of the slot
+/// reports a sample that is none.
+fn put(
+    history: &Shared,
+    (hash, clock): (u64, &dyn Clock),
+    header: Header,
+    body: &[u8],
+) -> usize {
+    let mut count = 0;
     if header.encoding == Encoding::Cdr && (header.type_hash == 0 || header.type_hash == hash) {
         let now = i64::try_from(clock.now().as_nanos()).unwrap_or(i64::MAX);
-        let _ = read(&mut history.borrow_mut(), &mut Reader::new(body), now);
+        let mut history = history.borrow_mut();
+        let mut reader = Reader::new(body);
+        // A history has no more frames, so a sample of more is hostile or wrong.
+        let most = reader.length().unwrap_or(0).min(MOST_FRAMES);
+        while count < most && read(&mut history, &mut reader, now).is_ok() {
+            count += 1;
+        }
     }
+    count
 }
 
+/// Reads a transform into a history.
 fn read(history: &mut History, reader: &mut Reader<'_>, now: i64) -> Result<(), DecodeError> {
-    for _ in 0..reader.length()? {
-        let (seconds, nanoseconds): (i32, u32) = (reader.get()?, reader.get()?);
-        let (parent, child): (String, String) = (reader.get()?, reader.get()?);
-        let (place, turn): ([f64; 3], [f64; 4]) = (reader.get()?, reader.get()?);
-        let time = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
-        if let Some(pose) = Pose::new(place, turn) {
-            history.put((&parent, &child), (time, now), pose);
-        }
+    let (seconds, nanoseconds): (i32, u32) = (reader.get()?, reader.get()?);
+    let (parent, child): (String, String) = (reader.get()?, reader.get()?);
+    let (place, turn): ([f64; 3], [f64; 4]) = (reader.get()?, reader.get()?);
+    let time = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
+    if let Some(pose) = Pose::new(place, turn) {
+        history.put((&parent, &child), (time, now), pose);
     }
     Ok(())
 }
@@ -345,6 +360,28 @@ mod tests {
                 "{missing}"
             );
         }
+    }
+
+    /// A sample is read as far as a history could hold it.
+    #[test]
+    fn a_sample_of_too_many_frames_is_read_in_part() {
+        let mut writer = Writer::default();
+        writer.put(&20_000_u32);
+        for frame in 0..20_000 {
+            writer.put(&1_i32);
+            writer.put(&0_u32);
+            cdr::text("map", &mut writer);
+            cdr::text(&format!("f{frame}"), &mut writer);
+            writer.put(&[0.0; 3]);
+            writer.put(&[0.0, 0.0, 0.0, 1.0]);
+        }
+        let of = history(true);
+        let body = writer.into_bytes();
+        let count = put(&of, (5, &SystemClock), Header::default(), &body);
+        assert_eq!(count, MOST_FRAMES);
+        let found = |frame: &str| lookup(&[&of.borrow()], (frame, "map"), 0).is_ok();
+        assert!(found("f0") && found(&format!("f{}", MOST_FRAMES - 1)));
+        assert!(!found(&format!("f{MOST_FRAMES}")));
     }
 
     #[test]

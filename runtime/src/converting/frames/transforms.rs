@@ -9,8 +9,12 @@ use std::fmt;
 /// How long a transform is kept behind the newest one of its frame, as in tf2: 10 s, in nanoseconds.
 const KEPT: i64 = 10_000_000_000;
 /// The most frames of a history, and the most transforms of all of them.
-const MOST_FRAMES: usize = 4096;
+pub(super) const MOST_FRAMES: usize = 4096;
 const MOST: usize = 100_000;
+/// The most transforms of one frame: 10 s at 1 kHz.
+const MOST_OF_FRAME: usize = 10_000;
+/// The most frames from one to its root. A message looks at all of them.
+const DEEPEST: usize = 256;
 /// Of so many transforms without room, one looks for frames to forget.
 const LOOK: usize = 64;
 /// The longest name of a frame, in bytes.
@@ -52,7 +56,7 @@ pub(in crate::converting) enum Missing {
     Unknown(String),
     /// No chain of transforms connects the frames.
     Unconnected,
-    /// The frames form a circle.
+    /// The frames form a circle, or are too many.
     Circle,
     /// The newest transform of the frame is of this time, in nanoseconds.
     Newer(String, i64),
@@ -65,7 +69,10 @@ impl fmt::Display for Missing {
         match self {
             Self::Unknown(frame) => write!(f, "no transform of `{}` has come", clean(frame)),
             Self::Unconnected => f.write_str("no chain of transforms connects them"),
-            Self::Circle => f.write_str("their transforms form a circle"),
+            Self::Circle => write!(
+                f,
+                "their transforms form a circle, or a chain of more than {DEEPEST} frames"
+            ),
             Self::Newer(frame, time) => {
                 let frame = clean(frame);
                 write!(f, "the newest transform of `{frame}` is of {time} ns")
@@ -205,7 +212,9 @@ impl History {
         }
         let newest = newest.max(time);
         while edge.poses.len() > 1
-            && (self.count > MOST || edge.poses[0].0 < newest.saturating_sub(KEPT))
+            && (self.count > MOST
+                || edge.poses.len() > MOST_OF_FRAME
+                || edge.poses[0].0 < newest.saturating_sub(KEPT))
         {
             edge.poses.pop_front();
             self.count -= 1;
@@ -270,7 +279,7 @@ fn ancestors<'h>(histories: &[&'h History], frame: &'h str) -> Result<Vec<&'h st
     let mut all = vec![frame];
     let mut last = frame;
     while let Some((_, edge)) = edge(histories, last) {
-        if all.len() > MOST_FRAMES {
+        if all.len() > DEEPEST {
             return Err(Missing::Circle);
         }
         last = &edge.parent;
@@ -409,6 +418,19 @@ mod tests {
     }
 
     #[test]
+    fn a_chain_has_a_longest_length() {
+        let mut history = History::default();
+        for frame in 1..MOST_FRAMES {
+            let (parent, child) = (format!("f{}", frame - 1), format!("f{frame}"));
+            history.put((&parent, &child), (0, 0), Pose::IDENTITY);
+        }
+        let from = |frame: usize| lookup(&[&history], (&format!("f{frame}"), "f0"), 0).map(|_| ());
+        assert_eq!(from(DEEPEST), Ok(()));
+        assert_eq!(from(DEEPEST + 1), Err(Missing::Circle));
+        assert_eq!(from(MOST_FRAMES - 1), Err(Missing::Circle));
+    }
+
+    #[test]
     fn a_history_has_bounds() {
         let mut history = History::default();
         let now = 19_000_000_000;
@@ -451,6 +473,10 @@ mod tests {
             }
         }
         assert!(history.count <= MOST + MOST_FRAMES, "{}", history.count);
+        for time in 0..2 * MOST_OF_FRAME as i64 {
+            history.put(("map", "fast"), (time, time), Pose::IDENTITY);
+        }
+        assert_eq!(history.edges["fast"].poses.len(), MOST_OF_FRAME);
         assert!(Pose::new([0.0; 3], [0.0; 4]).is_none());
         assert!(Pose::new([f64::NAN, 0.0, 0.0], left(0.0)).is_none());
     }
