@@ -8,7 +8,7 @@ use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 /// No test waits longer for anything.
@@ -71,62 +71,128 @@ fn the_program_of_a_process_has_the_notes_of_all_its_components() {
     assert_eq!(render(&sources, &found, Format::Short), "");
 }
 
+/// The program of a component's process with the arguments of the plan, in a network of its own.
+struct Process {
+    folder: tempfile::TempDir,
+    child: Child,
+    /// Asks whether all of its components are ready.
+    probe: Command,
+}
+
+impl Process {
+    /// Starts it, with further arguments of its components.
+    fn start(network: &Network, component: &str, more: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let plan = network.plan(Profile::Dev).expect("a plan");
+        let program = program(network, component);
+        let (mut command, mut probe) = (Command::new(&program), Command::new(&program));
+        let name = format!("shared-{component}-{}", std::process::id());
+        let components = plan.components.iter().enumerate();
+        for (at, component) in components.filter(|(_, one)| one.executable == program) {
+            let word = network.programs.member_word(at);
+            let word = word.expect("a component of a process");
+            let args = component.thread_arguments(&word, &[]);
+            // The network of this test alone.
+            let args = args
+                .iter()
+                .map(|arg| if arg == "shared" { &name } else { arg });
+            command.args(args);
+            for (_, value) in more.iter().filter(|(of, _)| *of == component.name) {
+                command.args(["--set", value]);
+            }
+            probe.args(["--member", &word, "--probe", "--network", &name]);
+            probe.args(["--name", &component.name]);
+        }
+        // As the exports of a network do it.
+        probe.env("XDG_RUNTIME_DIR", folder.path());
+        let log = File::create(folder.path().join("log")).expect("a log");
+        let child = command
+            .env("XDG_RUNTIME_DIR", folder.path())
+            .env_remove("RUST_LOG")
+            .stderr(log)
+            .spawn()
+            .expect("it starts");
+        Self {
+            folder,
+            child,
+            probe,
+        }
+    }
+
+    fn is_ready(&mut self) -> bool {
+        self.probe.output().expect("it starts").status.success()
+    }
+
+    fn printed(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("log")).expect("a log")
+    }
+
+    /// Waits until it has printed all of these texts.
+    fn await_lines(&mut self, texts: &[&str]) {
+        let start = Instant::now();
+        while !texts.iter().all(|text| self.printed().contains(text)) {
+            let ended = self.child.try_wait().expect("a child");
+            let is_well = ended.is_none() && start.elapsed() < LIMIT;
+            assert!(is_well, "{ended:?}: {}", self.printed());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Ends it in order.
+    fn end(&mut self) {
+        kill_process(Pid::from_child(&self.child), Signal::TERM).expect("it runs");
+        let status = self.child.wait().expect("a child");
+        assert!(status.success(), "{status}: {}", self.printed());
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 #[test]
 fn the_program_of_a_process_runs_its_components_with_the_arguments_of_the_plan() {
     let (network, _) = network();
-    let folder = tempfile::tempdir().expect("a folder");
-    let plan = network.plan(Profile::Dev).expect("a plan");
-    let mut command = Command::new(program(&network, "left"));
-    let name = format!("shared-{}", std::process::id());
-    let ours = |component: &rc_deploy::Component| component.executable == program(&network, "left");
-    let mut probe = Command::new(program(&network, "left"));
-    let mut components = plan.components.iter().enumerate();
-    while let Some((at, component)) = components.find(|(_, component)| ours(component)) {
-        let word = network
-            .programs
-            .member_word(at)
-            .expect("a component of a process");
-        let args = component.thread_arguments(&word, &[]);
-        // The network of this test alone.
-        let args = args
-            .iter()
-            .map(|arg| if arg == "shared" { &name } else { arg });
-        command.args(args);
-        probe.args(["--member", &word, "--probe", "--network", &name]);
-        probe.args(["--name", &component.name]);
-    }
-    // As the exports of a network do it.
-    probe.env("XDG_RUNTIME_DIR", folder.path());
-    let mut is_ready = || probe.output().expect("it starts").status.success();
-    assert!(!is_ready());
-    let log = folder.path().join("log");
-    let mut child = command
-        .env("XDG_RUNTIME_DIR", folder.path())
-        .env_remove("RUST_LOG")
-        .stderr(File::create(&log).expect("a log"))
-        .spawn()
-        .expect("it starts");
-    let printed = || std::fs::read_to_string(&log).expect("a log");
-    let start = Instant::now();
+    let mut process = Process::start(&network, "left", &[]);
     // The avoider drives once it has a scan of the world.
-    let lines = ["left | ", "right | ", "avoider | "];
-    while !lines.iter().all(|line| printed().contains(line)) {
-        let ended = child.try_wait().expect("a child");
-        let is_well = ended.is_none() && start.elapsed() < LIMIT;
-        if !is_well {
-            let _ = child.kill();
-            panic!("{ended:?}: {}", printed());
-        }
+    process.await_lines(&["left | ", "right | ", "avoider | "]);
+    let start = Instant::now();
+    while !process.is_ready() {
+        assert!(start.elapsed() < LIMIT, "{}", process.printed());
         std::thread::sleep(Duration::from_millis(10));
     }
-    while !is_ready() {
-        assert!(start.elapsed() < LIMIT, "{}", printed());
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    kill_process(Pid::from_child(&child), Signal::TERM).expect("it runs");
-    let status = child.wait().expect("a child");
-    assert!(status.success(), "{status}: {}", printed());
-    assert!(!is_ready());
+    process.end();
+    assert!(!process.is_ready());
+}
+
+/// Inside a process as elsewhere: who waits for a component that waits for it ends at its timeout.
+#[test]
+fn two_components_that_call_each_other_inside_their_process_time_out() {
+    let (network, _) = network();
+    let plan = network.plan(Profile::Dev).expect("a plan");
+    let up = plan.components.iter().find(|one| one.name == "inner.up");
+    let args = &up.expect("a component").args;
+    assert!(args.contains(&"other=local".to_owned()), "{args:?}");
+    let calls = [
+        ("inner.up", "does=call"),
+        ("inner.down", "does=call back"),
+    ];
+    let mut process = Process::start(&network, "inner.up", &calls);
+    // The first one waits for the second one, whose handler waits for the first one.
+    process.await_lines(&["no answer to its own call", "within 300ms"]);
+    process.end();
+    // As soon as it does not call back, it answers.
+    let mut process = Process::start(&network, "inner.up", &calls[..1]);
+    process.await_lines(&["the other has 50"]);
+    process.end();
+    // Both call each other at once: each of them gets an answer, or an error, and goes on.
+    let both = [("inner.up", "does=call"), ("inner.down", "does=call")];
+    let mut process = Process::start(&network, "inner.up", &both);
+    process.await_lines(&["inner-up | ", "inner-down | "]);
+    process.end();
 }
 
 #[test]

@@ -116,3 +116,37 @@ fn an_image_is_read_where_it_was_written() {
         assert!(places.len() <= 3, "{} allocations", places.len());
     });
 }
+
+/// Three subscribers read one image: nobody allocates memory for it, nor copies it.
+#[test]
+fn an_image_for_three_subscribers_takes_no_new_memory() {
+    let network = Network::new(&Local);
+    let address = endpoint("default/Camera/image");
+    let backend = network.join_bare("both");
+    let port = backend.publisher(&address).expect("a publisher");
+    let mut topic = TypedPublisher::new(port, IMAGE);
+    let mut subscribers: Vec<_> = (0..3)
+        .map(|_| backend.subscriber(&address).expect("a subscriber"))
+        .collect();
+    let mut exchange = || {
+        let mut image = topic.loan::<Image>().expect("a loan");
+        image.pixels[0] = 7;
+        let written = place(&image);
+        image.send().expect("to be sent");
+        for subscriber in &mut subscribers {
+            let mut read = None;
+            let received = subscriber.receive(&mut |header, body| {
+                let mut reader = Reader::of(body, header.encoding);
+                read = Some(place(&reader.in_place::<Image>().expect("an image")));
+            });
+            received.expect("to receive");
+            assert_eq!(read, Some(written));
+        }
+        written
+    };
+    // Queues have their room, and the publisher its memory, after the first image.
+    let first = exchange();
+    let used = allocation_counter::measure(|| assert_eq!(exchange(), first));
+    // What lends the memory, and what reads it.
+    assert!(used.bytes_total < 1024, "{used:?}");
+}
