@@ -172,14 +172,12 @@ fn the_program_of_a_process_runs_its_components_with_the_arguments_of_the_plan()
 #[test]
 fn two_components_that_call_each_other_inside_their_process_time_out() {
     let (network, _) = network();
-    let plan = network.plan(Profile::Dev).expect("a plan");
-    let up = plan.components.iter().find(|one| one.name == "inner.up");
-    let args = &up.expect("a component").args;
-    assert!(args.contains(&"other=local".to_owned()), "{args:?}");
-    let calls = [
-        ("inner.up", "does=call"),
-        ("inner.down", "does=call back"),
-    ];
+    let notes = Note::read(&program(&network, "inner.up")).expect("a program");
+    assert!(
+        notes.iter().all(|note| note.middleware == "local"),
+        "{notes:?}"
+    );
+    let calls = [("inner.up", "does=call"), ("inner.down", "does=call back")];
     let mut process = Process::start(&network, "inner.up", &calls);
     // The first one waits for the second one, whose handler waits for the first one.
     process.await_lines(&["no answer to its own call", "within 300ms"]);

@@ -126,7 +126,11 @@ fn the_page_of_commands_is_up_to_date() {
     page += "\n## A component\n\nEvery generated component has the same options; the slots are its own.\n\n```text\n";
     page += output("simulator", &["--help"]).trim();
     page += "\n```\n";
-    compare("docs/commands.md", &page, &["rcgen", "rcdeploy", "simulator"]);
+    compare(
+        "docs/commands.md",
+        &page,
+        &["rcgen", "rcdeploy", "simulator"],
+    );
 }
 
 #[test]

@@ -98,4 +98,3 @@ pub fn cable(test: &str) -> Option<Cable> {
     let cable = Cable::lay();
     cable.map_err(|reason| skipped(test, &reason)).ok()
 }
-

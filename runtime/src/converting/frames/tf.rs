@@ -122,12 +122,7 @@ impl TfSlot {
 
 /// Puts the transforms of a sample into a history, and returns their number. The handler of the slot
 /// reports a sample that is none.
-fn put(
-    history: &Shared,
-    (hash, clock): (u64, &dyn Clock),
-    header: Header,
-    body: &[u8],
-) -> usize {
+fn put(history: &Shared, (hash, clock): (u64, &dyn Clock), header: Header, body: &[u8]) -> usize {
     let mut count = 0;
     if header.encoding == Encoding::Cdr && (header.type_hash == 0 || header.type_hash == hash) {
         let now = i64::try_from(clock.now().as_nanos()).unwrap_or(i64::MAX);

@@ -473,10 +473,11 @@ mod tests {
             }
         }
         assert!(history.count <= MOST + MOST_FRAMES, "{}", history.count);
+        let mut fast = History::default();
         for time in 0..2 * MOST_OF_FRAME as i64 {
-            history.put(("map", "fast"), (time, time), Pose::IDENTITY);
+            fast.put(("map", "fast"), (time, time), Pose::IDENTITY);
         }
-        assert_eq!(history.edges["fast"].poses.len(), MOST_OF_FRAME);
+        assert_eq!(fast.count, MOST_OF_FRAME);
         assert!(Pose::new([0.0; 3], [0.0; 4]).is_none());
         assert!(Pose::new([f64::NAN, 0.0, 0.0], left(0.0)).is_none());
     }
