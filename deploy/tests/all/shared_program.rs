@@ -86,7 +86,8 @@ impl Process {
         let plan = network.plan(Profile::Dev).expect("a plan");
         let program = program(network, component);
         let (mut command, mut probe) = (Command::new(&program), Command::new(&program));
-        let name = format!("shared-{component}-{}", std::process::id());
+        let name = component.replace('.', "-");
+        let name = format!("shared-{name}-{}", std::process::id());
         let components = plan.components.iter().enumerate();
         for (at, component) in components.filter(|(_, one)| one.executable == program) {
             let word = network.programs.member_word(at);
