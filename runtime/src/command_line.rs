@@ -4,7 +4,6 @@ use crate::arguments::{Arguments, check_slot};
 use crate::description::{Description, Slot};
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
-use rc_conversion::Plan;
 use rc_management::component::Role;
 use rc_middleware::linked::GivenArguments;
 use rc_middleware::{Address, Settings};
@@ -250,7 +249,7 @@ fn transports(
 }
 
 /// Parses `Laser=0i:f{1/1000}`.
-fn conversion(description: &Description, text: &str) -> Result<(String, Plan), lexopt::Error> {
+fn conversion(description: &Description, text: &str) -> Result<(String, String), lexopt::Error> {
     let Some((slot, plan)) = text.split_once('=') else {
         return Err("--convert takes SLOT=PLAN, as `rcdeploy plan --format json` prints it".into());
     };
@@ -265,9 +264,14 @@ fn conversion(description: &Description, text: &str) -> Result<(String, Plan), l
         );
         return Err(message.into());
     }
-    let plan = plan.parse();
-    let plan = plan.map_err(|error| format!("--convert: `{slot}` has no plan: {error}"))?;
-    Ok((slot, plan))
+    let Some(converter) = description.converter else {
+        return Err(
+            "--convert: this program has no conversions: generate the component anew".into(),
+        );
+    };
+    let checked = (converter.check)(plan);
+    checked.map_err(|error| format!("--convert: `{slot}` has no plan: {error}"))?;
+    Ok((slot, plan.to_owned()))
 }
 
 /// Parses `lidar=tree`, or `lidar=tf,tf_static`.

@@ -292,6 +292,7 @@ mod tests {
         types: &[],
         simulates_time: false,
         managed: false,
+        converter: None,
         note: b"",
     };
 

@@ -27,8 +27,8 @@ use std::time::Duration;
 /// What slots convert.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Conversions {
-    /// The plan of each slot, by name.
-    pub(crate) plans: BTreeMap<String, Plan>,
+    /// The plan of each slot, by name, as its text: only what converts knows plans.
+    pub(crate) plans: BTreeMap<String, String>,
     /// The slots that know where frames are, with commas, for slots whose plans need them.
     pub(crate) trees: BTreeMap<String, String>,
 }

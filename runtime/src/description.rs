@@ -1,5 +1,6 @@
 //! The description of a component by its generated code.
 
+use crate::ports::Converter;
 use rc_management::component::Role;
 use rc_middleware::linked::NodeClock;
 use rc_middleware::typed::Operation;
@@ -33,6 +34,9 @@ pub struct Description {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
     pub managed: bool,
+    /// The code by which its slots convert: [`CONVERTER`](crate::CONVERTER) for a component with a slot
+    /// that calls or receives, `None` for others, whose programs are smaller without it.
+    pub converter: Option<&'static Converter>,
     /// Note for tools in the executable, see `rc_codegen::note`.
     pub note: &'static [u8],
 }

@@ -72,7 +72,7 @@ pub use error::StartError;
 pub use fastrand;
 pub use forwarded::ForwardCounts;
 pub use member::MemberError;
-pub use ports::{Awaited, Connections, EarlySamples, Ports};
+pub use ports::{Awaited, CONVERTER, Connections, Converter, EarlySamples, Ports};
 pub use process::{Embedded, embed, run, run_with};
 pub use rc_configuration::model::Value;
 pub use rc_configuration::{ParamChange, Values};

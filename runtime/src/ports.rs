@@ -1,5 +1,6 @@
 //! The connections of a component, opened in the order of its description.
 
+mod converter;
 mod counts;
 mod early;
 mod endpoints;
@@ -7,9 +8,7 @@ mod frames;
 
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
-use crate::converting::{
-    ConversionCounts, Conversions, ConvertingClient, ConvertingSubscriber, IdleFlag, Shared,
-};
+use crate::converting::{ConversionCounts, Conversions, IdleFlag, Shared};
 use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
@@ -25,6 +24,7 @@ use crate::time::follower::Follower;
 use crate::time::lockstep::State as SourceState;
 use crate::time::source::Source;
 use crate::time::{TimeRole, TimeSource};
+pub use converter::{CONVERTER, Converter};
 pub use early::{Awaited, EarlySamples};
 use endpoints::{call_endpoint, is_needed};
 use rc_management::component::{ClockKind, Role};
@@ -344,12 +344,7 @@ impl Connections {
         } else {
             let open = self.slot(slot)?;
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
-            let port = match self.conversions.plans.get(&*open.name) {
-                Some(plan) => {
-                    ConvertingClient::over(plan, open.slot.operations, &self.conversion(slot), port)
-                }
-                None => port,
-            };
+            let port = self.converting_client(&open, slot, port)?;
             let port = match self.defaults.iter().find(|(of, _)| *of == open.described) {
                 Some((_, reply)) => Box::new(DefaultingClient {
                     port,
@@ -460,23 +455,16 @@ impl Connections {
             }
             Role::SubscribesTo => {
                 let operations = 0..slot.operations.len();
-                let plan = self.conversions.plans.get(&*slot.name);
-                let plan = plan.map(|plan| (plan, self.conversion(at)));
                 let ports = operations.map(|operation| {
                     let endpoint = self.topic_endpoint(&slot, operation, slot.middleware())?;
                     let port = self.backend(&slot)?.subscriber(&endpoint)?;
                     self.watch(at, port.queue());
-                    let port = match &plan {
-                        Some((plan, counts)) => {
-                            let (of, address) = (&slot.operations[operation], &endpoint.address);
-                            let address = address.to_string();
-                            let frames = || self.frames(&slot.name);
-                            let plan = (*plan, operation, of);
-                            ConvertingSubscriber::over(plan, address, counts, frames, port)?
-                        }
-                        None => port,
-                    };
-                    let port = self.fed((&slot, operation), port);
+                    Ok((endpoint, port))
+                });
+                let ports = ports.collect::<Result<_, OpenError>>()?;
+                let ports = self.converting_subscribers(&slot, at, ports)?;
+                let ports = ports.into_iter().enumerate();
+                let ports = ports.map(|(operation, (endpoint, port))| {
                     let port = self.shared_early((&slot, operation), &endpoint, port)?;
                     Ok(Receiver::Subscriber {
                         port: self.exact.subscriber(at, operation, port),

@@ -448,6 +448,7 @@ pub(crate) mod tests {
         backends: &[],
         simulates_time: false,
         managed: false,
+        converter: None,
         note: b"",
     };
 

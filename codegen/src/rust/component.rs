@@ -27,6 +27,8 @@ pub(crate) struct Component<'a> {
     period: Time,
     simulates_time: bool,
     managed: bool,
+    /// Whether a slot may convert what it gets.
+    converts: bool,
     viewer: bool,
     /// The functions for its life cycle that a new worker has.
     hooks: &'static [&'static str],
@@ -123,6 +125,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         period: view.period,
         simulates_time: view.simulates_time,
         managed: view.managed,
+        converts: view.slots.iter().any(|slot| !slot.role.is_provided()),
         viewer: view.viewer,
         hooks: if view.managed { &HOOKS } else { &[] },
         package: names::package(&view.name),

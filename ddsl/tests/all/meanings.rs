@@ -113,6 +113,42 @@ fn other_meanings_are_refused() {
     );
 }
 
+#[test]
+fn a_connection_that_loses_more_than_it_may_is_refused() {
+    let convert = "bind a.Laser -> b.Laser { convert; };";
+    let ours = point("m", ROS, "loss = 1e-9");
+    check(
+        CLOUD,
+        &ours,
+        &point("mm", LIDAR, ""),
+        convert,
+        &expect![[""]],
+    );
+    // Without a loss nothing is rounded.
+    let made = check(
+        CLOUD,
+        &ours,
+        &point("m", LIDAR, ""),
+        convert,
+        &expect![[""]],
+    );
+    expect![[""]].assert_eq(&made.join("\n"));
+}
+
+#[test]
+fn sequences_of_other_bounds_are_other_types() {
+    let end = |bound: u32, unit: &str, role: &str| {
+        let cloud = CLOUD.replace("sequence<P>", &format!("sequence<P, {bound}>"));
+        format!("[{cloud}|||{}]{role} Laser;", point(unit, ROS, ""))
+    };
+    let (ours, theirs) = (end(4, "m", "subscribesTo"), end(8, "mm", "publishes"));
+    connect(
+        &[("a", &ours), ("b", &theirs)],
+        "bind a.Laser -> b.Laser { convert; };",
+        &expect![[""]],
+    );
+}
+
 /// A connection changes numbers in their places, and a covariance has others.
 #[test]
 fn a_covariance_is_not_left_in_other_axes() {

@@ -14,13 +14,14 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const NETWORKS: [&str; 6] = [
+const NETWORKS: [&str; 7] = [
     "components/networks/camera.ddsl",
     "components/networks/joints.ddsl",
     "components/networks/patrol.ddsl",
     "components/networks/speech.ddsl",
     "deploy/tests/export/all.ddsl",
     "deploy/tests/export/process.ddsl",
+    "deploy/tests/export/adapted.ddsl",
 ];
 
 fn root() -> PathBuf {
@@ -54,6 +55,8 @@ fn text(export: &Export, target: &Path) -> String {
     let all: String = all.collect();
     let all = all.replace(&target.display().to_string(), "/robot/target");
     let all = all.replace(&root().display().to_string(), "/robot");
+    // The program of adaptors lies beside that of the test.
+    let all = all.replace("/robot/target/debug/deps/", "/robot/target/release/");
     let lines = all.split_inclusive('\n');
     lines.filter(|line| !line.contains("/patrol.svg")).collect()
 }
@@ -151,6 +154,8 @@ fn units(network: &str, folder: &Path) -> Vec<PathBuf> {
                 .strip_prefix("ExecStart=:")
                 .and_then(|l| l.split_whitespace().next())
             {
+                let within = Path::new(program).parent().expect("a folder");
+                fs::create_dir_all(within).expect("a folder");
                 fs::write(program, "#!/bin/sh\n").expect("a program");
                 fs::set_permissions(program, fs::Permissions::from_mode(0o755))
                     .expect("its rights");

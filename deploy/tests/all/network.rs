@@ -1,5 +1,6 @@
 //! Complete networks of the components of this repository.
 
+mod adaptors;
 mod bags;
 mod by_hand;
 mod bytes;

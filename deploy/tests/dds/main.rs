@@ -6,6 +6,7 @@
 //! limits of time runs beside the compiler.
 
 mod adapted;
+mod called;
 mod cpp_worker;
 mod hosts;
 mod inner_model;

@@ -13,11 +13,11 @@ const DOMAIN: &str = "64";
 const CYCLONE: &str = "cyclonedds==11.0.1";
 const COUNT: &str = "5";
 
-const HEARER: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nComponent hearer\n{\n    Communications\n    {\n        \
+const HEARER: &str = "import \"Points.idsl\";\nimport \"seen.dproto\";\n\nComponent outer_hearer\n{\n    Communications\n    {\n        \
     subscribesTo PointsPub(ros2) as scanner { reliability reliable; depth 10; },\n            \
     PointsPub as second { reliability reliable; depth 10; };\n    };\n    language python;\n    period 1s;\n};\n";
 
-const OF_HEARER: &str = r#"from hearer import Context, Points, Worker
+const OF_HEARER: &str = r#"from outer_hearer import Context, Points, Worker
 
 
 class SpecificWorker(Worker):
@@ -54,29 +54,31 @@ fn outside(site: &Site, name: &str, role: &str, unit: &str) {
 fn place(test: &str) -> Option<Site> {
     let meaning = prototype("ahead, left, up", "m");
     let files = [
-        ("hearer.cdsl", HEARER),
+        ("outer_hearer.cdsl", HEARER),
         ("Points.idsl", INTERFACE),
         ("seen.dproto", &meaning),
         ("src/specific_worker.py", OF_HEARER),
     ];
-    let site = workspace("strangers", "hearer", &files, test)?;
+    let site = workspace("strangers", "outer_hearer", &files, test)?;
     let meaning = prototype("right, ahead, up", "mm");
+    // Programs of one name would be one in the target folder.
+    let [lidar, worker] = [LIDAR, OF_LIDAR].map(|text| text.replace("lidar", "outer_lidar"));
     let files = [
-        ("lidar.cdsl", LIDAR),
+        ("outer_lidar.cdsl", lidar.as_str()),
         ("Points.idsl", INTERFACE),
         ("seen.dproto", &meaning),
-        ("src/specific_worker.py", OF_LIDAR),
+        ("src/specific_worker.py", &worker),
     ];
-    second_component(&site, "lidar", &files);
+    second_component(&site, "outer_lidar", &files);
     outside(&site, "scanner", "publishes", "cm");
     outside(&site, "viewer", "subscribesTo", "m");
     let network = &site.network;
     site.write_ddsl(&format!(
-        "Deployment patrol\n{{\n    middleware iceoryx2;\n    Component lidar {{ cdsl \"lidar/lidar.cdsl\"; }};\n    \
-         Component hearer {{ cdsl \"hearer/hearer.cdsl\"; }};\n    \
-         external lidar.PointsPub at \"{network}/seen\" {{ cdsl \"viewer/viewer.cdsl\"; convert; }};\n    \
-         external hearer.scanner at \"{network}/scan\" {{ cdsl \"scanner/scanner.cdsl\"; convert; }};\n    \
-         external hearer.second at \"{network}/scan\" {{ cdsl \"scanner/scanner.cdsl\"; convert via process; }};\n}};\n"
+        "Deployment patrol\n{{\n    middleware iceoryx2;\n    Component outer_lidar {{ cdsl \"outer_lidar/outer_lidar.cdsl\"; }};\n    \
+         Component outer_hearer {{ cdsl \"outer_hearer/outer_hearer.cdsl\"; }};\n    \
+         external outer_lidar.PointsPub at \"{network}/seen\" {{ cdsl \"viewer/viewer.cdsl\"; convert; }};\n    \
+         external outer_hearer.scanner at \"{network}/scan\" {{ cdsl \"scanner/scanner.cdsl\"; convert; }};\n    \
+         external outer_hearer.second at \"{network}/scan\" {{ cdsl \"scanner/scanner.cdsl\"; convert via process; }};\n}};\n"
     ));
     Some(site)
 }
@@ -104,8 +106,8 @@ fn programs_outside_hear_and_say_converted_points() {
     assert_eq!(up.code, 0, "{up:?}");
     let mut speaker = speaker(&site, ros);
     for slot in ["scanner ", "second "] {
-        Site::until("5 samples", || site.count_in_log("hearer", slot) >= 5);
-        let log = site.log("hearer");
+        Site::until("5 samples", || site.count_in_log("outer_hearer", slot) >= 5);
+        let log = site.log("outer_hearer");
         let seen: Vec<&str> = log
             .lines()
             .filter_map(|line| line.strip_prefix(slot))
@@ -123,9 +125,9 @@ fn programs_outside_hear_and_say_converted_points() {
         assert_eq!(check("cyclonedds", &said), 5);
     }
     for (component, slot) in [
-        ("lidar_PointsPub_adaptor", 0),
-        ("hearer_second_adaptor", 0),
-        ("hearer", 0),
+        ("outer_lidar_PointsPub_adaptor", 0),
+        ("outer_hearer_second_adaptor", 0),
+        ("outer_hearer", 0),
     ] {
         let slot = site.ask(component, "status")["slots"][slot].clone();
         assert!(slot["converted"]["messages"].as_u64() >= Some(5), "{slot}");
@@ -139,7 +141,7 @@ fn programs_outside_hear_and_say_converted_points() {
         events.filter(|(code, _)| code == "peer-vanished").count()
     };
     Site::until("an event", || {
-        gone("hearer") == 1 && gone("hearer_second_adaptor") == 1
+        gone("outer_hearer") == 1 && gone("outer_hearer_second_adaptor") == 1
     });
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");

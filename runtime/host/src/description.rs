@@ -178,6 +178,7 @@ impl Program {
             backends: linked.leak(),
             simulates_time: text.simulates_time,
             managed: text.managed,
+            converter: Some(&rc_runtime::CONVERTER),
             note: &[],
         };
         Ok(Self {

@@ -369,8 +369,8 @@ fn a_kept_image_is_an_aligned_copy() {
     assert_eq!(kept.memory().as_ptr().addr() % 16, 0);
 }
 
-/// A tree in which `lidar` is 2 m ahead of `map`, turned to the left by a quarter about the axis up.
-/// It knows no other frame.
+/// A tree in which `lidar` is 2 m ahead of `map`, turned to the left by a quarter about the axis up,
+/// and `camera` 1 m ahead. It knows no other frame.
 struct World {
     asked: Rc<RefCell<Vec<i64>>>,
     /// The limits of the calls.
@@ -402,10 +402,15 @@ impl Client for World {
         let [to, from] = [reader.get::<String>()?, reader.get::<String>()?];
         self.asked.borrow_mut().push(reader.get()?);
         let mut writer = Writer::default();
-        if (to.as_str(), from.as_str()) == ("map", "lidar") {
+        let quarter = -std::f64::consts::FRAC_PI_2;
+        let pose = match (to.as_str(), from.as_str()) {
+            ("map", "lidar") => Some([0.0, 0.0, 2000.0, 0.0, quarter, 0.0]),
+            ("map", "camera") => Some([0.0, 0.0, 1000.0, 0.0, 0.0, 0.0]),
+            _ => None,
+        };
+        if let Some(pose) = pose {
             rpc::begin_reply(&mut writer, id, QUERY[0].id, 0);
-            let quarter = -std::f64::consts::FRAC_PI_2;
-            writer.put(&[0.0, 0.0, 2000.0, 0.0, quarter, 0.0]);
+            writer.put(&pose);
         } else {
             rpc::begin_reply(&mut writer, id, QUERY[0].id, rc_conversion::EXCEPTION);
             writer.put(&0_i32);
@@ -491,6 +496,9 @@ fn samples_change_their_frame_at_their_time() {
         scan(6, "li\u{7}dar", [1.0, 0.5, 3.0]),
         scan(9000, "lidar", [1.0, 0.5, 3.0]),
         scan(7, "lidar", [0.0, 0.0, 0.0]),
+        // The name changes while the component runs.
+        scan(7, "camera", [1.0, 0.5, 3.0]),
+        scan(8, "lidar", [0.0, 0.0, 0.0]),
     ];
     let samples = samples.iter().rev().cloned().collect();
     let port = Samples(File::open("/dev/null").expect("a descriptor"), samples);
@@ -515,6 +523,8 @@ fn samples_change_their_frame_at_their_time() {
     // Ahead in the lidar is to the left in the map, and its left is behind.
     assert_eq!(received[0], scan(5, "lidar", [1.5, 1.0, 3.0]).1);
     assert_eq!(received[1], scan(7, "lidar", [2.0, 0.0, 0.0]).1);
+    assert_eq!(received[2], scan(7, "camera", [2.0, 0.5, 3.0]).1);
+    assert_eq!(received[3], scan(8, "lidar", [2.0, 0.0, 0.0]).1);
     assert_eq!(
         errors,
         [
@@ -522,9 +532,10 @@ fn samples_change_their_frame_at_their_time() {
             "a message at `n/Topic` cannot be received: no transform from `lidar` to `map` at 9000000000 ns: the clock of the network is at 0.008 s",
         ]
     );
-    assert_eq!(*asked.borrow(), [5_000_000, 6_000_000, 7_000_000]);
+    let times = [5_000_000, 6_000_000, 7_000_000, 7_000_000, 8_000_000];
+    assert_eq!(*asked.borrow(), times);
     let counted = (counts.converted(), counts.refused(), counts.unplaced());
-    assert_eq!(counted, (2, 0, 2));
+    assert_eq!(counted, (4, 0, 2));
 }
 
 /// A clock that runs.

@@ -58,9 +58,9 @@ impl Connections {
         let opened = self.slot(at).and_then(|open| {
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
             // The tree may have other units, as for the component itself.
-            let port = match self.conversions.plans.get(tree) {
+            let port = match self.plan(tree)? {
                 Some(plan) => {
-                    ConvertingClient::over(plan, open.slot.operations, &self.conversion(at), port)
+                    ConvertingClient::over(&plan, open.slot.operations, &self.conversion(at), port)
                 }
                 None => port,
             };
@@ -90,10 +90,10 @@ impl Connections {
             let endpoint = self.topic_endpoint(&open, *operation, open.middleware())?;
             let port = self.backend(&open)?.subscriber(&endpoint)?;
             // The event loop counts and reports what it converts.
-            let port = match self.conversions.plans.get(&*open.name) {
+            let port = match self.plan(&open.name)? {
                 Some(plan) => {
                     let address = endpoint.address.to_string();
-                    let plan = (plan, *operation, &open.operations[*operation]);
+                    let plan = (&plan, *operation, &open.operations[*operation]);
                     let counts = ConversionCounts::default();
                     let frames = || Err(needs_itself(&open.name));
                     ConvertingSubscriber::over(plan, address, &counts, frames, port)?

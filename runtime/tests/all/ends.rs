@@ -61,6 +61,7 @@ const fn asker(slots: &'static [Slot]) -> Description {
         types: &[],
         simulates_time: false,
         managed: false,
+        converter: None,
         note: b"",
     }
 }

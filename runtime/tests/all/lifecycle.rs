@@ -33,6 +33,7 @@ const MANAGED: Description = Description {
     backends: &[],
     simulates_time: false,
     managed: true,
+    converter: None,
     note: b"",
 };
 

@@ -26,12 +26,14 @@ const TIMED_PARTS: Description = Description {
     backends: &[rc_local::LINKED],
     simulates_time: false,
     managed: false,
+    converter: None,
     note: b"",
 };
 
 static MANAGED: Description = Description {
     name: "managed",
     managed: true,
+    converter: None,
     ..TIMED_PARTS
 };
 

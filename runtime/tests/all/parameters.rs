@@ -36,6 +36,7 @@ pub(crate) static DESCRIPTION: Description = Description {
     types: &[],
     simulates_time: false,
     managed: false,
+    converter: None,
     note: b"",
 };
 

@@ -51,6 +51,7 @@ static SOURCE: Description = Description {
     types: &[],
     simulates_time: true,
     managed: false,
+    converter: None,
     note: b"",
 };
 
@@ -73,6 +74,7 @@ static FOLLOWER: Description = Description {
     types: &[],
     simulates_time: false,
     managed: false,
+    converter: None,
     model_hash: 2,
     middleware: "local",
     parameters: None,

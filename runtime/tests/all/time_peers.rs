@@ -23,6 +23,7 @@ const fn described(name: &'static str, slots: &'static [Slot]) -> Description {
         types: &[],
         simulates_time: false,
         managed: false,
+        converter: None,
         note: b"",
     }
 }

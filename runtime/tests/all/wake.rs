@@ -52,6 +52,7 @@ static DESCRIPTION: Description = Description {
     types: &[],
     simulates_time: false,
     managed: false,
+    converter: None,
     note: b"",
 };
 

@@ -92,6 +92,7 @@ fn main() -> ExitCode {
         types: &[],
         simulates_time: false,
         managed: false,
+        converter: None,
         note: b"",
     };
     let description = Box::leak(Box::new(description));

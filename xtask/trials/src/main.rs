@@ -65,7 +65,8 @@ fn main() -> ExitCode {
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
-        ["bench", "convert"] => convert::run().map_err(|e| e.to_string()),
+        ["bench", "convert"] => convert::run(false).map_err(|e| e.to_string()),
+        ["bench", "convert", "--smoke"] => convert::run(true).map_err(|e| e.to_string()),
         ["bench", "graph"] => graph::run().map_err(|e| e.to_string()),
         ["bench", "rcis"] => rcis::run().map_err(|e| e.to_string()),
         ["bench", "machine"] => machine::run().map_err(|e| e.to_string()),
@@ -130,7 +131,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

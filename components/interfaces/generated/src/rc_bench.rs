@@ -3,13 +3,17 @@
 
 /// The types and interfaces of this module for tools, see `rc_values::description`.
 pub const RC_DESCRIPTION: &str = r#"{"module":"RcBench","types":[
-{"name":"Picture","struct":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8,1048576>"}]}
+{"name":"Picture","struct":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8,1048576>"}]},
+{"name":"Point","struct":[{"name":"x","type":"float32"},{"name":"y","type":"float32"},{"name":"z","type":"float32"}]}
 ],"interfaces":[
 {"name":"Echo","operations":[
 {"name":"echo","id":-669077045,"hash":"0dcda19f7bc6c682","pattern":"query","inputs":[{"name":"data","type":"sequence<uint8>"}],"result":"sequence<uint8>"}
 ]},
 {"name":"Sample","operations":[
 {"name":"sample","id":-1074163874,"hash":"fd2cbc8cbf4fdcb5","pattern":"command","inputs":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8>"}]}
+]},
+{"name":"Clouds","operations":[
+{"name":"cloud","id":827007905,"hash":"a712d7c40271bbec","pattern":"command","inputs":[{"name":"sent","type":"int64"},{"name":"points","type":"sequence<RcBench::Point>"}]}
 ]},
 {"name":"Pictures","operations":[
 {"name":"picture","id":1425823316,"hash":"3c6e22ebb6bf2104","pattern":"command","inputs":[{"name":"picture","type":"RcBench::Picture"}]}
@@ -92,6 +96,28 @@ impl rc_middleware::in_place::InPlace for PictureInPlace {
         })
     }
 }
+
+/// A point of 12 bytes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Point {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+}
+
+rc_middleware::cdr_struct!(Point: x, y, z);
+
+/// `Point` in shared memory.
+#[derive(rc_middleware::in_place::FromBytes, rc_middleware::in_place::Immutable, rc_middleware::in_place::IntoBytes, rc_middleware::in_place::KnownLayout)]
+#[zerocopy(crate = "rc_middleware::in_place::zerocopy")]
+#[repr(C)]
+pub struct PointInPlace {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+}
+
+rc_middleware::in_place_struct!(PointInPlace for Point: x, y, z);
 
 /// The interface `Echo`.
 ///
@@ -180,6 +206,57 @@ pub mod sample {
     }
 
     /// Fakes of the peers of `Sample`, for tests of workers.
+    #[cfg(feature = "testing")]
+    pub mod testing {
+        use super::*;
+        interface!(rc_runtime::fake_server);
+        interface!(rc_runtime::fake_subscriber);
+    }
+}
+
+/// The interface `Clouds`.
+///
+/// Points, which may be converted on their way.
+pub mod clouds {
+    use rc_middleware::typed;
+
+    macro_rules! interface {
+        ($($what:tt)+) => {
+            $($what)+! {
+                /// The handlers of `Clouds`.
+                ///
+                /// Points, which may be converted on their way.
+                Clouds ServeClouds ReceiveClouds, CloudsMembers ServeCloudsMembers ReceiveCloudsMembers;
+
+                fn cloud(sent: i64, points: Vec<crate::rc_bench::Point>) {
+                    CLOUD.command(typed::read)
+                    Cloud on_cloud one_way("cloud", 827007905, 0xa712d7c40271bbec)
+                }
+            }
+        };
+    }
+    interface!(rc_middleware::operations);
+    interface!(rc_middleware::handlers);
+    interface!(rc_middleware::serve);
+    interface!(rc_middleware::receive);
+
+    rc_middleware::client!(CloudsClient);
+
+    impl CloudsClient {
+        pub fn cloud(&mut self, sent: i64, points: &[super::Point]) -> Result<(), rc_middleware::CallError> {
+            self.client.send(&CLOUD, (&sent, points))
+        }
+    }
+
+    rc_middleware::publisher!(CloudsPublisher: cloud);
+
+    impl CloudsPublisher {
+        pub fn cloud(&mut self, sent: i64, points: &[super::Point]) -> Result<(), rc_middleware::SendError> {
+            self.cloud.publish_parts((&sent, points))
+        }
+    }
+
+    /// Fakes of the peers of `Clouds`, for tests of workers.
     #[cfg(feature = "testing")]
     pub mod testing {
         use super::*;

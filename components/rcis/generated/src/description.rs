@@ -293,5 +293,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     backends: backend::BACKENDS,
     simulates_time: true,
     managed: false,
+    converter: None,
     note: backend::NOTE,
 };

@@ -35,5 +35,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: None,
     note: backend::NOTE,
 };

@@ -220,3 +220,26 @@ fn a_covariance_that_is_not_converted_is_left_out() {
     assert_eq!(found["light"], 7);
     assert!(found.get("spread").is_none(), "{found}");
 }
+
+/// A recording has its own definitions: that a type is gone from the files, or a member from a type, is
+/// told by name.
+#[test]
+fn types_and_members_that_are_gone_are_told() {
+    let converter = Converter::new(&library(PROTOTYPES), "point", None).expect("a converter");
+    let gone = definition::parse(
+        "robocomp_cloud_msgs/msg/OldScan",
+        "string frame\nOldPoint[] points\n================\nMSG: robocomp_cloud_msgs/OldPoint\nfloat32 x\nfloat32 y\nfloat32 z\n",
+    )
+    .expect("a type");
+    assert!(!converter.converts(&gone));
+    let told = converter.nothing_in(&gone).to_string();
+    for part in ["OldScan", "`scan`", "convert into `point`"] {
+        assert!(told.contains(part), "{told}");
+    }
+    let shorter = SCAN.1.replace("float32 z\n", "");
+    let shorter = definition::parse(SCAN.0, &shorter).expect("a type");
+    let value = json!({"frame": "", "points": [{"x": 1.0, "y": 2.0, "light": 1}]});
+    let value = from_json(&shorter, &value).expect("a value");
+    let refused = converter.value(value).expect_err("a member is missing");
+    assert!(refused.to_string().contains("no member `z`"), "{refused}");
+}

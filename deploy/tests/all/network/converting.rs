@@ -2,6 +2,7 @@
 //! radians.
 
 use super::iceoryx2_python::{PACKAGE, external};
+use object::{Object as _, ObjectSymbol as _};
 use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::SourceMap;
 use rc_test_site::site::Site;
@@ -163,7 +164,7 @@ fn pose_prototype(axes: &str) -> String {
 
 /// The folder of a component that imports a prototype. Its program is the one without: what values
 /// mean is no part of the code.
-fn with_prototype(site: &Site, component: &str, axes: &str) {
+pub(super) fn with_prototype(site: &Site, component: &str, axes: &str) {
     let own = site.path(&format!("networks/{component}"));
     fs::create_dir_all(&own).expect("a folder");
     let components = Site::components();
@@ -399,4 +400,21 @@ fn a_missing_program_of_adaptors_is_reported() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
+}
+
+/// The bytes of the functions of a program that convert.
+fn conversions_in(program: &Path) -> u64 {
+    let bytes = fs::read(program).expect("a program");
+    let file = object::File::parse(&*bytes).expect("an executable");
+    let own = file
+        .symbols()
+        .filter(|symbol| symbol.name().is_ok_and(|name| name.contains("rc_conversion")));
+    own.map(|symbol| symbol.size()).sum()
+}
+
+/// What a component may convert is known when it runs, but not whether it gets values.
+#[test]
+fn a_component_that_gets_no_values_links_no_conversion() {
+    assert_eq!(conversions_in(&Site::executable("simulator")), 0);
+    assert!(conversions_in(&Site::executable("pose_monitor")) > 10_000);
 }

@@ -1,9 +1,11 @@
 """A node of rclpy beside a component. Its domain, discovery and middleware are those of the environment."""
 
 import sys
+import threading
 import time
 
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 # For everything that a program waits for.
@@ -50,6 +52,22 @@ def qos(reliability="reliable", depth=10):
 def say(*words):
     """Prints a line for the test."""
     print(*words, flush=True)
+
+
+def spin_until_input_ends(node):
+    """Serves a node until the input of this program ends."""
+    ended = threading.Event()
+
+    def read():
+        while wait_for_line():
+            pass
+        ended.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not ended.is_set():
+        executor.spin_once(timeout_sec=0.05)
 
 
 def wait_for_line():

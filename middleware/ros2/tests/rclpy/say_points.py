@@ -1,11 +1,9 @@
 """Publishes polygons in centimetres, until its input ends: say_points.py NETWORK TOPIC"""
 
 import sys
-import threading
 
-import rclpy
 from geometry_msgs.msg import Point32, Polygon
-from peer import Peer, qos, say, wait_for_line
+from peer import Peer, qos, say, spin_until_input_ends
 
 peer = Peer("say_points")
 publisher = peer.node.create_publisher(Polygon, peer.full(sys.argv[2]), qos())
@@ -20,7 +18,5 @@ def publish():
 
 
 timer = peer.node.create_timer(0.05, publish)
-threading.Thread(target=rclpy.spin, args=(peer.node,), daemon=True).start()
 say("ready")
-while wait_for_line():
-    pass
+spin_until_input_ends(peer.node)

@@ -1092,3 +1092,21 @@ dproto b0 :: soil { semantic = B coord = percent algebraic = a ddr = :: c99{doub
         &expect!["no-conversion: `a14` has more than 4096 numbers\n"],
     );
 }
+
+/// Prototypes of one meaning, whose conversions into each other have no operation.
+#[test]
+fn a_circle_of_free_conversions_has_an_end() {
+    let names = ["one", "two", "three", "other"];
+    let mut text = String::from("algebraic xyz :: Scalar{x, y, z}\n");
+    for name in names {
+        let semantic = if name == "other" { "Force" } else { "Position" };
+        text += &format!(
+            "dproto {name} :: geometry {{ semantic = {semantic} coord = cartesian algebraic = xyz
+                ddr = :: ROS{{geometry_msgs/{name}}} dr = {{ x = x, y = y, z = z }} }}\n"
+        );
+    }
+    check(&text, "one", "three", &expect![[""]]);
+    check(&text, "three", "two", &expect![[""]]);
+    // What no way leads to is refused, and not looked for without end.
+    check(&text, "one", "other", &expect![[""]]);
+}

@@ -1,12 +1,13 @@
 //! Runs one block a period, by commands on its standard input. A block is longer than the period; the
 //! reported overrun is harmless here.
 
-use ping_generated::{Context, Worker, WorkerError};
+use ping_generated::{Context, Point, Worker, WorkerError};
 
 use bench_protocol::{Kind, LARGEST, keep_pace, next_command, now, pause, ready, report};
 
 pub struct SpecificWorker {
     data: Vec<u8>,
+    points: Vec<Point>,
     times: Vec<i64>,
 }
 
@@ -15,6 +16,14 @@ impl Worker<Context> for SpecificWorker {
         ready()?;
         Ok(Self {
             data: vec![7; LARGEST],
+            points: vec![
+                Point {
+                    x: 1000.0,
+                    y: 2000.0,
+                    z: 500.0
+                };
+                LARGEST / size_of::<Point>()
+            ],
             times: Vec::new(),
         })
     }
@@ -26,12 +35,17 @@ impl Worker<Context> for SpecificWorker {
         };
         self.times.clear();
         let data = &self.data[..command.size];
+        let points = &self.points[..command.size / size_of::<Point>()];
         let begin = now();
         for number in 0..command.count {
             match command.kind {
                 Kind::Publish => {
                     pause(command.size);
                     ctx.sample.sample(now(), data)?;
+                }
+                Kind::Cloud => {
+                    pause(command.size);
+                    ctx.clouds.cloud(now(), points)?;
                 }
                 Kind::InPlace => {
                     pause(command.size);

@@ -3,8 +3,8 @@
 use bench_protocol::{now, ready, report};
 use pong_generated::tracing::error;
 use pong_generated::{
-    Awake, AwakeSlot, Context, Echo, ParamChange, PictureInPlace, Pictures, Sample, Worker,
-    WorkerError,
+    Awake, AwakeSlot, Clouds, Context, Echo, ParamChange, PictureInPlace, Pictures, Point, Sample,
+    Worker, WorkerError,
 };
 
 pub struct SpecificWorker {
@@ -58,6 +58,14 @@ impl Sample<Context> for SpecificWorker {
             error!("standard output is closed: {error}");
         }
         self.times.clear();
+    }
+}
+
+impl Clouds<Context> for SpecificWorker {
+    fn cloud(&mut self, _ctx: &mut Context, sent: i64, points: Vec<Point>) {
+        if !points.is_empty() {
+            self.times.push(now() - sent);
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 //! | sender | line | when |
 //! |---|---|---|
 //! | pong, ping | `ready` | all connections are open |
-//! | xtask to ping | `publish SIZE COUNT`, also `place`, `lent`, `query`, `rested`, `awake`, `flood`, `steady` | a block starts |
+//! | xtask to ping | `publish SIZE COUNT`, also `cloud`, `place`, `lent`, `query`, `rested`, `awake`, `flood`, `steady` | a block starts |
 //! | ping | `times …` (queries), `times` (values), `times ALL` (a flood) | the block has ended |
 //! | pong | `times …`, one for each received value | a block of values, or of changes of its parameter `sent`, has ended |
 //!
@@ -47,6 +47,8 @@ pub enum Kind {
     /// Copied: from before the call of `publish` until the receiver's handler has a copy of the
     /// data.
     Publish,
+    /// [`Kind::Publish`] of points.
+    Cloud,
     /// In place: from before the data are written into the loan until the receiver's handler reads
     /// them there.
     InPlace,
@@ -79,6 +81,7 @@ impl FromStr for Command {
         let mut words = line.split_whitespace();
         let kind = match words.next() {
             Some("publish") => Kind::Publish,
+            Some("cloud") => Kind::Cloud,
             Some("place") => Kind::InPlace,
             Some("lent") => Kind::Lent,
             Some("query") => Kind::Query,
@@ -103,6 +106,7 @@ impl std::fmt::Display for Command {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let kind = match self.kind {
             Kind::Publish => "publish",
+            Kind::Cloud => "cloud",
             Kind::InPlace => "place",
             Kind::Lent => "lent",
             Kind::Query => "query",

@@ -30,7 +30,10 @@ pub(crate) fn convert(
             return Err(unknown(name, &library));
         }
     }
-    let note = element(&mut library, from, to);
+    let note = of_element(&library, from, to);
+    if note.is_some() {
+        library = library.of_elements();
+    }
     let plan = match Network::new(&library).plan(from, to) {
         Ok(mut plan) => {
             plan.notes.extend(note);
@@ -50,20 +53,18 @@ pub(crate) fn convert(
     Ok(())
 }
 
-/// Of two prototypes of which one holds a sequence, both are about one of its elements, as in a
-/// connection. Says so.
-fn element(library: &mut Library, from: &str, to: &str) -> Option<String> {
+/// A note for two prototypes of which one holds a sequence: the plan is about one of its elements, as
+/// in connections.
+fn of_element(library: &Library, from: &str, to: &str) -> Option<String> {
     let sequence = |name| library.prototype(name)?.sequence.clone();
     let ((member, whole), value) = match (sequence(from), sequence(to)) {
         (Some(member), None) => ((member, from), to),
         (None, Some(member)) => ((member, to), from),
         _ => return None,
     };
-    let note = format!("for each element of `{member}` of `{whole}`, and one `{value}`");
-    let mut prototypes = library.prototypes.iter_mut();
-    let whole = prototypes.find(|prototype| prototype.name == whole)?;
-    whole.sequence = None;
-    Some(note)
+    Some(format!(
+        "an element of `{member}` of `{whole}` is one `{value}`"
+    ))
 }
 
 fn unknown(name: &str, library: &Library) -> Failure {

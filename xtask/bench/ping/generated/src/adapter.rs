@@ -18,7 +18,7 @@ impl<W: rc_runtime::Worker<Context> + 'static> Dispatch<W> for Context {
 
 impl<W: Handlers> Serving<W> for Context {
     const SLOTS: &'static [SlotEntry<W, Self>] = &[
-        SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(),
+        SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(),
     ];
 }
 

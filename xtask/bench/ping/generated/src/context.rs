@@ -14,6 +14,8 @@ pub struct Context {
     pub awake: interfaces::echo::EchoClient,
     /// publishes `Sample`
     pub sample: interfaces::sample::SamplePublisher,
+    /// publishes `Clouds`
+    pub clouds: interfaces::clouds::CloudsPublisher,
     /// publishes `Pictures`
     pub pictures: interfaces::pictures::PicturesPublisher,
 }
@@ -26,7 +28,8 @@ impl WorkerContext for Context {
             echo: interfaces::echo::EchoClient::new(ports.client(0)?),
             awake: interfaces::echo::EchoClient::new(ports.client(1)?),
             sample: interfaces::sample::SamplePublisher::new(ports.publishers(2))?,
-            pictures: interfaces::pictures::PicturesPublisher::new(ports.publishers(3))?,
+            clouds: interfaces::clouds::CloudsPublisher::new(ports.publishers(3))?,
+            pictures: interfaces::pictures::PicturesPublisher::new(ports.publishers(4))?,
         })
     }
 
@@ -34,7 +37,8 @@ impl WorkerContext for Context {
         peers[0] = usize::from(self.echo.is_connected());
         peers[1] = usize::from(self.awake.is_connected());
         peers[2] = self.sample.subscribers();
-        peers[3] = self.pictures.subscribers();
+        peers[3] = self.clouds.subscribers();
+        peers[4] = self.pictures.subscribers();
     }
 }
 

@@ -50,6 +50,19 @@ const SLOT_SAMPLE: Slot = Slot {
     external_types: backend::TYPES_SAMPLE,
 };
 
+const SLOT_CLOUDS: Slot = Slot {
+    name: "Clouds",
+    role: Role::Publishes,
+    interface: "Clouds",
+    type_name: "RcBench::Clouds",
+    type_hash: 0xa712d7c40271bbec,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::PUBLISHER,
+    is_array: false,
+    operations: interfaces::clouds::OPERATIONS,
+    external_types: backend::TYPES_CLOUDS,
+};
+
 const SLOT_PICTURES: Slot = Slot {
     name: "Pictures",
     role: Role::Publishes,
@@ -66,15 +79,16 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "ping",
-    model_hash: 0x82e38812cdbe5563,
+    model_hash: 0xb7515c1d67af264c,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_CLOUDS, SLOT_PICTURES],
     types: &[::interfaces::rc_bench::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };

@@ -7,6 +7,7 @@ use crate::description::DESCRIPTION;
 pub use crate::interfaces::echo::testing::{Call as EchoCall, Fake as EchoFake};
 pub use crate::interfaces::echo::testing::{Call as AwakeCall, Fake as AwakeFake};
 pub use crate::interfaces::sample::testing::Sample as SampleSample;
+pub use crate::interfaces::clouds::testing::Sample as CloudsSample;
 pub use crate::interfaces::pictures::testing::Sample as PicturesSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
@@ -18,8 +19,10 @@ rc_runtime::test_context! {
     awake: AwakeFake = 1,
     /// The subscriber, which keeps the samples, of `Sample`.
     sample: FakeSubscriber<SampleSample> = 2,
+    /// The subscriber, which keeps the samples, of `Clouds`.
+    clouds: FakeSubscriber<CloudsSample> = 3,
     /// The subscriber, which keeps the samples, of `Pictures`.
-    pictures: FakeSubscriber<PicturesSample> = 3,
+    pictures: FakeSubscriber<PicturesSample> = 4,
 }
 rc_runtime::embed_with_defaults! {
     Context; 0: EchoCall, 1: AwakeCall,

@@ -2,4 +2,4 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_bench;
-pub use self::rc_bench::{ Picture, PictureInPlace };
+pub use self::rc_bench::{ Picture, PictureInPlace, Point, PointInPlace };

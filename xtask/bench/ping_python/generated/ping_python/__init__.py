@@ -27,7 +27,7 @@ from .context import Context
 from .interfaces.echo import EchoClient
 from .interfaces.pictures import PicturesPublisher
 from .interfaces.sample import SamplePublisher
-from .types.rc_bench import Picture, PictureLoan, PictureView
+from .types.rc_bench import Picture, PictureLoan, PictureView, Point
 from .worker import Worker
 
 __all__ = [
@@ -46,6 +46,7 @@ __all__ = [
     "PictureLoan",
     "PictureView",
     "PicturesPublisher",
+    "Point",
     "QueueFull",
     "Refused",
     "SamplePublisher",
@@ -65,6 +66,7 @@ COMPONENT = _robocomp.Component(
     description=(_HERE / "description.json").read_text(encoding="utf-8"),
     types={
         "RcBench::Picture": types.rc_bench.Picture,
+        "RcBench::Point": types.rc_bench.Point,
     },
     context=Context,
     worker=Worker,

@@ -7,9 +7,9 @@ use crate::interfaces;
 use rc_runtime::{Dispatch, Serving, SlotEntry, WorkerTable};
 
 /// What the worker of this component implements.
-pub trait Handlers: rc_runtime::Worker<Context> + interfaces::echo::ServeEcho<Context> + interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot> + interfaces::sample::ReceiveSample<Context> + interfaces::pictures::ReceivePicturesInPlace<Context> + 'static {}
+pub trait Handlers: rc_runtime::Worker<Context> + interfaces::echo::ServeEcho<Context> + interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot> + interfaces::sample::ReceiveSample<Context> + interfaces::clouds::ReceiveClouds<Context> + interfaces::pictures::ReceivePicturesInPlace<Context> + 'static {}
 
-impl<W: rc_runtime::Worker<Context> + interfaces::echo::ServeEcho<Context> + interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot> + interfaces::sample::ReceiveSample<Context> + interfaces::pictures::ReceivePicturesInPlace<Context> + 'static> Handlers for W {}
+impl<W: rc_runtime::Worker<Context> + interfaces::echo::ServeEcho<Context> + interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot> + interfaces::sample::ReceiveSample<Context> + interfaces::clouds::ReceiveClouds<Context> + interfaces::pictures::ReceivePicturesInPlace<Context> + 'static> Handlers for W {}
 
 impl<W: rc_runtime::Worker<Context> + 'static> Dispatch<W> for Context {
     const DESCRIPTION: &'static rc_runtime::Description = &DESCRIPTION;
@@ -22,6 +22,7 @@ impl<W: Handlers> Serving<W> for Context {
         SlotEntry::serves(<W as interfaces::echo::ServeEcho<Context>>::serve),
         SlotEntry::serves(<W as interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot>>::serve),
         SlotEntry::receives(<W as interfaces::sample::ReceiveSample<Context>>::receive),
+        SlotEntry::receives(<W as interfaces::clouds::ReceiveClouds<Context>>::receive),
         SlotEntry::receives(<W as interfaces::pictures::ReceivePicturesInPlace<Context>>::receive),
     ];
 }

@@ -18,8 +18,11 @@ pub(crate) const TYPES_AWAKE: &[&str] = &[];
 /// The middleware's names for the types of `Sample`, if it has its own.
 pub(crate) const TYPES_SAMPLE: &[&str] = &[];
 
+/// The middleware's names for the types of `Clouds`, if it has its own.
+pub(crate) const TYPES_CLOUDS: &[&str] = &[];
+
 /// The middleware's names for the types of `Pictures`, if it has its own.
 pub(crate) const TYPES_PICTURES: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pong\",\"model\":\"999616c436b26e1a\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pong\",\"model\":\"90e9dc7863dc2301\",\"middleware\":\"iceoryx2\"}\0";

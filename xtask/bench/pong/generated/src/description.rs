@@ -51,6 +51,19 @@ const SLOT_SAMPLE: Slot = Slot {
     external_types: backend::TYPES_SAMPLE,
 };
 
+const SLOT_CLOUDS: Slot = Slot {
+    name: "Clouds",
+    role: Role::SubscribesTo,
+    interface: "Clouds",
+    type_name: "RcBench::Clouds",
+    type_hash: 0xa712d7c40271bbec,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::SUBSCRIBER,
+    is_array: false,
+    operations: interfaces::clouds::OPERATIONS,
+    external_types: backend::TYPES_CLOUDS,
+};
+
 const SLOT_PICTURES: Slot = Slot {
     name: "Pictures",
     role: Role::SubscribesTo,
@@ -67,15 +80,16 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0x999616c436b26e1a,
+    model_hash: 0x90e9dc7863dc2301,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_PICTURES],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_CLOUDS, SLOT_PICTURES],
     types: &[::interfaces::rc_bench::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };

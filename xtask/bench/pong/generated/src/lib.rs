@@ -25,6 +25,7 @@ pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network
 pub use self::interfaces::*;
 pub use slots::Awake;
 pub use slots::AwakeSlot;
+pub use slots::Clouds;
 pub use slots::Echo;
 pub use slots::Pictures;
 pub use slots::Sample;

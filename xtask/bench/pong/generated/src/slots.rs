@@ -4,6 +4,7 @@
 pub use crate::interfaces::echo::Echo;
 pub use crate::interfaces::echo::Echo as Awake;
 pub use crate::interfaces::sample::Sample;
+pub use crate::interfaces::clouds::Clouds;
 pub use crate::interfaces::pictures::PicturesInPlace as Pictures;
 
 /// Tells the handlers of `awake` from those of another slot with this interface.

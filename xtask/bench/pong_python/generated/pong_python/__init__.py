@@ -24,7 +24,7 @@ from robocomp import (
 
 from . import interfaces, types
 from .context import Context
-from .types.rc_bench import Picture, PictureView
+from .types.rc_bench import Picture, PictureView, Point
 from .worker import Worker
 
 __all__ = [
@@ -40,6 +40,7 @@ __all__ = [
     "ParamChange",
     "Picture",
     "PictureView",
+    "Point",
     "QueueFull",
     "Refused",
     "SendError",
@@ -58,6 +59,7 @@ COMPONENT = _robocomp.Component(
     description=(_HERE / "description.json").read_text(encoding="utf-8"),
     types={
         "RcBench::Picture": types.rc_bench.Picture,
+        "RcBench::Point": types.rc_bench.Point,
     },
     context=Context,
     worker=Worker,

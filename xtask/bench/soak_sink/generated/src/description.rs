@@ -58,7 +58,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_sink",
-    model_hash: 0xa27d59024a0b932a,
+    model_hash: 0x4193989f1bc140c0,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,
@@ -68,5 +68,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };

@@ -53,7 +53,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_source",
-    model_hash: 0x6dde74fa39d6619e,
+    model_hash: 0x0c1702926fe5853a,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
@@ -63,5 +63,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };

@@ -21,6 +21,15 @@ class Picture(_robocomp.Struct):
         default_factory=lambda: _np.zeros(0, _np.uint8)
     )
 
+
+@_dataclasses.dataclass(slots=True, eq=False)
+class Point(_robocomp.Struct):
+    """A point of 12 bytes."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
 # What lies in shared memory has the attributes of these classes, which only type checkers need.
 if _typing.TYPE_CHECKING:
 
