@@ -56,7 +56,7 @@ fn text(export: &Export, target: &Path) -> String {
     let all = all.replace(&target.display().to_string(), "/robot/target");
     let all = all.replace(&root().display().to_string(), "/robot");
     // The program of adaptors lies beside that of the test.
-    let all = all.replace("/robot/target/debug/deps/", "/robot/target/release/");
+    let all = all.replace("target/debug/deps/", "target/release/");
     let lines = all.split_inclusive('\n');
     lines.filter(|line| !line.contains("/patrol.svg")).collect()
 }
