@@ -10,13 +10,13 @@ use crate::lifecycle::Goal;
 use rc_configuration::ParamChange;
 use rc_diagnostics::foreign;
 use rc_management::Output;
-use rc_management::component::State;
+use rc_management::component::{Changed, State};
 use rc_management::lines::{LIMIT, Lines, Overlong};
 use rc_management::link::{
     ComponentMessage, Heartbeat, LifecycleReport, MOST_GARBAGE, SupervisorMessage,
     UnsavedParameters,
 };
-use rc_management::rpc;
+use rc_management::rpc::{self, Error};
 use rustix::event::PollFlags;
 use rustix::net::sockopt::socket_peercred;
 use rustix::process::Pid;
@@ -58,6 +58,9 @@ struct Levels {
     restored: Option<ComponentMessage>,
     is_ready: bool,
     unsaved: Option<UnsavedParameters>,
+    /// The answers to the last proposal of the supervisor, which waits for each.
+    proposed: Option<ComponentMessage>,
+    settled: Option<u64>,
 }
 
 impl Levels {
@@ -76,7 +79,12 @@ impl Levels {
         if let Some(report) = self.lifecycle.take() {
             return Some(ComponentMessage::Lifecycle(report));
         }
-        self.unsaved.take().map(ComponentMessage::Parameters)
+        // What is unsaved comes before the answers: the supervisor adds a change that it keeps.
+        if let Some(unsaved) = self.unsaved.take() {
+            return Some(ComponentMessage::Parameters(unsaved));
+        }
+        let settled = |number| ComponentMessage::Settled { number };
+        self.proposed.take().or_else(|| self.settled.take().map(settled))
     }
 }
 
@@ -87,6 +95,13 @@ pub(crate) struct LinkInput {
     pub(crate) closed: bool,
     /// Parameters that an earlier run had not saved, to be set before the component is ready.
     pub(crate) restore: Option<Map<String, Value>>,
+    /// The parameters that rules of the network read.
+    pub(crate) ruled: Vec<String>,
+    /// A part of a change of several components, with its number.
+    pub(crate) proposed: Vec<(u64, Map<String, Value>)>,
+    /// What the supervisor has decided about such changes, with their numbers: whether they are
+    /// kept.
+    pub(crate) settled: Vec<(u64, bool)>,
     /// The state to which the life cycle is to be brought.
     pub(crate) goal: Option<Goal>,
 }
@@ -165,6 +180,26 @@ impl Link {
         self.write();
     }
 
+    /// Sets the answer to a proposal: what the worker has accepted, or why it is refused.
+    pub(crate) fn set_proposed(&mut self, number: u64, result: Result<Value, Error>) {
+        let (changes, refused) = match result {
+            Ok(changes) => (serde_json::from_value(changes).unwrap_or_default(), None),
+            Err(error) => (Changed::default(), Some(foreign::clean(&error.reason()))),
+        };
+        self.waiting.proposed = Some(ComponentMessage::Proposed {
+            number,
+            changes,
+            refused,
+        });
+        self.write();
+    }
+
+    /// Sets that a proposal is kept, or taken back.
+    pub(crate) fn set_settled(&mut self, number: u64) {
+        self.waiting.settled = Some(number);
+        self.write();
+    }
+
     /// Sets that the component is ready.
     pub(crate) fn set_ready(&mut self) {
         self.waiting.is_ready = true;
@@ -212,7 +247,16 @@ impl Link {
             let (lines, closed) = self.lines.read(&self.stream);
             for line in &lines {
                 match line.bytes().and_then(SupervisorMessage::decode) {
-                    Some(SupervisorMessage::Restore { changes }) => input.restore = Some(changes),
+                    Some(SupervisorMessage::Restore { changes, ruled }) => {
+                        input.restore = Some(changes);
+                        input.ruled = ruled;
+                    }
+                    Some(SupervisorMessage::Propose { number, changes }) => {
+                        input.proposed.push((number, changes));
+                    }
+                    Some(SupervisorMessage::Settle { number, keep }) => {
+                        input.settled.push((number, keep));
+                    }
                     Some(SupervisorMessage::Lifecycle { number, goal }) => {
                         let number = Some(number);
                         input.goal = Some(Goal {

@@ -400,6 +400,15 @@ impl Server {
         }
         let input = link.receive();
         self.restore = input.restore.or(self.restore.take());
+        if !input.ruled.is_empty() {
+            self.parameters.set_ruled(input.ruled);
+        }
+        for (number, changes) in input.proposed {
+            self.parameters.change(Requester::Proposal(number), changes);
+        }
+        for (number, keep) in input.settled {
+            self.parameters.settle(number, keep);
+        }
         if let (Some(lifecycle), Some(goal)) = (&self.shared.lifecycle, input.goal) {
             lifecycle.set_goal(goal);
         }
@@ -501,6 +510,10 @@ impl Server {
                 let requester = (client, id.cloned());
                 let result = self.tools.sample(requester, &slot, &operation, body);
                 return self.deferred(client, result);
+            }
+            Ok(Request::Period { .. }) if self.parameters.rules_period() => {
+                let message = "the period is in a rule of the network; the configuration sets it at the next start";
+                Err(Error::new(Error::RULED, message))
             }
             Ok(Request::Period { ms }) => {
                 let period = Duration::from_secs_f64(ms / 1e3);

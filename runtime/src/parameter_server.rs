@@ -3,6 +3,9 @@
 //! A change is checked on the management thread. The worker then accepts or refuses it on its own
 //! thread, between two runs of `compute()` or handlers. The requester gets the result, within a
 //! limit. One change is with the worker at a time; others wait.
+//!
+//! A part of a change of several components is held when the worker has accepted it, until the
+//! supervisor settles it: all components keep their parts, or each takes its part back.
 
 use crate::commands::{Command, CommandQueue};
 use crate::configuration::LoadedConfiguration;
@@ -24,12 +27,21 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// How long a part of a change of several components is held. The supervisor settles it earlier.
+const HELD_LIMIT: Duration = Duration::from_secs(10);
+/// The name under which rules of a network know the period of `compute()`.
+const PERIOD: &str = "period";
+
 /// Where the result of a change goes.
 pub(crate) enum Requester {
     /// The supervisor, which restores the parameters of an earlier run.
     Supervisor,
     /// A backend, by the number of its request.
     Backend(u64),
+    /// The supervisor, with the number of a change of several components.
+    Proposal(u64),
+    /// The supervisor, which has settled that change.
+    Settlement(u64),
     /// A client of the socket, by its number; a notification has no identifier and gets no answer.
     Client { number: u64, id: Option<Value> },
 }
@@ -51,8 +63,20 @@ enum Operation {
 /// A change that is with the worker.
 struct InFlight {
     requester: Requester,
-    until: Instant,
+    /// When it is withdrawn. Nothing withdraws the way back.
+    until: Option<Instant>,
     proposal: Arc<Proposal>,
+    /// What holds if the worker accepts; none for the way back.
+    accepted: Option<CheckedChanges>,
+}
+
+/// A part of a change of several components that the worker has accepted, or that changes nothing
+/// for it.
+struct Held {
+    number: u64,
+    /// When it is taken back although the supervisor has not settled it.
+    until: Instant,
+    proposal: Option<Arc<Proposal>>,
     accepted: CheckedChanges,
 }
 
@@ -69,6 +93,11 @@ pub(crate) struct ParameterServer {
     management: Waker,
     queue: VecDeque<Request>,
     in_flight: Option<InFlight>,
+    held: Option<Held>,
+    /// Results that need no turn of the worker.
+    due: Vec<Answer>,
+    /// The parameters that rules of the network read.
+    ruled: Vec<String>,
     listeners: Vec<ParameterListener>,
 }
 
@@ -88,6 +117,9 @@ impl ParameterServer {
             management,
             queue: VecDeque::new(),
             in_flight: None,
+            held: None,
+            due: Vec::new(),
+            ruled: Vec::new(),
             listeners: Vec::new(),
         }
     }
@@ -124,6 +156,58 @@ impl ParameterServer {
         self.enqueue(requester, Operation::Change(changes));
     }
 
+    /// Sets which parameters rules of the network read: only proposals of the supervisor change
+    /// them.
+    pub(crate) fn set_ruled(&mut self, ruled: Vec<String>) {
+        self.ruled = ruled;
+    }
+
+    /// Whether a rule of the network reads the period of `compute()`.
+    pub(crate) fn rules_period(&self) -> bool {
+        let is_parameter = || self.live.list(&[PERIOD]).is_ok();
+        self.ruled.iter().any(|path| path == PERIOD) && !is_parameter()
+    }
+
+    /// The supervisor has decided about a change of several components.
+    pub(crate) fn settle(&mut self, number: u64, keep: bool) {
+        let is_its = |requester: &Requester| matches!(requester, Requester::Proposal(n) if *n == number);
+        self.queue.retain(|request| !is_its(&request.requester));
+        if let Some(in_flight) = self.in_flight.take_if(|one| is_its(&one.requester)) {
+            // The supervisor has given it up.
+            let ended = in_flight.proposal.conclude(|_| String::new());
+            if ended.is_ok() {
+                self.take_back(number, in_flight.proposal);
+                return;
+            }
+        }
+        if let Some(held) = self.held.take_if(|held| held.number == number) {
+            match held.proposal {
+                Some(proposal) if !keep => return self.take_back(number, proposal),
+                Some(proposal) => self.values = proposal.new_values(),
+                None => {}
+            }
+            if keep && let Err(error) = self.accept(held.accepted) {
+                tracing::warn!("{}", error.message);
+            }
+        }
+        self.due.push((Requester::Settlement(number), Ok(Value::Null)));
+    }
+
+    /// Gives the worker the values from before.
+    fn take_back(&mut self, number: u64, proposal: Arc<Proposal>) {
+        let back = Arc::new(proposal.way_back());
+        for change in back.changes() {
+            tracing::info!("parameter {change}: the change is taken back");
+        }
+        self.commands.push(Command::Parameters(back.clone()));
+        self.in_flight = Some(InFlight {
+            requester: Requester::Settlement(number),
+            until: None,
+            proposal: back,
+            accepted: None,
+        });
+    }
+
     /// Requests that changed values are saved, after the changes that were requested before.
     /// [`ParameterServer::turn`] returns the result.
     pub(crate) fn save(&mut self, requester: Requester) {
@@ -141,14 +225,28 @@ impl ParameterServer {
     /// Takes the decision of the worker, and gives it the next change. Returns the results that are
     /// due.
     pub(crate) fn turn(&mut self, shared: &Shared) -> Vec<Answer> {
-        let mut answers = Vec::new();
+        let mut answers = std::mem::take(&mut self.due);
         loop {
             if let Some(in_flight) = self.in_flight.take() {
                 let Some(decision) = in_flight.decision(shared) else {
+                    if in_flight.until.is_none() {
+                        answers.extend(self.expired());
+                    }
                     self.in_flight = Some(in_flight);
                     return answers;
                 };
                 answers.push(self.decided(in_flight, decision));
+            }
+            if let Some(held) = self.held.take_if(|held| Instant::now() >= held.until) {
+                tracing::warn!("the supervisor has not settled a change of parameters");
+                if let Some(proposal) = held.proposal {
+                    self.take_back(held.number, proposal);
+                }
+                continue;
+            }
+            if self.held.is_some() {
+                answers.extend(self.expired());
+                return answers;
             }
             let Some(request) = self.queue.pop_front() else {
                 return answers;
@@ -177,8 +275,16 @@ impl ParameterServer {
             Ok(accepted) => accepted,
             Err(found) => return Some((requester, Err(refused(&found)))),
         };
+        if !matches!(requester, Requester::Proposal(_) | Requester::Supervisor)
+            && let Some(path) = self.ruled_one(&accepted)
+        {
+            let message = format!(
+                "`{path}` is in a rule of the network; `rcdeploy params set` asks all components of the rule"
+            );
+            return Some((requester, Err(Error::new(Error::RULED, message))));
+        }
         if accepted.changes.is_empty() {
-            return Some((requester, self.accept(accepted)));
+            return Some(self.hold_or_accept(requester, None, accepted));
         }
         let proposal = Arc::new(Proposal::new(
             self.values.clone(),
@@ -189,11 +295,33 @@ impl ParameterServer {
         self.commands.push(Command::Parameters(proposal.clone()));
         self.in_flight = Some(InFlight {
             requester,
-            until,
+            until: Some(until),
             proposal,
-            accepted,
+            accepted: Some(accepted),
         });
         None
+    }
+
+    /// The first changed parameter that a rule of the network reads.
+    fn ruled_one(&self, accepted: &CheckedChanges) -> Option<String> {
+        let changes = accepted.changes.iter().chain(&accepted.pending);
+        let mut paths = changes.map(|change| &change.path);
+        let is_ruled = |path: &&String| self.ruled.iter().any(|ruled| component::overlap(path, ruled));
+        paths.find(is_ruled).cloned()
+    }
+
+    /// The requests that have waited for too long behind a change of several components.
+    fn expired(&mut self) -> Vec<Answer> {
+        let now = Instant::now();
+        let is_late = |request: &Request| request.until <= now;
+        let (late, waiting): (VecDeque<_>, _) = self.queue.drain(..).partition(is_late);
+        self.queue = waiting;
+        let answer = |request: Request| {
+            let message = "a change of several components has not ended; nothing has changed";
+            let error = Error::new(Error::WORKER_TIMEOUT, message);
+            (request.requester, Err(error))
+        };
+        late.into_iter().map(answer).collect()
     }
 
     fn decided(&mut self, in_flight: InFlight, decision: Result<(), Error>) -> Answer {
@@ -203,10 +331,34 @@ impl ParameterServer {
             accepted,
             ..
         } = in_flight;
-        let answer = decision.and_then(|()| {
+        match (decision, accepted) {
+            (Ok(()), Some(accepted)) => self.hold_or_accept(requester, Some(proposal), accepted),
+            (Ok(()), None) => (requester, Ok(Value::Null)),
+            (Err(error), _) => (requester, Err(error)),
+        }
+    }
+
+    /// Takes a change that the worker has accepted, or holds it until the supervisor settles it.
+    fn hold_or_accept(
+        &mut self,
+        requester: Requester,
+        proposal: Option<Arc<Proposal>>,
+        accepted: CheckedChanges,
+    ) -> Answer {
+        if let Requester::Proposal(number) = requester {
+            let shown = changed(&accepted);
+            self.held = Some(Held {
+                number,
+                until: Instant::now() + HELD_LIMIT,
+                proposal,
+                accepted,
+            });
+            return (requester, rpc::result(&shown));
+        }
+        if let Some(proposal) = proposal {
             self.values = proposal.new_values();
-            self.accept(accepted)
-        });
+        }
+        let answer = self.accept(accepted);
         (requester, answer)
     }
 
@@ -217,10 +369,7 @@ impl ParameterServer {
         for change in &accepted.pending {
             tracing::info!("parameter {change}, at the next start");
         }
-        let changed = Changed {
-            changed: accepted.changes.iter().map(ParamChange::shown).collect(),
-            pending: accepted.pending.iter().map(ParamChange::shown).collect(),
-        };
+        let changed = changed(&accepted);
         if self.listeners.is_empty() {
             self.live.apply(accepted);
         } else {
@@ -251,10 +400,14 @@ impl ParameterServer {
         }
     }
 
-    /// The time until the limit of the change that is with the worker.
+    /// The time until a limit passes: that of the change that is with the worker, that of a held
+    /// one, or that of a request behind these.
     pub(crate) fn time_left(&self) -> Option<Duration> {
-        let in_flight = self.in_flight.as_ref()?;
-        Some(in_flight.until.saturating_duration_since(Instant::now()))
+        let in_flight = self.in_flight.as_ref().and_then(|one| one.until);
+        let held = self.held.as_ref().map(|held| held.until);
+        let waiting = self.queue.iter().map(|request| request.until).min();
+        let next = [in_flight, held, waiting].into_iter().flatten().min()?;
+        Some(next.saturating_duration_since(Instant::now()))
     }
 
     /// Withdraws all changes: the component ends.
@@ -302,7 +455,7 @@ impl ParameterServer {
 impl InFlight {
     /// The decision of the worker; none while it has time left.
     fn decision(&self, shared: &Shared) -> Option<Result<(), Error>> {
-        if !self.proposal.is_decided() && Instant::now() < self.until {
+        if !self.proposal.is_decided() && self.until.is_none_or(|until| Instant::now() < until) {
             return None;
         }
         let busy = if shared.status().state == State::Starting {
@@ -319,6 +472,14 @@ impl InFlight {
             };
             format!("{limit}: {activity}; nothing has changed")
         }))
+    }
+}
+
+/// Changes as tools get them: secrets are hidden.
+fn changed(accepted: &CheckedChanges) -> Changed {
+    Changed {
+        changed: accepted.changes.iter().map(ParamChange::shown).collect(),
+        pending: accepted.pending.iter().map(ParamChange::shown).collect(),
     }
 }
 

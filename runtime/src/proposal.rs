@@ -17,6 +17,8 @@ pub(crate) struct Proposal {
     old: Arc<Values>,
     new: Arc<Values>,
     changes: Vec<ParamChange>,
+    /// Whether it takes back what the worker has accepted before: a refusal changes nothing.
+    is_way_back: bool,
     state: Mutex<ProposalState>,
     management: Waker,
 }
@@ -43,9 +45,27 @@ impl Proposal {
             old,
             new: Arc::new(new),
             changes,
+            is_way_back: false,
             state: Mutex::new(ProposalState::Queued),
             management,
         }
+    }
+
+    /// The way back from this proposal, which the worker has accepted.
+    pub(crate) fn way_back(&self) -> Self {
+        Self {
+            old: self.new.clone(),
+            new: self.old.clone(),
+            changes: self.changes.iter().map(ParamChange::reversed).collect(),
+            is_way_back: true,
+            state: Mutex::new(ProposalState::Queued),
+            management: self.management.clone(),
+        }
+    }
+
+    /// What the worker has accepted.
+    pub(crate) fn changes(&self) -> &[ParamChange] {
+        &self.changes
     }
 
     /// The values if the worker accepts.
@@ -69,8 +89,12 @@ impl Proposal {
         }
         component.set_parameters(&self.new);
         let result = component.parameters_changed(&self.changes);
-        if result.is_err() {
-            component.set_parameters(&self.old);
+        if let Err(error) = &result {
+            if self.is_way_back {
+                warn_of_refused_way_back(error);
+            } else {
+                component.set_parameters(&self.old);
+            }
         }
         let decision = match &result {
             Ok(()) => Ok(()),
@@ -97,7 +121,7 @@ impl Proposal {
                 "a change of parameters took longer than {CHANGE_LIMIT:?} and is taken back"
             );
             if let Err(error) = component.parameters_changed(&back) {
-                tracing::warn!("params_changed() refuses the way back: {error}");
+                warn_of_refused_way_back(&error);
                 return Err(error);
             }
         }
@@ -122,4 +146,8 @@ impl Proposal {
             }
         }
     }
+}
+
+fn warn_of_refused_way_back(error: &WorkerError) {
+    tracing::warn!("params_changed() refuses the way back: {error}");
 }

@@ -53,7 +53,7 @@ pub use language::{Language, Needs};
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware, Middlewares};
 pub use number::Number;
-pub use parameter::{ParameterChange, ParameterStatus};
+pub use parameter::{ParameterChange, ParameterStatus, overlap};
 pub use pattern::Pattern;
 pub use primitive::{Class, Primitive};
 pub use restart::{Restart, RestartPolicy};

@@ -62,3 +62,13 @@ pub struct ParameterChange {
     /// The value after; `***` if it is secret.
     pub new: Value,
 }
+
+/// Whether one of two paths is the other one, or leads to an element or a member of it: `motors`,
+/// `motors[2]` and `motors.max` overlap `motors[2].max`. Indices do not count.
+pub fn overlap(one: &str, other: &str) -> bool {
+    fn names(path: &str) -> impl Iterator<Item = &str> {
+        path.split('.').map(|name| name.split('[').next().unwrap_or(name))
+    }
+    names(one).zip(names(other)).all(|(one, other)| one == other)
+}
+

@@ -6,11 +6,15 @@ use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
 use crate::place;
 use rc_management::chains::Chains;
-use rc_management::supervisor::{self, CommandResult, NetworkStatus, Request, Stopping, Verb};
+use rc_management::supervisor::{
+    self, CommandResult, NetworkStatus, ParametersChanged, Request, Stopping, Verb,
+};
 use rc_management::{CallError, Client};
 use rc_middleware::RunDirectory;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -20,6 +24,8 @@ use std::time::{Duration, Instant};
 pub const KILL_LIMIT: Duration = Duration::from_secs(2);
 /// How long the supervisor may take to reply.
 const ANSWER_LIMIT: Duration = Duration::from_secs(3);
+/// How long a change of parameters of several components may take, with others before it.
+const CHANGE_LIMIT: Duration = Duration::from_mins(1);
 /// The margin beyond the limits of the components of a command: the supervisor replies in any case.
 const COMMAND_MARGIN: Duration = Duration::from_secs(10);
 /// How many characters of an unexpected reply an error shows.
@@ -68,6 +74,20 @@ pub fn command(network: &str, verb: Verb, names: &[String]) -> Result<CommandRes
     let killing = KILL_LIMIT * u32::try_from(status.components.len()).unwrap_or(u32::MAX);
     connection.limit = limits + killing + COMMAND_MARGIN;
     connection.call(&verb.request(names.to_vec()))
+}
+
+/// Changes parameters of several components, or such that rules of the network read: those of all
+/// components, or none.
+///
+/// # Errors
+/// No supervisor runs, a rule would be broken, or a component refuses its part.
+pub fn set_parameters(
+    network: &str,
+    changes: BTreeMap<String, Map<String, Value>>,
+) -> Result<ParametersChanged, Error> {
+    let mut connection = Connection::open(network)?;
+    connection.limit = CHANGE_LIMIT;
+    connection.call(&Request::ParametersSet { changes })
 }
 
 /// Lets the recorder of a network's ring write what it holds.

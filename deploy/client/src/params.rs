@@ -2,11 +2,11 @@
 //! not have started it.
 
 use crate::by_hand;
-use crate::connection::{Connection, is_listening};
+use crate::connection::{self, Connection, is_listening};
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
 use crate::place;
-use rc_management::CallError;
+use rc_management::{CallError, rpc};
 use rc_management::component::{
     Changed, Done, ParameterChange, ParameterStatus, Parameters, Request, Saved,
 };
@@ -14,6 +14,7 @@ use rc_management::lines::LIMIT;
 use rc_middleware::RunDirectory;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 use std::time::Duration;
 
@@ -81,10 +82,19 @@ fn line(input: &mut dyn BufRead) -> Result<String, Error> {
     Ok(line.trim_end_matches(['\r', '\n']).to_owned())
 }
 
-/// Changes parameters, all or none.
+/// Changes parameters of one component, all or none. If a rule of the network reads one of them, its
+/// supervisor is asked.
 pub fn set(network: &str, name: &str, changes: &Map<String, Value>) -> Result<Changed, Error> {
-    let changes = changes.clone();
-    call(network, name, &Request::ParametersSet { changes })
+    let own = changes.clone();
+    match call_unless_ruled(network, name, &Request::ParametersSet { changes: own }) {
+        Err(Refusal::Ruled) => {
+            let all = BTreeMap::from([(name.to_owned(), changes.clone())]);
+            let mut changed = connection::set_parameters(network, all)?;
+            Ok(changed.components.remove(name).unwrap_or_default())
+        }
+        Err(Refusal::Error(error)) => Err(error),
+        Ok(changed) => Ok(changed),
+    }
 }
 
 /// Saves the changed values of a component in its configuration.
@@ -98,12 +108,40 @@ pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
     Ok(())
 }
 
+/// Why a component did not do what it was asked for.
+enum Refusal {
+    /// A rule of the network reads a parameter.
+    Ruled,
+    Error(Error),
+}
+
+impl From<Error> for Refusal {
+    fn from(error: Error) -> Self {
+        Self::Error(error)
+    }
+}
+
 /// Asks a component of a network.
 pub(crate) fn call<T: DeserializeOwned>(
     network: &str,
     name: &str,
     request: &Request,
 ) -> Result<T, Error> {
+    call_unless_ruled(network, name, request).map_err(|refusal| match refusal {
+        Refusal::Error(error) => error,
+        Refusal::Ruled => {
+            let reason = "it is in a rule of the network".to_owned();
+            let name = name.to_owned();
+            Error::Refused { name, reason }
+        }
+    })
+}
+
+fn call_unless_ruled<T: DeserializeOwned>(
+    network: &str,
+    name: &str,
+    request: &Request,
+) -> Result<T, Refusal> {
     check_name("network", network)?;
     check_name("component", name)?;
     let directory = place::directory(network);
@@ -111,25 +149,26 @@ pub(crate) fn call<T: DeserializeOwned>(
     let path = directory.socket(&name.replace('.', "-"));
     let peer = format!("component {name} of network {network}");
     let Some(mut connection) = Connection::to(&path, peer, ANSWER_LIMIT)? else {
-        return Err(Error::NoComponent {
+        return Err(Refusal::Error(Error::NoComponent {
             network: network.to_owned(),
             name: name.to_owned(),
             others: running(&directory),
-        });
+        }));
     };
     connection.request(request).map_err(|error| match error {
+        CallError::Refused(error) if error.code == rpc::Error::RULED => Refusal::Ruled,
         CallError::Refused(error) => {
             let (name, reason) = (name.to_owned(), error.reason());
-            if error.is_input() {
+            Refusal::Error(if error.is_input() {
                 Error::Refused { name, reason }
             } else {
                 Error::Failed { name, reason }
-            }
+            })
         }
         error @ (CallError::Io(_)
         | CallError::TimedOut(_)
         | CallError::Closed
-        | CallError::Unexpected(_)) => connection.error(error),
+        | CallError::Unexpected(_)) => Refusal::Error(connection.error(error)),
     })
 }
 

@@ -64,5 +64,6 @@ pub use process_name::process_name;
 pub use profile::Profile;
 pub use programs::{Build, Programs};
 pub use ros_names::ros_implementation;
+pub use rules::{NetworkRules, RuledChanges};
 pub use workspaces::{cargo, target_variable};
 pub use world_report::{WorldMember, WorldReport};

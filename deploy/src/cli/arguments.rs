@@ -123,9 +123,10 @@ pub(super) enum Action {
         #[command(flatten)]
         of: Running,
         /// The changes, as in `speed=300`, `period=200ms`, `gains=[1,2,3]` or `name=left`. The
-        /// value `-` of a secret reads a line of standard input.
-        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change, add = parameters("="))]
-        changes: Vec<(String, String)>,
+        /// value `-` of a secret reads a line of standard input. The name of another component
+        /// between two changes begins the changes of that one.
+        #[arg(required = true, value_name = "PATH=VALUE", value_parser = change_or_name, add = parameters("="))]
+        changes: Vec<ChangeOrName>,
     },
     /// Writes changed values into the configuration file. Comments and order are kept.
     Save {
@@ -140,6 +141,26 @@ pub(super) fn switch(text: &str) -> Result<bool, String> {
         "off" => Ok(false),
         _ => Err("an emergency is on or off".to_owned()),
     }
+}
+
+/// A word of `params set`.
+#[derive(Clone, Debug)]
+pub(super) enum ChangeOrName {
+    /// A path and its value.
+    Change(String, String),
+    /// The component of the changes that follow.
+    Name(String),
+}
+
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "clap reads a word with a function that may fail"
+)]
+fn change_or_name(text: &str) -> Result<ChangeOrName, String> {
+    Ok(match change(text) {
+        Ok((path, value)) => ChangeOrName::Change(path, value),
+        Err(_) => ChangeOrName::Name(text.to_owned()),
+    })
 }
 
 pub(super) fn change(text: &str) -> Result<(String, String), String> {

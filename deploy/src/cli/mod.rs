@@ -127,6 +127,7 @@ fn run(command: Command) -> Result<u8, Failure> {
                 guard: None,
                 log_limit: Some(log_limit << 20),
                 memory_pause: None,
+                rules: rc_deploy_network::NetworkRules::default(),
                 hold: Vec::new(),
                 services: BTreeMap::new(),
             };

@@ -1,11 +1,12 @@
 //! `rcdeploy params` and `emergency`.
 
-use super::arguments::Action;
+use super::arguments::{Action, ChangeOrName};
 use super::networks::network_of;
 use super::output::{Failure, print_note, show};
-use rc_deploy_client::{Format, params, status};
-use rc_management::component::{ParameterStatus, Parameters};
+use rc_deploy_client::{Format, connection, params, status};
+use rc_management::component::{Changed, ParameterStatus, Parameters};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Shows all parameters of a component.
 pub(super) fn of_component(network: &str, name: &str, format: Format) -> Result<u8, Failure> {
@@ -56,30 +57,26 @@ pub(super) fn params(action: Action) -> Result<u8, Failure> {
             })
         }
         Action::Set { of, changes } => {
-            for (at, (path, _)) in changes.iter().enumerate() {
-                if changes[..at].iter().any(|(before, _)| before == path) {
-                    return Err(Failure(2, format!("`{path}` is given twice")));
-                }
+            let (format, network) = (of.format, network_of(&of.network)?);
+            let mut input = std::io::stdin().lock();
+            let mut values = BTreeMap::new();
+            for (name, changes) in by_component(of.name, changes)? {
+                let of_one = params::values(&network, &name, &changes, &mut input)?;
+                values.insert(name, of_one);
             }
-            let (network, name) = (network_of(&of.network)?, of.name);
-            let values = params::values(&network, &name, &changes, &mut std::io::stdin().lock())?;
-            let changed = params::set(&network, &name, &values)?;
-            show(of.format, &changed, |changed| {
-                let now = changed
-                    .changed
-                    .iter()
-                    .map(|c| format!("{}\n", params::change_text(c)));
-                let later = changed.pending.iter();
-                let later = later.map(|c| {
-                    let change = params::change_text(c);
-                    format!("{change}, at the next start if it is saved\n")
+            if values.len() == 1
+                && let Some((name, values)) = values.first_key_value()
+            {
+                let changed = params::set(&network, name, values)?;
+                return show(format, &changed, |changed| {
+                    lines_or_none(change_lines("", changed))
                 });
-                let lines: String = now.chain(later).collect();
-                if lines.is_empty() {
-                    "these are the values already\n".to_owned()
-                } else {
-                    lines
-                }
+            }
+            let changed = connection::set_parameters(&network, values)?;
+            show(format, &changed, |changed| {
+                let of_all = changed.components.iter();
+                let of_all = of_all.map(|(name, changed)| change_lines(&format!("{name}."), changed));
+                lines_or_none(of_all.collect())
             })
         }
         Action::Save { of } => {
@@ -94,5 +91,58 @@ pub(super) fn params(action: Action) -> Result<u8, Failure> {
                 format!("{file}\n{}", lines.collect::<String>())
             })
         }
+    }
+}
+
+/// The changes of each component: `first`, and those that are named between changes.
+fn by_component(
+    first: String,
+    words: Vec<ChangeOrName>,
+) -> Result<BTreeMap<String, Vec<(String, String)>>, Failure> {
+    let mut all: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
+    let mut name = first;
+    for word in words {
+        let (path, value) = match word {
+            ChangeOrName::Change(path, value) => (path, value),
+            ChangeOrName::Name(next) if all.contains_key(&name) => {
+                name = next;
+                continue;
+            }
+            ChangeOrName::Name(next) => return Err(no_change(&name, &next)),
+        };
+        let changes = all.entry(name.clone()).or_default();
+        if changes.iter().any(|(before, _)| *before == path) {
+            return Err(Failure(2, format!("`{path}` is given twice")));
+        }
+        changes.push((path, value));
+    }
+    if all.contains_key(&name) {
+        Ok(all)
+    } else {
+        Err(Failure(2, format!("no change follows `{name}`; a change looks like `speed=300`")))
+    }
+}
+
+fn no_change(name: &str, word: &str) -> Failure {
+    let text = format!("`{word}` is no change of `{name}`; a change looks like `speed=300`");
+    Failure(2, text)
+}
+
+/// The changes of one component, a line each, with what precedes each path.
+fn change_lines(before: &str, changed: &Changed) -> String {
+    let now = changed.changed.iter();
+    let now = now.map(|c| format!("{before}{}\n", params::change_text(c)));
+    let later = changed.pending.iter().map(|c| {
+        let change = params::change_text(c);
+        format!("{before}{change}, at the next start if it is saved\n")
+    });
+    now.chain(later).collect()
+}
+
+fn lines_or_none(lines: String) -> String {
+    if lines.is_empty() {
+        "these are the values already\n".to_owned()
+    } else {
+        lines
     }
 }

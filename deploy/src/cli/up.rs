@@ -12,7 +12,7 @@ use crate::process::own_program::own_program;
 use crate::{Options, Service};
 use rc_deploy_client::error::print_error;
 use rc_deploy_client::status;
-use rc_deploy_network::{Network, Next, Profile};
+use rc_deploy_network::{Network, NetworkRules, Next, Profile};
 use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
 use std::process::Command as Process;
@@ -82,6 +82,7 @@ pub(super) fn up(
     let options = Options {
         hold: Service::all(&network, None),
         services: Service::elsewhere(&network),
+        rules: NetworkRules::of(&network),
         ..options.clone()
     };
     let name = plan.network.clone();

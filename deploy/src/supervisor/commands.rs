@@ -74,7 +74,8 @@ pub(crate) fn check_whole(
     ))
 }
 
-fn unknown(name: &str, all: &[&str]) -> String {
+/// The message about a name that no component and no group has.
+pub(crate) fn unknown(name: &str, all: &[&str]) -> String {
     let groups = all.iter().flat_map(|whole| {
         let dots = whole.match_indices('.');
         dots.map(|(at, _)| &whole[..at])

@@ -8,7 +8,7 @@ use rc_management::chains::Chains;
 use rc_management::rpc::{self, Error};
 use rc_management::server::{Received, ServedClient};
 use rc_management::supervisor::{
-    CommandResult, KeptEvents, NetworkStatus, Notification, Request, Stopping,
+    CommandResult, KeptEvents, NetworkStatus, Notification, ParametersChanged, Request, Stopping,
 };
 use rc_management::{Listener, Server, ServerSource};
 use rustix::event::PollFlags;
@@ -196,6 +196,12 @@ impl Control {
     pub(crate) fn answer_command(&mut self, request: &ClientRequest, result: &CommandResult) {
         self.0.settle(request.client);
         self.answer(request, rpc::result(result));
+    }
+
+    /// Answers a change of parameters.
+    pub(crate) fn answer_changed(&mut self, request: &ClientRequest, changed: &ParametersChanged) {
+        self.0.settle(request.client);
+        self.answer(request, rpc::result(changed));
     }
 
     /// Refuses a command.

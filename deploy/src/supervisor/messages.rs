@@ -77,8 +77,15 @@ impl Unit {
                     "runs with its configuration; changed parameters were not restored: {why}"
                 );
                 self.event(report, Severity::Warning, "not-restored", text);
-                self.forget_changes();
+                self.changes = Changes::default();
+                self.proposal.configured();
             }
+            ComponentMessage::Proposed {
+                number,
+                changes,
+                refused,
+            } => self.proposal.decided(number, refused.map_or(Ok(changes), Err)),
+            ComponentMessage::Settled { number } => self.proposal.settled(number),
             ComponentMessage::Heartbeat(mut heartbeat) => {
                 self.heard = Instant::now();
                 self.lost = std::mem::take(&mut heartbeat.lost);

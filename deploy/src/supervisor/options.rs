@@ -2,6 +2,7 @@
 
 use crate::guard::guard_process::GuardCommand;
 use rc_deploy_client::{Error, Format};
+use rc_deploy_network::NetworkRules;
 use rc_deploy_network::services::Service;
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -31,6 +32,8 @@ pub struct Options {
     pub memory_pause: Option<Duration>,
     /// The command of the guard. Default: this program with the argument `guard`.
     pub guard: Option<GuardCommand>,
+    /// The rules between parameters of the network.
+    pub rules: NetworkRules,
     /// The shared-memory services of this machine, which the guard holds.
     pub hold: Vec<Service>,
     /// For each other machine by name, the shared-memory services that its guard holds, as JSON.

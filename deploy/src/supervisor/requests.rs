@@ -37,6 +37,7 @@ impl Supervisor<'_> {
                     let chains = chains.unwrap_or_default();
                     self.control.answer_chains(&request, &chains);
                 }
+                Request::ParametersSet { .. } => self.take_proposal(request),
                 Request::Down => {
                     self.control.answer_down(&request);
                     self.stop(StopReason::Asked, "asked by `rcdeploy down`");

@@ -16,6 +16,7 @@ use crate::supervisor::flight_recorder::{FlightRecorder, RecorderChange};
 use crate::supervisor::network_logs::NetworkLogs;
 use crate::supervisor::network_troubles::NetworkTroubles;
 use crate::supervisor::options::{Options, Outcome};
+use crate::supervisor::proposals::Proposals;
 use crate::supervisor::proxies;
 use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{StartOrder, in_order_of_start};
@@ -82,6 +83,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) renewal: Renewal,
     pub(super) control: Control,
     pub(super) commands: Commands,
+    pub(super) proposals: Proposals,
     signals: Signals,
     pub(super) logs: NetworkLogs,
     pub(super) rounds: MemoryRounds,
@@ -121,6 +123,7 @@ impl<'p> Supervisor<'p> {
         let hosts = Hosts::new(plan, &options.services, memory_pause, &log_directory);
         for (i, unit) in units.iter_mut().enumerate() {
             unit.outbox = hosts.outbox_of(i);
+            unit.ruled = options.rules.ruled(unit.name());
         }
         let logs: BTreeMap<&str, &Path> = units.iter().flat_map(Unit::logs).collect();
         let written = logs.values().copied();
@@ -154,6 +157,7 @@ impl<'p> Supervisor<'p> {
             report,
             units,
             commands: Commands::new(order.all_needs(), order.all_mates()),
+            proposals: Proposals::new(options.rules.clone()),
             order,
             starts: StartScheduler::new(),
             hosts,
@@ -187,6 +191,7 @@ impl<'p> Supervisor<'p> {
         loop {
             self.renew(cleanup);
             self.advance_commands();
+            self.advance_proposals();
             self.start_ready_units();
             self.advance_lifecycles();
             self.advance_commands();
@@ -306,8 +311,9 @@ impl<'p> Supervisor<'p> {
         }
         let units = self.units.iter().filter_map(Unit::deadline);
         let commands = self.commands.deadline();
+        let proposals = self.proposals.deadline();
         let hosts = self.hosts.deadline();
-        let deadline = units.chain(hosts).chain(commands);
+        let deadline = units.chain(hosts).chain(commands).chain(proposals);
         let deadline = deadline.chain(self.control.deadline());
         let deadline = deadline
             .chain(self.network_guard.deadline())

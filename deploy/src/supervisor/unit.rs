@@ -17,6 +17,7 @@ use crate::supervisor::health::HealthMonitor;
 use crate::supervisor::lifecycle_control::LifecycleControl;
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
+use crate::supervisor::proposals::ProposalAnswers;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::logs;
@@ -78,6 +79,9 @@ pub(crate) struct Unit {
     pub(super) released: bool,
     /// Unsaved parameter changes.
     pub(super) changes: Changes,
+    /// The parameters that rules of the network read.
+    pub(super) ruled: Vec<String>,
+    pub(super) proposal: ProposalAnswers,
     /// Message about changes that could not be restored in this run.
     pub(super) unkept: Option<String>,
     /// Life cycle, if it is managed.
@@ -151,6 +155,8 @@ impl Unit {
             stopped: false,
             released: false,
             changes: Changes::default(),
+            ruled: Vec::new(),
+            proposal: ProposalAnswers::default(),
             unkept: None,
             lifecycle: component.managed.then(LifecycleControl::new),
             process_log: component.thread.as_ref().map(|thread| {
@@ -239,9 +245,10 @@ impl Unit {
         self.ask_to_stop();
     }
 
-    /// Drops unsaved parameter changes: the next run uses the configuration.
+    /// Drops unsaved parameter changes: the next run uses the configuration. What rules of the
+    /// network read stays as it is, since other components may depend on it.
     pub(crate) fn forget_changes(&mut self) {
-        self.changes = Changes::default();
+        self.changes.keep_only(&self.ruled);
     }
 
     /// Starts it again, as if for the first time. Its failures do not stop the network.
@@ -345,7 +352,7 @@ impl Unit {
         let new = units.iter().zip(&components);
         let new = new.map(|((unit, after), component)| NewComponent {
             component,
-            greeting: unit.changes.line(),
+            greeting: unit.changes.line(&unit.ruled),
             log: &unit.log,
             after: after.clone(),
         });

@@ -5,7 +5,7 @@ use crate::supervisor::lifecycle_control::LifecycleControl;
 use crate::supervisor::unit::{Phase, Stop, Unit};
 use rc_management::event::Severity;
 use rc_management::lifecycle::{LifecycleState, Transition};
-use rc_management::link::LifecycleReport;
+use rc_management::link::{LifecycleReport, SupervisorMessage};
 use rc_management::rpc;
 use std::time::{Duration, Instant};
 
@@ -128,9 +128,15 @@ impl Unit {
         let Some(control) = &mut self.lifecycle else {
             return;
         };
-        let line = rpc::notification(&control.send(goal, Instant::now() + limit));
+        // If the line is lost, the limit ends the wait.
+        let message = control.send(goal, Instant::now() + limit);
+        self.tell(&message);
+    }
+
+    /// Sends a message on its link. One without room is lost.
+    pub(super) fn tell(&self, message: &SupervisorMessage) {
         if let Phase::Alive(running) = &self.phase {
-            // If the line is lost, the limit ends the wait.
+            let line = rpc::notification(message);
             running.handle.send_line(&String::from_utf8_lossy(&line));
         }
     }

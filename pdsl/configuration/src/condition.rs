@@ -176,7 +176,7 @@ pub(crate) struct ReferenceValues<'a> {
 
 impl Condition {
     /// The references with their functions, in the order of the text.
-    pub(crate) fn references(&self) -> impl Iterator<Item = (Option<Function>, &Reference)> {
+    pub fn references(&self) -> impl Iterator<Item = (Option<Function>, &Reference)> {
         self.steps.iter().filter_map(|step| match step {
             Step::Parameter(reference) => Some((None, reference)),
             Step::Call(function, reference) => Some((Some(*function), reference)),

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use std::fmt;
 use std::path::PathBuf;
 
-pub use rc_vocabulary::{ParameterChange, ParameterStatus, Role};
+pub use rc_vocabulary::{ParameterChange, ParameterStatus, Role, overlap};
 
 /// A request to a component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -518,8 +518,10 @@ pub struct Parameters {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Changed {
     /// The values that changed at once.
+    #[serde(default)]
     pub changed: Vec<ParameterChange>,
     /// The values that will change at the next start.
+    #[serde(default)]
     pub pending: Vec<ParameterChange>,
 }
 

@@ -1,7 +1,7 @@
 //! Notifications between a component and the supervisor that started it.
 
 use crate::component::{
-    ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State, WorldStatus,
+    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State, WorldStatus,
 };
 use crate::rpc::{self, Call};
 use rc_lifecycle::LifecycleState;
@@ -37,6 +37,23 @@ pub enum ComponentMessage {
         #[serde(deserialize_with = "foreign::optional_lines")]
         refused: Option<String>,
     },
+    /// The answer to [`SupervisorMessage::Propose`]. With a reason, nothing has changed.
+    Proposed {
+        /// The number of the proposal.
+        number: u64,
+        /// What the worker has accepted, and what will change at the next start.
+        #[serde(flatten)]
+        changes: Changed,
+        /// Why it is refused.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(deserialize_with = "foreign::optional_lines")]
+        refused: Option<String>,
+    },
+    /// The answer to [`SupervisorMessage::Settle`]: the proposal is kept, or taken back.
+    Settled {
+        /// The number of the proposal.
+        number: u64,
+    },
     /// The component lives. It comes twice a second.
     Heartbeat(Heartbeat),
 }
@@ -50,6 +67,24 @@ pub enum SupervisorMessage {
     Restore {
         /// The values by path.
         changes: Map<String, Value>,
+        /// The parameters that rules of the network read. Only proposals change them.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        ruled: Vec<String>,
+    },
+    /// Put a part of a change of several components to the worker, and hold what it accepts until
+    /// it is settled.
+    Propose {
+        /// The number of the proposal, from 1.
+        number: u64,
+        /// The values by path.
+        changes: Map<String, Value>,
+    },
+    /// Keep what is held, or take it back.
+    Settle {
+        /// The number of the proposal.
+        number: u64,
+        /// Whether it is kept: all components have accepted.
+        keep: bool,
     },
     /// Bring the life cycle to this state. A later goal takes the place of one that waits.
     Lifecycle {

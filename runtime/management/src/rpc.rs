@@ -65,6 +65,8 @@ impl Error {
     pub const FILE: i64 = -32003;
     /// The system refuses.
     pub const SYSTEM: i64 = -32004;
+    /// A rule of the network reads one of the parameters: only the supervisor changes it.
+    pub const RULED: i64 = -32005;
 
     /// An error without details.
     pub fn new(code: i64, message: impl Into<String>) -> Self {

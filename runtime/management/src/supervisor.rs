@@ -1,12 +1,14 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::{ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus};
+use crate::component::{
+    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus,
+};
 pub use crate::event::{Event, Severity};
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
 use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -37,6 +39,12 @@ pub enum Request {
     Ring,
     /// Answered with [`Chains`](crate::chains::Chains).
     Chains,
+    /// Changes parameters of several components, those of all or none. Answered with
+    /// [`ParametersChanged`].
+    ParametersSet {
+        /// The values by path, for each component by its full name.
+        changes: BTreeMap<String, Map<String, Value>>,
+    },
     /// Starts components. Answered with [`CommandResult`] when they are ready, or cannot be.
     Start {
         /// Components, or groups with all that is in them; at least one.
@@ -100,12 +108,16 @@ impl Verb {
 
 impl Request {
     /// Each method with its parameters, for error messages.
-    const METHODS: [(&'static str, &'static str); 9] = [
+    const METHODS: [(&'static str, &'static str); 10] = [
         ("status", "{}"),
         ("events", "{}"),
         ("down", "{}"),
         ("ring", "{}"),
         ("chains", "{}"),
+        (
+            "parameters_set",
+            r#"{"changes": {"lidar": {"speed": 300, …}, …}}"#,
+        ),
         ("start", r#"{"names": ["lidar", …]}"#),
         ("stop", r#"{"names": ["lidar", …]}"#),
         ("restart", r#"{"names": ["lidar", …]}"#),
@@ -122,6 +134,7 @@ impl Request {
                 !names.is_empty()
             }
             Self::Lifecycle { transition, .. } => *transition != Transition::Shutdown,
+            Self::ParametersSet { changes } => !changes.is_empty(),
             Self::Status | Self::Events | Self::Down | Self::Ring | Self::Chains => true,
         })
     }
@@ -159,6 +172,14 @@ pub struct KeptEvents {
 pub struct Stopping {
     /// Always true.
     pub stopping: bool,
+}
+
+/// What has changed, by the names of the components.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ParametersChanged {
+    /// The values before and after, and what will change at the next start.
+    #[serde(deserialize_with = "foreign::keys")]
+    pub components: BTreeMap<String, Changed>,
 }
 
 /// The result of a command to components.

@@ -80,6 +80,12 @@ impl Server {
                         link.set_ready();
                     }
                 }
+                Requester::Proposal(number) => {
+                    self.link.iter_mut().for_each(|link| link.set_proposed(number, result.clone()));
+                }
+                Requester::Settlement(number) => {
+                    self.link.iter_mut().for_each(|link| link.set_settled(number));
+                }
                 Requester::Backend(number) => self.backends.answer(number, result.map(drop)),
                 Requester::Client { number, id } => {
                     self.socket.settle(number);

@@ -235,7 +235,7 @@ fn a_start_begins_with_the_configuration_and_leaves_running_units_alone() {
     assert_eq!(group.advance(), [""; 0]);
     assert!(group.unit(1).is_ready() && !group.unit(1).is_restarted());
     for (i, restores) in [(0, false), (1, true), (2, false)] {
-        let restored = group.unit(i).changes.line();
+        let restored = group.unit(i).changes.line(&[]);
         assert_eq!(restored.is_some(), restores, "{i}");
     }
     for i in [0, 2] {
@@ -251,7 +251,7 @@ fn a_start_begins_with_the_configuration_and_leaves_running_units_alone() {
     group.end(0);
     group.advance();
     assert!(
-        group.unit(0).changes.line().is_some(),
+        group.unit(0).changes.line(&[]).is_some(),
         "a restart keeps them"
     );
 }

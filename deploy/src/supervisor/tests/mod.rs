@@ -8,6 +8,7 @@ mod life_cycle;
 mod local_process;
 mod machines;
 mod net;
+mod proposals;
 mod starts_and_ends;
 mod unit;
 mod unit_messages;

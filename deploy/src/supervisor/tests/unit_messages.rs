@@ -150,7 +150,13 @@ fn unsaved_changes_are_restored_in_the_next_run() {
     let greeting = greetings(&bench).remove(0).expect("changes");
     let greeting = link::SupervisorMessage::decode(greeting.trim().as_bytes());
     let changes = changed.as_object().expect("a table").clone();
-    assert_eq!(greeting, Some(link::SupervisorMessage::Restore { changes }));
+    assert_eq!(
+        greeting,
+        Some(link::SupervisorMessage::Restore {
+            changes,
+            ruled: Vec::new(),
+        })
+    );
     bench.say(&ComponentMessage::Ready);
     let lost = "! not-restored: changed parameters that are secret, or too long, were not restored: password; they are as in the configuration";
     assert_eq!(bench.events()[1..], [lost]);

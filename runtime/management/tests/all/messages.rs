@@ -31,6 +31,17 @@ fn of_links(golden: &mut Golden) {
             unkept: vec![text("token")],
         }),
         ComponentMessage::Restored { refused: None },
+        ComponentMessage::Proposed {
+            number: 3,
+            changes: crate::components::changed(),
+            refused: None,
+        },
+        ComponentMessage::Proposed {
+            number: 3,
+            changes: component::Changed::default(),
+            refused: Some(text("too fast")),
+        },
+        ComponentMessage::Settled { number: 3 },
         ComponentMessage::Restored {
             refused: Some(text("too much")),
         },
@@ -82,7 +93,18 @@ fn of_links(golden: &mut Golden) {
     ]);
     golden.title("messages of a supervisor to a component");
     golden.message([
-        SupervisorMessage::Restore { changes: changes() },
+        SupervisorMessage::Restore {
+            changes: changes(),
+            ruled: vec![text("period")],
+        },
+        SupervisorMessage::Propose {
+            number: 3,
+            changes: changes(),
+        },
+        SupervisorMessage::Settle {
+            number: 3,
+            keep: true,
+        },
         SupervisorMessage::Lifecycle {
             number: 2,
             goal: LifecycleState::Active,
@@ -100,6 +122,9 @@ fn of_supervisors(golden: &mut Golden) {
         Request::Down,
         Request::Ring,
         Request::Chains,
+        Request::ParametersSet {
+            changes: BTreeMap::from([(text("left.arm"), changes())]),
+        },
         Request::Start { names: names() },
         Request::Stop { names: names() },
         Request::Restart { names: names() },

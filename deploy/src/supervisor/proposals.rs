@@ -1,0 +1,373 @@
+//! Changes of parameters of several components, and of those that rules of the network read.
+//!
+//! Each component puts its part to its worker and holds it. If all have accepted, all keep their
+//! parts, and a later run of one begins with it; else each takes its part back. A component that
+//! ends before all have accepted ends the change.
+
+use crate::supervisor::commands;
+use crate::supervisor::control::ClientRequest;
+use crate::supervisor::supervise::Supervisor;
+use crate::supervisor::unit::Unit;
+use rc_deploy_network::{NetworkRules, RuledChanges};
+use rc_management::component::Changed;
+use rc_management::event::Severity;
+use rc_management::link::SupervisorMessage;
+use rc_management::supervisor::{ParametersChanged, Request};
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, VecDeque};
+use std::time::{Duration, Instant};
+
+/// The limit for the decisions of all components; each of them has a shorter one.
+const DECISION_LIMIT: Duration = Duration::from_secs(4);
+/// The limit for what follows: a worker gets its old values when its turn comes.
+const SETTLE_LIMIT: Duration = Duration::from_secs(4);
+/// How often components are told again what is decided.
+const MOST_TOLD: u32 = 2;
+/// How many changes wait for the one that is under way.
+const MOST_WAITING: usize = 16;
+
+/// The rules of a network, and the changes under way.
+#[derive(Debug)]
+pub(crate) struct Proposals {
+    rules: NetworkRules,
+    /// With the values with which the components begin.
+    start: NetworkRules,
+    waiting: VecDeque<ClientRequest>,
+    round: Option<Round>,
+    /// The number of the last change.
+    number: u64,
+}
+
+/// The change that is under way.
+#[derive(Debug)]
+struct Round {
+    request: ClientRequest,
+    number: u64,
+    ruled: RuledChanges,
+    /// The parts by the numbers of their units.
+    parts: BTreeMap<usize, Part>,
+    stage: Stage,
+    deadline: Instant,
+    /// How often the components were told what is decided.
+    told: u32,
+}
+
+/// What one component has to change.
+#[derive(Debug)]
+struct Part {
+    changes: Map<String, Value>,
+    /// The run of the unit that has got it. A later one knows nothing of it.
+    run: u32,
+    accepted: Option<Changed>,
+    /// Whether the component has nothing more to do for it, or has ended.
+    settled: bool,
+}
+
+#[derive(Debug)]
+enum Stage {
+    /// The workers decide.
+    Proposed,
+    /// All have accepted, and keep their parts.
+    Kept,
+    /// Each takes its part back, for this reason.
+    TakenBack(String),
+}
+
+/// The result of a change, for its requester.
+type Outcome = (ClientRequest, Result<ParametersChanged, String>);
+
+impl Proposals {
+    pub(crate) fn new(rules: NetworkRules) -> Self {
+        Self {
+            start: rules.clone(),
+            rules,
+            waiting: VecDeque::new(),
+            round: None,
+            number: 0,
+        }
+    }
+
+    /// Takes a request, or gives it back if too many wait.
+    pub(super) fn take(&mut self, request: ClientRequest) -> Option<ClientRequest> {
+        if self.waiting.len() >= MOST_WAITING {
+            return Some(request);
+        }
+        self.waiting.push_back(request);
+        None
+    }
+
+    /// When the change under way must have gone on.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.round.as_ref().map(|round| round.deadline)
+    }
+
+    /// Takes what the components have answered, and goes on. Returns results of changes, and
+    /// reasons why some were taken back. `ends`: the network stops.
+    pub(super) fn advance(
+        &mut self,
+        units: &mut [Unit],
+        ends: bool,
+    ) -> (Vec<Outcome>, Vec<String>) {
+        let (mut outcomes, mut undone) = (Vec::new(), Vec::new());
+        loop {
+            if let Some(mut round) = self.round.take() {
+                let was_open = matches!(round.stage, Stage::Proposed);
+                round.advance(units, ends);
+                match &round.stage {
+                    Stage::Kept if was_open => self.rules.apply(round.ruled.clone()),
+                    Stage::TakenBack(reason) if was_open && round.has_changed(units) => {
+                        undone.push(reason.clone());
+                    }
+                    Stage::Proposed | Stage::Kept | Stage::TakenBack(_) => {}
+                }
+                if !round.is_over() && !ends {
+                    self.round = Some(round);
+                    return (outcomes, undone);
+                }
+                outcomes.push(round.outcome(units));
+            }
+            let Some(request) = self.waiting.pop_front() else {
+                return (outcomes, undone);
+            };
+            match self.begin(&request, units, ends) {
+                Ok((ruled, parts)) => {
+                    self.number += 1;
+                    let round = Round::begin(request, self.number, ruled, parts, units);
+                    self.round = Some(round);
+                }
+                Err(refused) => outcomes.push((request, Err(refused))),
+            }
+        }
+    }
+
+    /// The parts of a change, if nothing speaks against it.
+    fn begin(
+        &self,
+        request: &ClientRequest,
+        units: &[Unit],
+        ends: bool,
+    ) -> Result<(RuledChanges, BTreeMap<usize, Part>), String> {
+        if ends {
+            return Err("the network stops".to_owned());
+        }
+        let Request::ParametersSet { changes } = &request.request else {
+            return Err("this is no change of parameters".to_owned());
+        };
+        let names: Vec<&str> = units.iter().map(Unit::name).collect();
+        let mut parts = BTreeMap::new();
+        for (name, changes) in changes {
+            let Some(i) = names.iter().position(|known| known == name) else {
+                return Err(commands::unknown(name, &names));
+            };
+            let unit = &units[i];
+            if !unit.is_alive() || !unit.is_ready() || unit.is_asked_to_stop() {
+                return Err(format!("`{name}` does not run, or is not ready"));
+            }
+            let part = Part {
+                changes: changes.clone(),
+                run: unit.runs,
+                accepted: None,
+                settled: false,
+            };
+            parts.insert(i, part);
+        }
+        let ruled = self.rules.check(changes)?;
+        Ok((ruled, parts))
+    }
+}
+
+impl Round {
+    /// Sends each component its part.
+    fn begin(
+        request: ClientRequest,
+        number: u64,
+        ruled: RuledChanges,
+        parts: BTreeMap<usize, Part>,
+        units: &[Unit],
+    ) -> Self {
+        for (&i, part) in &parts {
+            let changes = part.changes.clone();
+            units[i].tell(&SupervisorMessage::Propose { number, changes });
+        }
+        Self {
+            request,
+            number,
+            ruled,
+            parts,
+            stage: Stage::Proposed,
+            deadline: Instant::now() + DECISION_LIMIT,
+            told: 0,
+        }
+    }
+
+    fn advance(&mut self, units: &mut [Unit], ends: bool) {
+        let mut against = None;
+        for (&i, part) in self.parts.iter_mut().filter(|(_, part)| !part.settled) {
+            let unit = &mut units[i];
+            match unit.proposal.take_answer(self.number) {
+                Some(Ok(changed)) => part.accepted = Some(changed),
+                Some(Err(reason)) => {
+                    part.settled = true;
+                    against.get_or_insert(format!("`{}` refuses: {reason}", unit.name()));
+                }
+                None => {}
+            }
+            part.settled |= unit.proposal.is_settled(self.number);
+            if !unit.is_alive() || unit.runs != part.run {
+                part.settled = true;
+                against.get_or_insert(format!("`{}` has ended", unit.name()));
+            }
+        }
+        if !matches!(self.stage, Stage::Proposed) {
+            if Instant::now() >= self.deadline && !self.is_settled() {
+                self.tell(units);
+            }
+            return;
+        }
+        if ends {
+            against.get_or_insert("the network stops".to_owned());
+        }
+        let mut undecided = self.parts.iter().filter(|(_, part)| part.accepted.is_none());
+        let undecided = undecided.next().map(|(&i, _)| i);
+        if let Some(i) = undecided
+            && Instant::now() >= self.deadline
+        {
+            let name = units[i].name();
+            against.get_or_insert(format!("`{name}` has not decided within {DECISION_LIMIT:?}"));
+        }
+        match against {
+            Some(reason) => self.stage = Stage::TakenBack(reason),
+            None if undecided.is_none() => {
+                self.stage = Stage::Kept;
+                for (&i, part) in &self.parts {
+                    let accepted = part.accepted.clone().unwrap_or_default();
+                    units[i].changes.keep(&part.changes, &accepted);
+                }
+            }
+            None => return,
+        }
+        self.tell(units);
+    }
+
+    /// Tells the components what is decided. A line may have been lost, so it is repeated.
+    fn tell(&mut self, units: &[Unit]) {
+        self.told += 1;
+        self.deadline = Instant::now() + SETTLE_LIMIT;
+        let (number, keep) = (self.number, matches!(self.stage, Stage::Kept));
+        for (&i, _) in self.parts.iter().filter(|(_, part)| !part.settled) {
+            units[i].tell(&SupervisorMessage::Settle { number, keep });
+        }
+    }
+
+    fn is_settled(&self) -> bool {
+        self.parts.values().all(|part| part.settled)
+    }
+
+    fn is_over(&self) -> bool {
+        !matches!(self.stage, Stage::Proposed) && (self.is_settled() || self.told > MOST_TOLD)
+    }
+
+    /// Whether a worker had its part, or may have had it.
+    fn has_changed(&self, units: &[Unit]) -> bool {
+        let parts = self.parts.iter();
+        parts.clone().any(|(_, part)| part.accepted.is_some())
+            || parts.into_iter().any(|(&i, part)| units[i].runs != part.run || !units[i].is_alive())
+    }
+
+    fn outcome(self, units: &[Unit]) -> Outcome {
+        let open = self.parts.iter().filter(|(_, part)| !part.settled);
+        let open: Vec<String> = open.map(|(&i, _)| format!("`{}`", units[i].name())).collect();
+        let result = match self.stage {
+            Stage::Kept => {
+                let parts = self.parts.into_iter();
+                let changed = parts.map(|(i, part)| {
+                    let name = units[i].name().to_owned();
+                    (name, part.accepted.unwrap_or_default())
+                });
+                Ok(ParametersChanged {
+                    components: changed.collect(),
+                })
+            }
+            Stage::Proposed => Err("the network stops; nothing has changed".to_owned()),
+            Stage::TakenBack(reason) if open.is_empty() => {
+                Err(format!("{reason}; nothing has changed"))
+            }
+            Stage::TakenBack(reason) => Err(format!(
+                "{reason}; {} takes its part back when its worker has time",
+                open.join(", ")
+            )),
+        };
+        (self.request, result)
+    }
+}
+
+/// What a component has answered to the last changes.
+#[derive(Debug, Default)]
+pub(crate) struct ProposalAnswers {
+    decided: Option<(u64, Result<Changed, String>)>,
+    settled: u64,
+    /// Whether it runs with its configuration, since its changed values were not restored.
+    configured: bool,
+}
+
+impl ProposalAnswers {
+    /// A worker has decided.
+    pub(super) fn decided(&mut self, number: u64, result: Result<Changed, String>) {
+        self.decided = Some((number, result));
+    }
+
+    /// A part is kept, or taken back.
+    pub(super) fn settled(&mut self, number: u64) {
+        self.settled = number;
+    }
+
+    /// The component runs with its configuration.
+    pub(super) fn configured(&mut self) {
+        self.configured = true;
+    }
+
+    fn take_answer(&mut self, number: u64) -> Option<Result<Changed, String>> {
+        let decided = self.decided.take_if(|(of, _)| *of == number);
+        decided.map(|(_, result)| result)
+    }
+
+    fn is_settled(&self, number: u64) -> bool {
+        self.settled == number
+    }
+}
+
+impl Supervisor<'_> {
+    /// Takes a request, or answers why it is refused.
+    pub(super) fn take_proposal(&mut self, request: ClientRequest) {
+        if let Some(request) = self.proposals.take(request) {
+            let text = format!("{MOST_WAITING} changes of parameters wait; try again");
+            self.control.answer_refused(&request, &text);
+        }
+    }
+
+    /// Continues the changes of parameters.
+    pub(super) fn advance_proposals(&mut self) {
+        let ends = self.ending.is_some();
+        let (outcomes, undone) = self.proposals.advance(&mut self.units, ends);
+        for reason in undone {
+            let text = format!("a change of parameters is taken back: {reason}");
+            self.network_event(Severity::Warning, "parameters-undone", text);
+        }
+        for (request, result) in outcomes {
+            match result {
+                Ok(changed) => self.control.answer_changed(&request, &changed),
+                Err(reason) => self.control.answer_refused(&request, &reason),
+            }
+        }
+        for i in 0..self.units.len() {
+            if std::mem::take(&mut self.units[i].proposal.configured) {
+                let Proposals { rules, start, .. } = &mut self.proposals;
+                let broken = rules.reset(self.units[i].name(), start);
+                if !broken.is_empty() {
+                    let text = format!("rules of the network are broken: {}", broken.join("; "));
+                    self.network_event(Severity::Warning, "rule-broken", text);
+                }
+            }
+        }
+    }
+}
