@@ -84,7 +84,9 @@ impl Levels {
             return Some(ComponentMessage::Parameters(unsaved));
         }
         let settled = |number| ComponentMessage::Settled { number };
-        self.proposed.take().or_else(|| self.settled.take().map(settled))
+        self.proposed
+            .take()
+            .or_else(|| self.settled.take().map(settled))
     }
 }
 

@@ -170,19 +170,20 @@ impl ParameterServer {
 
     /// The supervisor has decided about a change of several components.
     pub(crate) fn settle(&mut self, number: u64, keep: bool) {
-        let is_its = |requester: &Requester| matches!(requester, Requester::Proposal(n) if *n == number);
+        let is_its =
+            |requester: &Requester| matches!(requester, Requester::Proposal(n) if *n == number);
         self.queue.retain(|request| !is_its(&request.requester));
         if let Some(in_flight) = self.in_flight.take_if(|one| is_its(&one.requester)) {
             // The supervisor has given it up.
             let ended = in_flight.proposal.conclude(|_| String::new());
             if ended.is_ok() {
-                self.take_back(number, in_flight.proposal);
+                self.take_back(number, &in_flight.proposal);
                 return;
             }
         }
         if let Some(held) = self.held.take_if(|held| held.number == number) {
             match held.proposal {
-                Some(proposal) if !keep => return self.take_back(number, proposal),
+                Some(proposal) if !keep => return self.take_back(number, &proposal),
                 Some(proposal) => self.values = proposal.new_values(),
                 None => {}
             }
@@ -190,11 +191,12 @@ impl ParameterServer {
                 tracing::warn!("{}", error.message);
             }
         }
-        self.due.push((Requester::Settlement(number), Ok(Value::Null)));
+        self.due
+            .push((Requester::Settlement(number), Ok(Value::Null)));
     }
 
     /// Gives the worker the values from before.
-    fn take_back(&mut self, number: u64, proposal: Arc<Proposal>) {
+    fn take_back(&mut self, number: u64, proposal: &Proposal) {
         let back = Arc::new(proposal.way_back());
         for change in back.changes() {
             tracing::info!("parameter {change}: the change is taken back");
@@ -240,7 +242,7 @@ impl ParameterServer {
             if let Some(held) = self.held.take_if(|held| Instant::now() >= held.until) {
                 tracing::warn!("the supervisor has not settled a change of parameters");
                 if let Some(proposal) = held.proposal {
-                    self.take_back(held.number, proposal);
+                    self.take_back(held.number, &proposal);
                 }
                 continue;
             }
@@ -306,7 +308,11 @@ impl ParameterServer {
     fn ruled_one(&self, accepted: &CheckedChanges) -> Option<String> {
         let changes = accepted.changes.iter().chain(&accepted.pending);
         let mut paths = changes.map(|change| &change.path);
-        let is_ruled = |path: &&String| self.ruled.iter().any(|ruled| component::overlap(path, ruled));
+        let is_ruled = |path: &&String| {
+            self.ruled
+                .iter()
+                .any(|ruled| component::overlap(path, ruled))
+        };
         paths.find(is_ruled).cloned()
     }
 

@@ -67,8 +67,10 @@ pub struct ParameterChange {
 /// `motors[2]` and `motors.max` overlap `motors[2].max`. Indices do not count.
 pub fn overlap(one: &str, other: &str) -> bool {
     fn names(path: &str) -> impl Iterator<Item = &str> {
-        path.split('.').map(|name| name.split('[').next().unwrap_or(name))
+        path.split('.')
+            .map(|name| name.split('[').next().unwrap_or(name))
     }
-    names(one).zip(names(other)).all(|(one, other)| one == other)
+    names(one)
+        .zip(names(other))
+        .all(|(one, other)| one == other)
 }
-

@@ -6,11 +6,11 @@ use crate::connection::{self, Connection, is_listening};
 use crate::error::{Error, ErrorContext};
 use crate::names::check_name;
 use crate::place;
-use rc_management::{CallError, rpc};
 use rc_management::component::{
     Changed, Done, ParameterChange, ParameterStatus, Parameters, Request, Saved,
 };
 use rc_management::lines::LIMIT;
+use rc_management::{CallError, rpc};
 use rc_middleware::RunDirectory;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};

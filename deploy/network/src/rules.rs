@@ -8,7 +8,7 @@ use rc_configuration::condition::Reference;
 use rc_configuration::model::{Kind, Parameter, Parameters, Rule, Type, Value};
 use rc_configuration::{LiveParameters, Values, violations_by};
 use rc_ddsl::model::Deployment;
-use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, render};
+use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde_json::{Map, Value as Json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -71,9 +71,7 @@ impl NetworkRules {
         let rules = rules.map(|declared| (declared.scope.as_slice(), &declared.rule));
         let resolved = rc_pdsl::resolve_rules(&parameters, &tree.unknown, rules, found);
         let resolved = resolved.into_iter().enumerate();
-        let (rules, places) = resolved
-            .filter_map(|(at, rule)| Some((rule?, at)))
-            .unzip();
+        let (rules, places) = resolved.filter_map(|(at, rule)| Some((rule?, at))).unzip();
         let model = Parameters {
             parameters,
             rules,
@@ -88,7 +86,8 @@ impl NetworkRules {
         let inside = format!("{component}.");
         let read = self.model.rules.iter().flat_map(paths);
         let read = read.filter_map(|path| Some(path.strip_prefix(&inside)?.to_owned()));
-        BTreeSet::from_iter(read).into_iter().collect()
+        let read: BTreeSet<String> = read.collect();
+        read.into_iter().collect()
     }
 
     /// Checks changes of components together: paths and values of each. The error lists what is
@@ -104,9 +103,10 @@ impl NetworkRules {
             };
             let live = LiveParameters::new(member.model.clone(), &member.values);
             let changes = changes.iter().map(|(path, value)| (path.as_str(), value));
+            // The places are in no file.
             let accepted = live.check(changes).map_err(|found| {
-                let found = render(&SourceMap::new(), &found, Format::Short);
-                format!("{name}: {}", found.trim_end())
+                let found: Vec<String> = found.iter().map(text).collect();
+                format!("{name}: {}", found.join("; "))
             })?;
             member.values = accepted.values();
         }
@@ -152,13 +152,23 @@ impl NetworkRules {
     }
 }
 
+/// A finding for people.
+fn text(finding: &Diagnostic) -> String {
+    match &finding.help {
+        Some(help) => format!("{} ({help})", finding.message),
+        None => finding.message.clone(),
+    }
+}
+
 /// The whole paths that a rule reads.
 fn paths(rule: &Rule) -> impl Iterator<Item = String> {
     let whole = |reference: &Reference| {
         let block = &rule.scope[..reference.level.min(rule.scope.len())];
         [block, &reference.path].concat().join(".")
     };
-    rule.condition.references().map(move |(_, reference)| whole(reference))
+    rule.condition
+        .references()
+        .map(move |(_, reference)| whole(reference))
 }
 
 /// Values of components at their paths, as values of nested groups.

@@ -75,7 +75,8 @@ pub(super) fn params(action: Action) -> Result<u8, Failure> {
             let changed = connection::set_parameters(&network, values)?;
             show(format, &changed, |changed| {
                 let of_all = changed.components.iter();
-                let of_all = of_all.map(|(name, changed)| change_lines(&format!("{name}."), changed));
+                let of_all =
+                    of_all.map(|(name, changed)| change_lines(&format!("{name}."), changed));
                 lines_or_none(of_all.collect())
             })
         }
@@ -119,7 +120,10 @@ fn by_component(
     if all.contains_key(&name) {
         Ok(all)
     } else {
-        Err(Failure(2, format!("no change follows `{name}`; a change looks like `speed=300`")))
+        Err(Failure(
+            2,
+            format!("no change follows `{name}`; a change looks like `speed=300`"),
+        ))
     }
 }
 

@@ -84,7 +84,9 @@ impl Unit {
                 number,
                 changes,
                 refused,
-            } => self.proposal.decided(number, refused.map_or(Ok(changes), Err)),
+            } => self
+                .proposal
+                .decided(number, refused.map_or(Ok(changes), Err)),
             ComponentMessage::Settled { number } => self.proposal.settled(number),
             ComponentMessage::Heartbeat(mut heartbeat) => {
                 self.heard = Instant::now();

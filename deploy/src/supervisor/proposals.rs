@@ -227,13 +227,18 @@ impl Round {
         if ends {
             against.get_or_insert("the network stops".to_owned());
         }
-        let mut undecided = self.parts.iter().filter(|(_, part)| part.accepted.is_none());
+        let mut undecided = self
+            .parts
+            .iter()
+            .filter(|(_, part)| part.accepted.is_none());
         let undecided = undecided.next().map(|(&i, _)| i);
         if let Some(i) = undecided
             && Instant::now() >= self.deadline
         {
             let name = units[i].name();
-            against.get_or_insert(format!("`{name}` has not decided within {DECISION_LIMIT:?}"));
+            against.get_or_insert(format!(
+                "`{name}` has not decided within {DECISION_LIMIT:?}"
+            ));
         }
         match against {
             Some(reason) => self.stage = Stage::TakenBack(reason),
@@ -271,12 +276,16 @@ impl Round {
     fn has_changed(&self, units: &[Unit]) -> bool {
         let parts = self.parts.iter();
         parts.clone().any(|(_, part)| part.accepted.is_some())
-            || parts.into_iter().any(|(&i, part)| units[i].runs != part.run || !units[i].is_alive())
+            || parts
+                .into_iter()
+                .any(|(&i, part)| units[i].runs != part.run || !units[i].is_alive())
     }
 
     fn outcome(self, units: &[Unit]) -> Outcome {
         let open = self.parts.iter().filter(|(_, part)| !part.settled);
-        let open: Vec<String> = open.map(|(&i, _)| format!("`{}`", units[i].name())).collect();
+        let open: Vec<String> = open
+            .map(|(&i, _)| format!("`{}`", units[i].name()))
+            .collect();
         let result = match self.stage {
             Stage::Kept => {
                 let parts = self.parts.into_iter();

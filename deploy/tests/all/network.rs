@@ -34,6 +34,7 @@ mod pictures;
 mod plan;
 mod played;
 mod probe;
+mod proposals;
 mod proxies;
 mod recorded;
 mod removed;

@@ -1,8 +1,6 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::{
-    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus,
-};
+use crate::component::{Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus};
 pub use crate::event::{Event, Severity};
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};

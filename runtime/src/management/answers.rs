@@ -81,10 +81,14 @@ impl Server {
                     }
                 }
                 Requester::Proposal(number) => {
-                    self.link.iter_mut().for_each(|link| link.set_proposed(number, result.clone()));
+                    self.link
+                        .iter_mut()
+                        .for_each(|link| link.set_proposed(number, result.clone()));
                 }
                 Requester::Settlement(number) => {
-                    self.link.iter_mut().for_each(|link| link.set_settled(number));
+                    self.link
+                        .iter_mut()
+                        .for_each(|link| link.set_settled(number));
                 }
                 Requester::Backend(number) => self.backends.answer(number, result.map(drop)),
                 Requester::Client { number, id } => {

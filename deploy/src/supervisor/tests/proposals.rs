@@ -53,13 +53,16 @@ impl Pair {
 
     /// The number of the proposal that each has got.
     fn proposed(&self) -> u64 {
-        let numbers = self.benches.each_ref().map(|bench| match bench.told().as_slice() {
-            [SupervisorMessage::Propose { number, changes }] => {
-                assert_eq!(changes.get("speed"), Some(&json!(2)));
-                *number
-            }
-            other => panic!("{other:?}"),
-        });
+        let numbers = self
+            .benches
+            .each_ref()
+            .map(|bench| match bench.told().as_slice() {
+                [SupervisorMessage::Propose { number, changes }] => {
+                    assert_eq!(changes.get("speed"), Some(&json!(2)));
+                    *number
+                }
+                other => panic!("{other:?}"),
+            });
         assert_eq!(numbers[0], numbers[1]);
         numbers[0]
     }

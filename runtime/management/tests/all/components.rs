@@ -10,6 +10,17 @@ pub(crate) fn changes() -> Map<String, Value> {
     Map::from_iter([(text("motors[2].max"), json!(1.5))])
 }
 
+pub(crate) fn changed() -> component::Changed {
+    component::Changed {
+        changed: vec![component::ParameterChange {
+            path: text("speed"),
+            old: json!(1),
+            new: json!(2),
+        }],
+        pending: Vec::new(),
+    }
+}
+
 fn timing() -> component::Timing {
     component::Timing {
         count: 7,
@@ -241,18 +252,11 @@ pub(crate) fn of_components(golden: &mut Golden) {
             },
         ],
     });
-    let change = component::ParameterChange {
-        path: text("speed"),
-        old: json!(1),
-        new: json!(2),
-    };
-    golden.result(&component::Changed {
-        changed: vec![change.clone()],
-        pending: Vec::new(),
-    });
+    let changed = changed();
+    golden.result(&changed);
     golden.result(&component::Saved {
         file: PathBuf::from("/robot/etc/config.toml"),
-        saved: vec![change],
+        saved: changed.changed,
     });
     golden.result(&component::Lifecycle {
         state: LifecycleState::Inactive,
