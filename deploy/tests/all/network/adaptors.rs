@@ -183,3 +183,56 @@ fn an_adaptor_in_lockstep_repeats_exactly() {
     let alone = in_lockstep("adapted_alone", "convert;");
     assert_eq!(poses(&first), poses(&alone));
 }
+
+/// The peer of an external slot may be a component that is started by hand, without an address and
+/// without `--convert`.
+#[test]
+fn a_component_that_is_started_by_hand_gets_converted_poses() {
+    let site = Site::new("adapted_hand");
+    Site::executable("rcforward");
+    let config = site.monitor("trace", 5);
+    with_prototype(&site, "simulator", "right, ahead, up");
+    with_prototype(&site, "pose_monitor", "ahead, left, up");
+    let there = Site::components().display().to_string();
+    site.write(
+        "patrol.ddsl",
+        &format!(
+            "Deployment {}\n{{\n    \
+             Component simulator {{ cdsl \"simulator/simulator.cdsl\"; executable \"{}\"; parameters {{ map \"{there}/maps/house.map\"; }}; }};\n    \
+             external simulator.FullPoseEstimationPub {{ cdsl \"pose_monitor/pose_monitor.cdsl\"; convert; }};\n}};\n",
+            site.network,
+            Site::executable("simulator").display(),
+        ),
+    );
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let options = ["--network", &site.network, "--config", &config];
+    let monitor = site.component("pose_monitor", &options);
+    assert_eq!(monitor.code, 0, "{monitor:?}");
+    let asked = [
+        "echo",
+        &site.network,
+        "simulator.FullPoseEstimationPub.newFullPose",
+        "--once",
+        "--format",
+        "json",
+    ];
+    let sent = site.rcdeploy(&asked, false);
+    let sent: serde_json::Value = serde_json::from_str(&sent.stdout).expect("JSON");
+    let sent = ["y", "x"].map(|name| sent["value"]["pose"][name].as_f64().expect("a number"));
+    let trace = fs::read_to_string(site.path("trace")).expect("a trace");
+    let last: Vec<f64> = trace
+        .lines()
+        .last()
+        .expect("a pose")
+        .split(',')
+        .filter_map(|number| number.parse().ok())
+        .collect();
+    // The robot stands: nobody drives it.
+    assert!(sent[0].abs() > 1.0 && sent[1].abs() > 1.0, "{sent:?}");
+    assert!((last[1] - sent[0]).abs() < 1e-2, "{trace} {sent:?}");
+    assert!((last[2] + sent[1]).abs() < 1e-2, "{trace} {sent:?}");
+    let down = site.rcdeploy(&["down", &site.network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+}

@@ -406,9 +406,11 @@ fn a_missing_program_of_adaptors_is_reported() {
 fn conversions_in(program: &Path) -> u64 {
     let bytes = fs::read(program).expect("a program");
     let file = object::File::parse(&*bytes).expect("an executable");
-    let own = file
-        .symbols()
-        .filter(|symbol| symbol.name().is_ok_and(|name| name.contains("rc_conversion")));
+    let own = file.symbols().filter(|symbol| {
+        symbol
+            .name()
+            .is_ok_and(|name| name.contains("rc_conversion"))
+    });
     own.map(|symbol| symbol.size()).sum()
 }
 
