@@ -122,7 +122,10 @@ fn a_connection_that_loses_more_than_it_may_is_refused() {
         &ours,
         &point("mm", LIDAR, ""),
         convert,
-        &expect![[""]],
+        &expect![[r"
+        n.ddsl:2:6: error[conversion-loses]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, mm, right-ahead-up): the plan loses more than 1e-9: 6.0e-8 of the value; the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "]],
     );
     // Without a loss nothing is rounded.
     let made = check(
@@ -132,7 +135,7 @@ fn a_connection_that_loses_more_than_it_may_is_refused() {
         convert,
         &expect![[""]],
     );
-    expect![[""]].assert_eq(&made.join("\n"));
+    expect!["a.Laser -> b.Laser converts L::P axes right-ahead-up → ahead-left-up; 1 operation a value by 0i:[{3f!i|n@0;=@1&$0&@2}]"].assert_eq(&made.join("\n"));
 }
 
 #[test]
@@ -145,7 +148,10 @@ fn sequences_of_other_bounds_are_other_types() {
     connect(
         &[("a", &ours), ("b", &theirs)],
         "bind a.Laser -> b.Laser { convert; };",
-        &expect![[""]],
+        &expect![[r"
+        n.ddsl:2:6: error[type-mismatch]: `a.Laser` and `b.Laser` have different definitions of `L::Laser`: L::Laser/push differs; first definition at Laser.idsl:2:15; second definition at Laser.idsl:2:15
+        n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
+    "]],
     );
 }
 

@@ -272,6 +272,24 @@ fn elements_of_a_sequence_are_converted_as_values() {
     let convert = |from: &str, to: &str| {
         succeeds(path, &["convert", from, to, "points.dproto", "ros.dproto"])
     };
-    expect![[""]].assert_eq(&convert("point", "cloud"));
-    expect![[""]].assert_eq(&convert("cloud", "ros_point"));
+    expect![[r"
+        point -> cloud
+        type      axes
+        distance  1
+        steps     cloud (alias, unit, axes)
+        cost      5: 4 operations, 0 transcendental functions
+        note      an element of `points` of `cloud` is one `point`
+        lost      rounding of float64 only
+    "]]
+    .assert_eq(&convert("point", "cloud"));
+    expect![[r"
+        cloud -> ros_point
+        type      plain
+        distance  1
+        steps     ros_point (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        note      an element of `points` of `cloud` is one `ros_point`
+        lost      nothing: the plan is exact
+    "]]
+    .assert_eq(&convert("cloud", "ros_point"));
 }

@@ -1105,8 +1105,39 @@ fn a_circle_of_free_conversions_has_an_end() {
                 ddr = :: ROS{{geometry_msgs/{name}}} dr = {{ x = x, y = y, z = z }} }}\n"
         );
     }
-    check(&text, "one", "three", &expect![[""]]);
-    check(&text, "three", "two", &expect![[""]]);
+    check(
+        &text,
+        "one",
+        "three",
+        &expect![[r"
+        one -> three
+        type      plain
+        distance  1
+        steps     three (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "]],
+    );
+    check(
+        &text,
+        "three",
+        "two",
+        &expect![[r"
+        three -> two
+        type      plain
+        distance  1
+        steps     two (plain)
+        cost      1: 0 operations, 0 transcendental functions
+        lost      nothing: the plan is exact
+    "]],
+    );
     // What no way leads to is refused, and not looked for without end.
-    check(&text, "one", "other", &expect![[""]]);
+    check(
+        &text,
+        "one",
+        "other",
+        &expect![[r"
+        semantic-mismatch: the meanings differ: Position and Force
+    "]],
+    );
 }
