@@ -4,6 +4,7 @@ use crate::samples::{self, samples};
 use crate::{library, python};
 use rc_conversion::{Formula, Item};
 use rc_plans::{Network, Plan, Program, c, rust};
+use rc_prototypes::model::Prototype;
 use rc_quantity::rotation::{EulerOrder, Quaternion};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
@@ -157,10 +158,10 @@ pub(crate) fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
 }
 
 /// The program of a message with these numbers.
-fn message(width: usize, formula: Formula) -> rc_conversion::Program {
+fn message((width, number): (usize, Primitive), formula: Formula) -> rc_conversion::Program {
     let marks = u32::try_from(width).expect("few");
     rc_conversion::Program::new(&[Item::Group {
-        items: vec![Item::Marked(marks, Primitive::F64)],
+        items: vec![Item::Marked(marks, number)],
         formula,
     }])
 }
@@ -178,7 +179,7 @@ fn programs_of_messages_give_the_numbers_of_the_plan() {
         let formula = case
             .plan
             .formula((&places(inputs), &places(outputs)), width, 0);
-        let of_message = message(width, formula);
+        let of_message = message((width, Primitive::F64), formula);
         for sample in &case.samples {
             let mut numbers = sample.clone();
             numbers.resize(width, 0.0);
@@ -201,6 +202,62 @@ fn programs_of_messages_give_the_numbers_of_the_plan() {
     assert!(count > 15_000, "{count} and {refused} refused");
 }
 
+/// Rotations in messages of `float32` are those of `float64`, for the same input, but for the last bits.
+#[test]
+fn single_precision_is_within_4_units_in_the_last_place() {
+    let text = samples::text();
+    let (doubles, singles) = (library(&text), library(&text.replace("double[", "float[")));
+    let (wide, narrow) = (Network::new(&doubles), Network::new(&singles));
+    let is_turn = |of: &&Prototype| of.semantic == "Orientation";
+    let names: Vec<&str> = doubles
+        .prototypes
+        .iter()
+        .filter(is_turn)
+        .map(|of| of.name.as_str())
+        .collect();
+    let mut count = 0;
+    for (at, from) in names.iter().enumerate() {
+        // All as the next one, and as quaternions, matrices, and axes with angles.
+        let next = names[(at + 1) % names.len()];
+        for to in [next, samples::TURN, "matrix", "axis"] {
+            if from == &to {
+                continue;
+            }
+            let exact = wide.plan(from, to).expect("a plan").program;
+            let plan = narrow.plan(from, to).expect("a plan");
+            let (inputs, outputs) = (exact.inputs(), exact.outputs());
+            let width = inputs.max(outputs);
+            let places = |count: usize| (0..).map(Some).take(count).collect::<Vec<Option<u32>>>();
+            let formula = plan.formula((&places(inputs), &places(outputs)), width, 0);
+            let of_message = message((width, Primitive::F32), formula);
+            for sample in samples(&wide, &doubles, from).iter().step_by(3) {
+                let mut numbers: Vec<f32> = sample.iter().map(|number| *number as f32).collect();
+                let same: Vec<f64> = numbers.iter().map(|number| f64::from(*number)).collect();
+                let Ok(expected) = exact.run(&same) else {
+                    continue;
+                };
+                numbers.resize(width, 0.0);
+                let mut bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+                assert_eq!(
+                    of_message.run(&mut bytes, 0),
+                    Ok(bytes.len()),
+                    "{plan} {sample:?}"
+                );
+                let (found, _) = bytes.as_chunks::<4>();
+                for (own, other) in found.iter().zip(&expected) {
+                    let own = f32::from_le_bytes(*own);
+                    let near = *other as f32;
+                    let unit = f64::from(f32::from_bits(near.abs().to_bits() + 1) - near.abs());
+                    let error = (f64::from(own) - other).abs();
+                    assert!(error <= 4.0 * unit, "{own} {other} {plan} {sample:?}");
+                }
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 2_000, "{count}");
+}
+
 /// Angles of which only the sum is known are counted, and no others.
 #[test]
 fn a_gimbal_lock_is_told() {
@@ -211,7 +268,10 @@ fn a_gimbal_lock_is_told() {
         let name = samples::euler(order);
         let plan = network.plan(samples::TURN, &name).expect("a plan");
         let places: Vec<Option<u32>> = (0..4).map(Some).collect();
-        let of_message = message(4, plan.formula((&places, &places[..3]), 4, 0));
+        let of_message = message(
+            (4, Primitive::F64),
+            plan.formula((&places, &places[..3]), 4, 0),
+        );
         for turn in samples::turns() {
             let mut bytes: Vec<u8> = turn.iter().flat_map(|n| n.to_le_bytes()).collect();
             let ran = of_message.run_with(&mut bytes, 0, &[]).expect("a turn");
