@@ -21,6 +21,7 @@ mod source;
 pub mod stubs;
 mod testing;
 mod types;
+mod world;
 
 use crate::collisions::{self, Naming};
 use rc_diagnostics::Diagnostics;

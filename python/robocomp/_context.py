@@ -1,7 +1,7 @@
 """The bases of the generated clients, publishers, machines and contexts."""
 
 import random
-from collections.abc import Callable, ItemsView, Iterator, Mapping
+from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
 from datetime import timedelta
 from enum import Enum, IntEnum
 from typing import Any, Generic, TypeVar
@@ -252,6 +252,9 @@ class Context:
     def __init__(self, link: Link) -> None:
         self._link = link
         self._random: random.Random | None = None
+
+    # The subscribed slots of a world, and whether each is that of streams.
+    _world_slots: Sequence[tuple[int, bool]] = ()
 
     def _set_parameters(self, values: Mapping[str, Any]) -> None:
         """Takes the values of a configuration that was checked."""

@@ -83,6 +83,12 @@ class Snapshot:
         """The only node with a name. Raises `KeyError` if there is none, or if there are several."""
         return self._now.node(name)
 
+    def edges(
+        self, kind: str | None = None, start: Node | None = None, end: Node | None = None
+    ) -> list[Edge]:
+        """All edges, or those of a relation, from a node, to a node."""
+        return self._now.edges(kind, start, end)
+
     @property
     def queries(self) -> list[str]:
         """The names of the queries of the schema."""

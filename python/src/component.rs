@@ -45,6 +45,9 @@ pub(crate) struct PythonComponent {
     pub(crate) context: Py<PyAny>,
     pub(crate) worker: Worker,
     kept: KeptCounts,
+    /// The subscribed slots of a world, and whether each is that of streams: the context takes their
+    /// samples.
+    worlds: Vec<(usize, bool)>,
     _alive: Alive,
 }
 
@@ -83,7 +86,7 @@ impl Start {
                     .map_err(|error| errors::of_worker(py, &error))
             })
         });
-        let (context, worker) = made.inspect_err(|_| Session::end())?;
+        let (context, worker, worlds) = made.inspect_err(|_| Session::end())?;
         let component = PythonComponent {
             program: self.program,
             types: self.types,
@@ -92,20 +95,27 @@ impl Start {
             context,
             worker,
             kept: KeptCounts::default(),
+            worlds,
             _alive: self.alive,
         };
         Adapter::new(component, is_managed, ports)
     }
 
-    fn make(&self, py: Python<'_>, values: &Values) -> PyResult<(Py<PyAny>, Worker)> {
+    #[allow(clippy::type_complexity, reason = "the parts of a component")]
+    fn make(
+        &self,
+        py: Python<'_>,
+        values: &Values,
+    ) -> PyResult<(Py<PyAny>, Worker, Vec<(usize, bool)>)> {
         let link = Link::new(Arc::clone(&self.program), Arc::clone(&self.types));
         let context = self.context.bind(py).call1((link,))?;
         context.call_method1("_set_parameters", (parameters::object(py, values)?,))?;
         let worker = self.worker.bind(py).call0()?;
         let worker = Worker::new(&self.program, &worker)?;
         let context = context.unbind();
+        let worlds = context.getattr(py, "_world_slots")?.extract(py)?;
         worker.call(py, "initialize", (context.bind(py),))?;
-        Ok((context, worker))
+        Ok((context, worker, worlds))
     }
 }
 
@@ -212,6 +222,21 @@ impl PythonComponent {
             }
             (Sample::Image(_), _) => PyTuple::new(py, self.first_arguments(py, member)?),
         }
+    }
+
+    /// Calls a function of the context of a component with a world.
+    fn of_world<A>(&mut self, name: &str, arguments: A) -> Result<(), HandlerError>
+    where
+        A: for<'py> pyo3::call::PyCallArgs<'py>,
+    {
+        self.run(|py, component| {
+            let called = component.context.call_method1(py, name, arguments);
+            called.map(drop).map_err(|error| {
+                let text = errors::one_line(py, &error);
+                note_failure(py, &error);
+                HandlerError(text)
+            })
+        })
     }
 
     /// Runs the handler of a sample.
@@ -386,6 +411,33 @@ impl Joined for PythonComponent {
 
     fn finalize(&mut self) {
         self.quiet_hook("finalize");
+        if !self.worlds.is_empty()
+            && let Err(error) = self.of_world("_leave_world", ())
+        {
+            rc_runtime::tracing::error!("the world: {error}");
+        }
+    }
+
+    fn has_turns(&self) -> bool {
+        !self.worlds.is_empty()
+    }
+
+    fn turn(&mut self) -> bool {
+        let did = self.run(|py, component| {
+            let worker = component.worker.object(py);
+            let called = component.context.call_method1(py, "_turn_world", (worker,));
+            called
+                .and_then(|did| did.extract::<bool>(py))
+                .map_err(|error| {
+                    let text = errors::one_line(py, &error);
+                    note_failure(py, &error);
+                    text
+                })
+        });
+        did.unwrap_or_else(|error| {
+            rc_runtime::tracing::error!("the world: {error}");
+            true
+        })
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
@@ -430,6 +482,10 @@ impl Joined for PythonComponent {
         operation: usize,
         sample: rc_runtime::Sample<'_>,
     ) -> Result<(), HandlerError> {
+        if let Some((_, is_stream)) = self.worlds.iter().find(|(own, _)| *own == slot) {
+            let (is_stream, body) = (*is_stream, sample.reader().rest());
+            return self.of_world("_receive_world", (is_stream, operation, body));
+        }
         let program = Arc::clone(&self.program);
         let described = program.operation(slot, operation);
         let described =

@@ -14,7 +14,7 @@ use pyo3::types::PyTuple;
 use rc_host::link::{self, Answer, Reading};
 use rc_host::{HostError, Number, Operation, Program, Session};
 use rc_runtime::machine::Machine;
-use rc_runtime::{Core, Order, Time, TimeSource};
+use rc_runtime::{Core, Order, Time, TimeSource, WorldStatus};
 use rc_values::{Named, Type, Value};
 use std::sync::Arc;
 use std::time::Duration;
@@ -27,6 +27,18 @@ pub(crate) struct Link {
     /// The number of the bench of a test, in place of a process.
     bench: Option<u64>,
 }
+
+/// The state of the replica of a world, in the order of [`WorldStatus`].
+type WorldTold = (
+    u64,
+    u64,
+    u64,
+    Vec<String>,
+    Option<String>,
+    u64,
+    String,
+    Vec<String>,
+);
 
 impl Link {
     pub(crate) fn new(program: Arc<Program>, types: Arc<Types>) -> Self {
@@ -148,6 +160,50 @@ impl Link {
         let sample = sample.map_err(|error| misplaced(py, "InvalidSample", described, &error))?;
         let sent = self.act(py, || link::publish(slot, operation, &sample))?;
         sent.map_err(|error| errors::of_sending(py, &error))
+    }
+
+    /// Publishes a sample of a world, which is encoded already.
+    fn publish_encoded(
+        &self,
+        py: Python<'_>,
+        slot: usize,
+        operation: usize,
+        sample: &[u8],
+    ) -> PyResult<()> {
+        let sent = self.act(py, || link::publish_encoded(slot, operation, sample))?;
+        sent.map_err(|error| errors::of_sending(py, &error))
+    }
+
+    /// A number that no other run of a component has.
+    fn unique(&self) -> PyResult<u64> {
+        self.with_core(|core| core.unique())
+    }
+
+    /// Tells tools the files of the schema of the component's world.
+    fn set_world_schema(&self, files: Vec<(String, String)>) -> PyResult<()> {
+        let files: Vec<(&str, &str)> = files
+            .iter()
+            .map(|(name, text)| (&**name, &**text))
+            .collect();
+        self.with_core(|core| core.set_world_schema(&files))
+    }
+
+    /// Tells the supervisor how the replica of the component's world is.
+    fn set_world_status(&self, told: WorldTold) -> PyResult<()> {
+        let (behind, behind_ms, conflicts, first_conflicts, fault, refused, last_refusal, silent) =
+            told;
+        self.with_core(|core| {
+            core.world_report().set(WorldStatus {
+                behind,
+                behind_ms,
+                conflicts,
+                first_conflicts,
+                fault,
+                refused,
+                last_refusal,
+                silent,
+            });
+        })
     }
 
     /// Begins a sample that is written in place.

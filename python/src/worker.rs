@@ -28,6 +28,7 @@ const HOOKS: [&str; 12] = [
 
 /// The functions of a worker, bound to it.
 pub(crate) struct Worker {
+    object: Py<PyAny>,
     functions: HashMap<String, Py<PyAny>>,
 }
 
@@ -52,7 +53,15 @@ impl Worker {
                 functions.insert(name, function.unbind());
             }
         }
-        Ok(Self { functions })
+        Ok(Self {
+            object: worker.clone().unbind(),
+            functions,
+        })
+    }
+
+    /// The user's object.
+    pub(crate) fn object<'py>(&self, py: Python<'py>) -> &Bound<'py, PyAny> {
+        self.object.bind(py)
     }
 
     /// Whether the worker wrote the function.

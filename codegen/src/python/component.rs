@@ -5,6 +5,7 @@ use super::library::{TypeModule, Types};
 use super::machine::{self, Machine};
 use super::parameters::{self, Parameters};
 use super::testing::{self, Testing};
+use super::world::World;
 use super::{documentation, handlers, layout, names};
 use crate::kinematics::Kinematics;
 use crate::view;
@@ -63,6 +64,8 @@ pub(crate) struct Component<'a> {
     simulates_time: bool,
     /// Whether it has a tree of InnerModel, and a window for it.
     viewer: bool,
+    /// The world that it shares with others.
+    pub(crate) world: Option<World<'a>>,
     arrays: bool,
     pub(crate) slots: Vec<Slot<'a>>,
     /// The slots that call or publish, and those that implement or subscribe.
@@ -207,6 +210,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let slots = view.slots.iter().enumerate();
     let slots: Vec<Slot> = slots.map(|(at, slot)| one(view, at, slot)).collect();
     let machine = view.machine.as_ref().map(machine::of);
+    let world = super::world::of(view);
     let user = user(view, &slots, &unique);
     let handlers = || slots.iter().flat_map(|slot| &slot.handlers);
     let signatures: Vec<&str> = handlers().map(|h| h.signature.as_str()).collect();
@@ -232,6 +236,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         managed: view.managed,
         simulates_time: view.simulates_time,
         viewer: view.viewer,
+        world,
         arrays: view.has_arrays(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
@@ -416,11 +421,6 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             name.text
         );
         found.push(Diagnostic::error("name-collision", name.span, message));
-    }
-    if let Some(world) = &component.world {
-        let message = "a component in Python has no world yet";
-        let error = Diagnostic::error("not-in-python", world.schema.span, message);
-        found.push(error.help("write the component in Rust"));
     }
     for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
         let message = format!(

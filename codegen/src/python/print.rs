@@ -25,7 +25,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 14] = [
+static TEMPLATES: [Template; 15] = [
     Template::new(templates!["python": "module.py"]),
     Template::new(templates!["python": "interface.py"]),
     Template::new(templates!["python": "init.py"]),
@@ -35,6 +35,7 @@ static TEMPLATES: [Template; 14] = [
     Template::new(templates!["python": "worker.py"]),
     Template::new(templates!["python": "parameters.py"]),
     Template::new(templates!["python": "machine.py"]),
+    Template::new(templates!["python": "world.py"]),
     Template::new(templates!["python": "testing.py"]),
     Template::new(templates!["python": "pyproject.toml"]),
     Template::new(templates!["python": "gitignore"]),
@@ -150,6 +151,7 @@ pub(crate) fn files(
             component.parameters.is_some(),
         ),
         ("machine.py", "machine.py", component.machine.is_some()),
+        ("world.py", "world.py", component.world.is_some()),
         ("testing.py", "testing.py", true),
     ] {
         if there {

@@ -26,6 +26,10 @@ const LIBRARY: &str = "librobocomp_python.so";
 pub(crate) const TREE_CRATE: &str = "rc-python-innermodel";
 const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
 
+/// The crate of the extension module of components with a world, and its library.
+pub(crate) const GRAPH_CRATE: &str = "rc-python-graph";
+const GRAPH_LIBRARY: &str = "librobocomp_graph.so";
+
 /// Keeps the build independent of the interpreter and the search path, as `.cargo/config.toml` of
 /// the framework does in its own folder.
 const WITHOUT_PYTHON: [&str; 2] = ["--config", "env.PYO3_NO_PYTHON=\"1\""];
@@ -136,6 +140,9 @@ impl Places {
         let mut native = vec![("ROBOCOMP_NATIVE", LIBRARY)];
         if has_tree(project) {
             native.push(("ROBOCOMP_INNERMODEL", TREE_LIBRARY));
+        }
+        if project.world.is_some() {
+            native.push(("ROBOCOMP_GRAPH", GRAPH_LIBRARY));
         }
         native.retain(|_| framework.is_some());
         let built = target.join(profile.folder());

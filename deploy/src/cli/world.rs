@@ -1,6 +1,7 @@
 //! `rcdeploy world`: the shared world of a network, its replicas, and what is in it.
 
 mod arguments;
+mod at;
 mod diff;
 mod elements;
 mod query;
@@ -48,6 +49,24 @@ pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
             parameters,
         } => query::query(&network, query.as_deref(), &parameters),
         WorldAction::Save { of, file } => save(&of.network, &file, of.format),
+        WorldAction::At {
+            time,
+            file,
+            schema,
+            elements,
+            save,
+        } => {
+            let world = at::world(time, &file, &schema)?;
+            let Some(to) = save else {
+                let text = at::text(&world, &elements)?;
+                crate::cli::output::print_line(format_args!("{}", text.trim_end()));
+                return Ok(0);
+            };
+            let name = schema
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            write(&to, &world, name, Format::Human)
+        }
         WorldAction::Diff {
             first,
             second,
@@ -166,19 +185,46 @@ fn set(network: &str, changes: &[(String, String)], format: Format) -> Result<u8
 /// The document of a listener's world, which names its schema.
 fn document_of(listener: &Listener) -> Document {
     let mut document = Document::of(&listener.world.snapshot());
-    document.schema = listener.files.first().map(|(name, _)| name.clone());
+    document.schema = schema_of(listener);
     document
 }
 
+/// The file of the schema.
+fn schema_of(listener: &Listener) -> Option<String> {
+    listener.files.first().map(|(name, _)| name.clone())
+}
+
 fn save(network: &str, file: &Path, format: Format) -> Result<u8, Failure> {
+    check_ending(file)?;
+    let Some(listener) = Listener::joined(network, None)? else {
+        return Ok(0);
+    };
+    write(
+        file,
+        &listener.world.snapshot(),
+        schema_of(&listener),
+        format,
+    )
+}
+
+fn check_ending(file: &Path) -> Result<(), Failure> {
     if file.extension().is_none_or(|ending| ending != "graph") {
         let message = format!("expected a .graph file, found {}", file.display());
         return Err(Failure(2, message));
     }
-    let Some(listener) = Listener::joined(network, None)? else {
-        return Ok(0);
-    };
-    let document = document_of(&listener);
+    Ok(())
+}
+
+/// Writes a world into a file that names its schema.
+fn write(
+    file: &Path,
+    world: &Snapshot,
+    schema: Option<String>,
+    format: Format,
+) -> Result<u8, Failure> {
+    check_ending(file)?;
+    let mut document = Document::of(world);
+    document.schema = schema;
     let written = rc_files::write(file, graph_json::write(&document));
     written.map_err(|error| system(&format_args!("cannot write {}: {error}", file.display())))?;
     let (nodes, edges) = (document.nodes.len() as u64, document.edges.len() as u64);

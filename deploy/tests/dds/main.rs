@@ -20,6 +20,7 @@ mod python_programs;
 mod python_site;
 mod python_tree;
 mod python_worker;
+mod python_world;
 mod remote;
 mod strangers;
 mod tf;

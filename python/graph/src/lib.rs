@@ -5,6 +5,7 @@
 mod elements;
 mod values;
 mod walk;
+mod world;
 
 use elements::Node;
 use graph_query::{Budget, Cell, Mark, Queries, Query, Rows, Traverser};
@@ -22,6 +23,8 @@ use std::sync::Arc;
 mod _graph {
     #[pymodule_export]
     use super::elements::{Edge, Node};
+    #[pymodule_export]
+    use super::world::World;
     #[pymodule_export]
     use super::{Graph, Snapshot};
 }
@@ -183,6 +186,42 @@ impl Snapshot {
                 "several nodes have the name {name:?}"
             ))),
         }
+    }
+
+    /// All edges, or those of a relation, from a node, to a node.
+    fn edges(
+        &self,
+        kind: Option<&str>,
+        start: Option<PyRef<'_, Node>>,
+        end: Option<PyRef<'_, Node>>,
+    ) -> PyResult<Vec<elements::Edge>> {
+        let place =
+            |node: Option<PyRef<'_, Node>>| node.map(|node| node.id_in(&self.now)).transpose();
+        let (start, end) = (place(start)?, place(end)?);
+        let is_wanted = |edge: &property_graph::EdgeRef<'_>| {
+            kind.is_none_or(|kind| edge.type_name() == kind)
+                && start.is_none_or(|start| edge.from() == start)
+                && end.is_none_or(|end| edge.to() == end)
+        };
+        let of = |edge: property_graph::EdgeRef<'_>| elements::Edge {
+            now: Arc::clone(&self.now),
+            id: edge.edge_id(),
+        };
+        Ok(match (start, end) {
+            (Some(start), _) => self
+                .now
+                .out_edges(start, None)
+                .filter(is_wanted)
+                .map(of)
+                .collect(),
+            (None, Some(end)) => self
+                .now
+                .in_edges(end, None)
+                .filter(is_wanted)
+                .map(of)
+                .collect(),
+            (None, None) => self.now.edges().filter(is_wanted).map(of).collect(),
+        })
     }
 
     /// The rows of a query in openCypher.

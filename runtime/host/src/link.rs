@@ -102,6 +102,21 @@ pub fn publish(
     })
 }
 
+/// Publishes a sample that is encoded already.
+///
+/// # Errors
+/// As of [`query`].
+pub fn publish_encoded(
+    slot: usize,
+    operation: usize,
+    sample: &[u8],
+) -> Result<Result<(), SendError>, HostError> {
+    with(|session| {
+        let publisher = session.publisher(slot, operation)?;
+        Ok(publisher.publish_with(|writer| writer.raw(sample)))
+    })
+}
+
 /// Calls a query. `result` reads what it returns, unless that is nothing.
 fn call(
     client: &mut TypedClient,

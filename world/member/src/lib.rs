@@ -5,21 +5,19 @@
 //! arrives. Generated code opens it in the context, calls [`Member::turn`] in each turn of the event
 //! loop, and [`Member::leave`] at the end.
 
-mod watch;
-
 use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
 use rc_runtime::middleware::{OpenError, Reader, SendError};
-use rc_runtime::{Core, EarlySamples, Ports};
+use rc_runtime::{Core, EarlySamples, Ports, WorldReport, WorldStatus};
 use rc_world::{
-    Error, Message, News, Rights, STATE, STREAM, Setup, Status, Steady, Token, Topic, World,
+    Error, Message, News, Rights, STATE, STREAM, Seen, Setup, Status, Steady, Token, Topic, Watch,
+    World,
 };
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use watch::Watch;
 
 /// How many messages of a replica are published in a turn at most. The others follow in the next
 /// one.
@@ -47,6 +45,7 @@ pub struct Driver {
     /// When it may say so again.
     says_next: Duration,
     watch: Watch,
+    told: WorldReport,
 }
 
 /// Sends a message on its topic.
@@ -81,7 +80,8 @@ impl Driver {
             shown: 0,
             refused: 0,
             says_next: Duration::ZERO,
-            watch: Watch::new(core.world_report()),
+            watch: Watch::default(),
+            told: core.world_report(),
         }
     }
 
@@ -137,7 +137,9 @@ impl Driver {
         if is_due {
             self.due = self.world.turn(self.steady.time());
         }
-        self.watch.look(&self.world, self.steady.time());
+        if let Some(seen) = self.watch.look(&self.world, self.steady.time()) {
+            self.told.set(status_of(seen));
+        }
         self.report();
         let told = self.send(send);
         let version = self.world.snapshot().version();
@@ -218,6 +220,20 @@ impl Driver {
             self.due = Duration::ZERO;
         }
         sent > 0
+    }
+}
+
+/// What a component tells its supervisor of its replica.
+fn status_of(seen: Seen) -> WorldStatus {
+    WorldStatus {
+        behind: seen.health.behind,
+        behind_ms: seen.behind_for.as_millis() as u64,
+        conflicts: seen.health.conflicts as u64,
+        first_conflicts: seen.health.first_conflicts,
+        fault: seen.health.fault,
+        refused: seen.health.refused,
+        last_refusal: seen.health.last_refusal,
+        silent: seen.silent,
     }
 }
 

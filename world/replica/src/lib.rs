@@ -47,6 +47,7 @@ mod status;
 mod steady;
 mod streams;
 mod token;
+mod watch;
 mod wire;
 mod world;
 
@@ -61,4 +62,5 @@ pub use rights::Rights;
 pub use status::{Counts, PeerStatus, Status};
 pub use steady::Steady;
 pub use token::Token;
+pub use watch::{Seen, Watch};
 pub use world::{Setup, World};

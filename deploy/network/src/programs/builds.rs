@@ -149,13 +149,14 @@ impl Programs {
         let target = target.map_err(cannot("prepare the build"))?;
         let (mut launchers, mut programs) = (Vec::new(), Vec::new());
         let packages = scripts.keys().cloned().collect();
-        let mut has_tree = false;
+        let (mut has_tree, mut has_world) = (false, false);
         for (program, (project, variant)) in scripts {
             let path = target.join(profile.folder()).join(program);
             if project.language() == Some(Language::Cpp) {
                 programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
             } else {
                 has_tree |= launcher::has_tree(project);
+                has_world |= project.world.is_some();
                 launchers.push(launcher::of(
                     project, &root, &target, profile, variant, path,
                 )?);
@@ -167,6 +168,9 @@ impl Programs {
         }
         if has_tree {
             crates.push(launcher::TREE_CRATE);
+        }
+        if has_world {
+            crates.push(launcher::GRAPH_CRATE);
         }
         if !programs.is_empty() {
             crates.push(cmake::CRATE);

@@ -1,11 +1,13 @@
 //! Arguments of `rcdeploy world`.
 
 use crate::cli::arguments::{change, format};
+use crate::cli::bag::duration;
 use crate::cli::completion::networks;
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// The world of a running network.
 #[derive(Args)]
@@ -72,6 +74,26 @@ pub(crate) enum WorldAction {
         /// The file. It is replaced as a whole.
         #[arg(value_name = "FILE.graph", add = files(&["graph"]))]
         file: PathBuf,
+    },
+    /// Shows the world of a recording as it was at a time.
+    ///
+    /// The recording must have begun with the network: it holds changes.
+    At {
+        /// The time since the beginning of the recording, as in `12.3s`.
+        #[arg(value_name = "TIME", value_parser = duration)]
+        time: Duration,
+        /// The recording.
+        #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
+        file: PathBuf,
+        /// The schema of the world.
+        #[arg(long, value_name = "FILE.gdsl", add = files(&["gdsl"]))]
+        schema: PathBuf,
+        /// Elements and attributes as of `get`. Without it, all elements.
+        #[arg(value_name = "ELEMENT")]
+        elements: Vec<String>,
+        /// Writes the world into this file instead.
+        #[arg(long, value_name = "FILE.graph", conflicts_with = "elements", add = files(&["graph"]))]
+        save: Option<PathBuf>,
     },
     /// Shows what is different in two worlds. The exit code is 1 if something is.
     Diff {

@@ -3,6 +3,7 @@
 use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// The network of `components/networks/home.ddsl`.
 const HOME: &str = include_str!("../../../../components/networks/home.ddsl");
@@ -110,7 +111,6 @@ fn commands_read_change_ask_and_compare_a_world() {
             "{width:?}"
         );
     }
-    site.await_in_log("room_keeper", "door front of 0.95 m");
     let state = site.rcdeploy(&["world", network, "--format", "json"], false);
     let state: Value = serde_json::from_str(&state.stdout).expect("JSON");
     let replicas = state["replicas"].as_array().expect("a list");
@@ -149,6 +149,57 @@ fn commands_read_change_ask_and_compare_a_world() {
     assert!(
         diff.stdout.contains("  room kitchen.length: 5.0 and 6.0\n"),
         "{diff:?}"
+    );
+
+    // A recording that began too late has not all changes.
+    let record = site.path("late.mcap").display().to_string();
+    let args = ["record", network, "-o", &record, "--length", "2s"];
+    let recorded = site.rcdeploy(&args, false);
+    assert_eq!(recorded.code, 0, "{recorded:?}");
+    let schema = Site::components()
+        .join("interfaces/home.gdsl")
+        .display()
+        .to_string();
+    let at = site.rcdeploy(&["world", "at", "2s", &record, "--schema", &schema], false);
+    let text = "lacks changes that were made before it began";
+    assert!(at.code == 1 && at.stderr.contains(text), "{at:?}");
+
+    // A world that begins while it is recorded is whole at each time.
+    let all = ["stop", network, "door_finder", "room_keeper"];
+    assert_eq!(site.rcdeploy(&all, false).code, 0);
+    let record = site.path("whole.mcap").display().to_string();
+    let mut recorder = site.command(&rc_test_site::site::rcdeploy());
+    recorder.args(["record", network, "-o", &record]);
+    let mut recorder = recorder.spawn().expect("a recorder");
+    Site::until("the recording", || Path::new(&record).exists());
+    let doors = site.count_in_log("room_keeper", "door front of");
+    let all = ["start", network, "door_finder", "room_keeper"];
+    assert_eq!(site.rcdeploy(&all, false).code, 0);
+    Site::until("another door", || {
+        site.count_in_log("room_keeper", "door front of") > doors
+    });
+    let changed = done("set", &["kitchen.length=7"]);
+    assert_eq!(changed, "kitchen.length = 7.0, was 4.0\n");
+    let pid = Pid::from_raw(recorder.id() as i32).expect("a pid");
+    kill_process(pid, Signal::INT).expect("it runs");
+    assert!(recorder.wait().expect("an end").success());
+    let at = |time: &str, more: &[&str]| {
+        let args = ["world", "at", time, &record, "--schema", &schema];
+        site.rcdeploy(&[&args, more].concat(), false)
+    };
+    let end = at("1h", &["kitchen.length", "front.width"]);
+    let wanted = "kitchen.length = 7.0\nfront.width = 0.8\n";
+    assert_eq!(end.stdout, wanted, "{end:?}");
+    let begin = at("10ms", &[]);
+    assert!(
+        begin.code == 1 && begin.stderr.contains("no messages of a world"),
+        "{begin:?}"
+    );
+    let saved = at("1h", &["--save", &file]);
+    assert_eq!(
+        saved.stdout,
+        format!("{file}: 2 nodes, 1 edge\n"),
+        "{saved:?}"
     );
 
     for (action, more, code, text) in [

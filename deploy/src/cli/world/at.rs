@@ -1,0 +1,126 @@
+//! `rcdeploy world at`: the world of a recording, as it was at a time.
+
+use super::elements;
+use crate::cli::output::{Failure, print_findings, system};
+use graph_language::Schema;
+use rc_codegen::FileLoader;
+use rc_diagnostics::SourceMap;
+use rc_diagnostics::foreign::clean;
+use rc_middleware::Reader;
+use rc_record::bag::{self, Selection};
+use rc_record::{RecordError, definition};
+use rc_world::property_graph::{Snapshot, Time};
+use rc_world::{Message, STATE, STREAM, Setup, Topic, World};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// The topic of a world on which a channel has messages.
+fn topic(channel: &str) -> Option<Topic> {
+    let mut parts = channel.rsplit('/');
+    let (operation, interface) = (parts.next()?, parts.next()?);
+    let names = ["change", "digest", "ask", "chunk"];
+    match interface {
+        "World" => STATE
+            .get(names.iter().position(|name| *name == operation)?)
+            .copied(),
+        "WorldStream" => STREAM.first().copied().filter(|_| operation == "samples"),
+        _ => None,
+    }
+}
+
+/// Reads a schema; findings are printed.
+fn schema(path: &Path) -> Result<Schema, Failure> {
+    let text =
+        rc_files::read(path).map_err(|error| Failure(1, format!("{}: {error}", path.display())))?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(path, text);
+    let (schema, found) = graph_language::load(&mut sources, &FileLoader::new(&[]), source);
+    schema.filter(|_| !found.has_errors()).ok_or_else(|| {
+        print_findings(&sources, &found, rc_diagnostics::Format::Human);
+        Failure(1, String::new())
+    })
+}
+
+/// The world of a recording at a time after its beginning.
+pub(super) fn world(
+    after: Duration,
+    file: &Path,
+    schema_file: &Path,
+) -> Result<Arc<Snapshot>, Failure> {
+    let time = Arc::new(AtomicU64::new(0));
+    let clock = Arc::clone(&time);
+    let setup = Setup::new("rcdeploy", Arc::new(schema(schema_file)?))
+        .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
+    let world = World::new(setup);
+    let selection = Selection {
+        topics: Vec::new(),
+        from: None,
+        to: Some(after),
+    };
+    let (mut count, mut now) = (0_u64, Duration::ZERO);
+    let faults = bag::each(file, selection, &mut |message, at| {
+        let Some(topic) = topic(&message.channel.topic) else {
+            return Ok(true);
+        };
+        let body = definition::body(&message.data).map_err(RecordError::Value)?;
+        let read = Message::decode(topic, &mut Reader::new(body));
+        let read = read.map_err(|error| RecordError::Value(error.to_string()))?;
+        count += 1;
+        now = at;
+        // Times of changes count, which are those of the network.
+        time.store(u64::MAX / 2, Ordering::Relaxed);
+        world.receive(at, read);
+        world.turn(at);
+        while world.take().is_some() {}
+        Ok(true)
+    })?;
+    if !faults.is_none() {
+        crate::cli::output::print_note(&format_args!("the recording is incomplete: {faults}"));
+    }
+    if count == 0 {
+        let message = format!("{} has no messages of a world until then", file.display());
+        return Err(Failure(1, message));
+    }
+    let status = world.status(now);
+    if status.changes == 0 && status.counts.refused > 0 {
+        let reason = clean(&status.counts.last_refusal);
+        return Err(system(&format_args!(
+            "no message fits the schema {}: {reason}",
+            schema_file.display()
+        )));
+    }
+    if status.is_behind {
+        let message = format!(
+            "{} lacks changes that were made before it began, or were lost: record from the start of the network",
+            file.display()
+        );
+        return Err(Failure(1, message));
+    }
+    Ok(world.snapshot())
+}
+
+/// The elements of a version that words name, or all.
+pub(super) fn text(world: &Snapshot, words: &[String]) -> Result<String, Failure> {
+    let mut lines = String::new();
+    if words.is_empty() {
+        let nodes = world.nodes().map(|node| node.node_id().into());
+        let edges = world.edges().map(|edge| edge.edge_id().into());
+        for element in nodes.chain(edges) {
+            lines += &elements::text(world, element);
+        }
+    }
+    for word in words {
+        let found = elements::named(world, word)?;
+        match &found.attribute {
+            None => lines += &elements::text(world, found.element),
+            Some(name) => {
+                let value = world.get(found.element, name.as_str());
+                let value = value.map_or_else(|| "no value".to_owned(), elements::shown);
+                lines += &format!("{} = {value}\n", clean(word));
+            }
+        }
+    }
+    Ok(lines)
+}

@@ -1,0 +1,589 @@
+//! A replica of a shared world. The component that has it passes messages in and out.
+
+use crate::elements::{Edge, Node};
+use crate::{Snapshot, refused, values};
+use graph_query::Queries;
+use property_graph::schema::{Kind, Schema};
+use property_graph::{Change, EdgeId, Edit, Element, Frame, NodeId, Time, Value};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyBytes, PyInt, PyString, PyTuple};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_middleware::{Reader, Writer};
+use rc_syntax::MemoryLoader;
+use rc_world::{Error, Message, Rights, STATE, STREAM, Setup, Steady, Watch};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How many messages are handed out in a turn at most.
+const MOST_A_TURN: usize = 64;
+
+/// A replica of the world.
+#[pyclass(frozen, module = "robocomp._graph")]
+pub(crate) struct World {
+    inner: rc_world::World,
+    schema: Arc<Schema>,
+    queries: Arc<Queries>,
+    time: Arc<AtomicU64>,
+    state: Mutex<State>,
+}
+
+struct State {
+    steady: Steady,
+    news: rc_world::Reader,
+    watch: Watch,
+}
+
+/// What has changed of a type: new elements, those with other attributes, and those that are gone.
+type OfType<'py> = (
+    Vec<Bound<'py, PyAny>>,
+    Vec<(Bound<'py, PyAny>, Vec<String>)>,
+    Vec<Bound<'py, PyAny>>,
+);
+
+/// One change: what, the element, and its attributes that have other values.
+type Changed<'py> = (&'static str, Bound<'py, PyAny>, Vec<String>);
+
+/// The versions before and after, what has changed of each type, and all changes.
+type News<'py> = (Snapshot, Snapshot, Vec<OfType<'py>>, Vec<Changed<'py>>);
+
+/// What a component tells its supervisor: behind, for how many milliseconds, conflicts, the first of
+/// them, the fault, refused messages, why the last one was, and who is silent.
+type Told = (
+    u64,
+    u64,
+    u64,
+    Vec<String>,
+    Option<String>,
+    u64,
+    String,
+    Vec<String>,
+);
+
+/// A step of a change in Python: what, and its arguments.
+enum Step {
+    AddNode(String),
+    AddEdge(String, End, End),
+    Set(End, String, Py<PyAny>),
+    Unset(End, String),
+    Remove(End),
+}
+
+/// An element that a step names: one of a version, or the result of an earlier step, by its number.
+#[derive(Clone, Copy)]
+enum End {
+    Known(Element),
+    New(usize),
+}
+
+impl World {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn of(&self, now: Arc<property_graph::Snapshot>) -> Snapshot {
+        Snapshot {
+            now,
+            schema: Arc::clone(&self.schema),
+            queries: Arc::clone(&self.queries),
+        }
+    }
+
+    fn end(&self, value: &Bound<'_, PyAny>) -> PyResult<End> {
+        if let Ok(node) = value.cast::<Node>() {
+            return Ok(End::Known(node.get().id_in(&self.inner.snapshot())?.into()));
+        }
+        if let Ok(edge) = value.cast::<Edge>() {
+            return Ok(End::Known(edge.get().id_in(&self.inner.snapshot())?.into()));
+        }
+        if let Ok(number) = value.extract::<usize>() {
+            return Ok(End::New(number));
+        }
+        let kind = value.get_type().name()?;
+        let message = format!("expected a node or an edge of this world, found {kind}");
+        Err(PyTypeError::new_err(message))
+    }
+
+    fn step(&self, step: &Bound<'_, PyTuple>) -> PyResult<Step> {
+        let what: String = step.get_item(0)?.extract()?;
+        let text = |at: usize| step.get_item(at)?.extract::<String>();
+        let end = |at: usize| self.end(&step.get_item(at)?);
+        Ok(match what.as_str() {
+            "node" => Step::AddNode(text(1)?),
+            "edge" => Step::AddEdge(text(1)?, end(2)?, end(3)?),
+            "set" => Step::Set(end(1)?, text(2)?, step.get_item(3)?.unbind()),
+            "unset" => Step::Unset(end(1)?, text(2)?),
+            _ => Step::Remove(end(1)?),
+        })
+    }
+}
+
+/// The schema of files, the first of which names the others.
+fn schema(files: &[(String, String)]) -> PyResult<Schema> {
+    let mut sources = SourceMap::new();
+    let (name, text) = files
+        .first()
+        .ok_or_else(|| PyValueError::new_err("a world has a schema"))?;
+    let source = sources.add(name, text.as_str());
+    let loader = MemoryLoader::new(files.iter().map(|(name, text)| (&**name, &**text)));
+    let (schema, found) = graph_language::load(&mut sources, &loader, source);
+    schema
+        .filter(|_| !found.has_errors())
+        .ok_or_else(|| PyValueError::new_err(render(&sources, &found, Format::Short)))
+}
+
+#[pymethods]
+impl World {
+    /// A replica that is empty so far. `rights` are types, or types with attributes, and the least time
+    /// between two values of a stream in nanoseconds; `None` for everything.
+    #[new]
+    fn new(
+        name: &str,
+        writer: u64,
+        now_ns: u64,
+        files: Vec<(String, String)>,
+        rights: Option<Vec<(String, Option<String>, Option<u64>)>>,
+    ) -> PyResult<Self> {
+        let schema = Arc::new(schema(&files)?);
+        let rights = rights.map_or_else(Rights::everything, |all| {
+            let all = all.into_iter();
+            all.fold(
+                Rights::nothing(),
+                |rights, (kind, attribute, stream)| match (attribute, stream) {
+                    (None, _) => rights.with_type(&kind),
+                    (Some(attribute), None) => rights.with_attribute(&kind, &attribute),
+                    (Some(attribute), Some(each)) => {
+                        rights.with_stream(&kind, &attribute, Duration::from_nanos(each))
+                    }
+                },
+            )
+        });
+        let time = Arc::new(AtomicU64::new(now_ns));
+        let clock = Arc::clone(&time);
+        let setup = Setup::new(name, Arc::clone(&schema))
+            .with_rights(rights)
+            // 0 is nobody, and the start of a world has 1.
+            .with_writer(writer.max(2))
+            .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
+        let inner = rc_world::World::new(setup);
+        let state = State {
+            steady: Steady::new(Duration::from_nanos(now_ns)),
+            news: inner.reader(),
+            watch: Watch::default(),
+        };
+        Ok(Self {
+            queries: Arc::new(Queries::of(&schema)),
+            inner,
+            schema,
+            time,
+            state: Mutex::new(state),
+        })
+    }
+
+    /// Takes a sample of a topic of `World`, or of `WorldStream`.
+    fn receive(&self, py: Python<'_>, is_stream: bool, topic: usize, body: &[u8]) -> PyResult<()> {
+        let topics: &[rc_world::Topic] = if is_stream { &STREAM } else { &STATE };
+        let topic = topics
+            .get(topic)
+            .ok_or_else(|| PyValueError::new_err("a world has no such topic"))?;
+        let message = Message::decode(*topic, &mut Reader::new(body));
+        let message = message.map_err(|error| refused(&error))?;
+        let now = self.state().steady.time();
+        py.detach(|| self.inner.receive(now, message));
+        Ok(())
+    }
+
+    /// Does what is due at a time of the network's clock.
+    fn turn(&self, py: Python<'_>, now_ns: u64) {
+        self.time.store(now_ns, Ordering::Relaxed);
+        let mut state = self.state();
+        state.steady.follow(Duration::from_nanos(now_ns));
+        let now = state.steady.time();
+        drop(state);
+        py.detach(|| self.inner.turn(now));
+    }
+
+    /// Messages to publish: whether of `WorldStream`, the number of the topic, and the sample.
+    fn take<'py>(&self, py: Python<'py>) -> PyResult<Vec<(bool, usize, Bound<'py, PyBytes>)>> {
+        let messages = std::iter::from_fn(|| self.inner.take()).take(MOST_A_TURN);
+        let one = |message: Message| {
+            let topic = message.topic();
+            let stream = STREAM.iter().position(|own| *own == topic);
+            let state = STATE.iter().position(|own| *own == topic);
+            let mut writer = Writer::default();
+            message.encode(&mut writer);
+            writer.finish().map_err(|error| refused(&error))?;
+            let at = stream.or(state).unwrap_or_default();
+            Ok((stream.is_some(), at, PyBytes::new(py, &writer.into_bytes())))
+        };
+        messages.map(one).collect()
+    }
+
+    /// Says goodbye.
+    fn leave(&self) {
+        self.inner.leave();
+    }
+
+    /// What is wrong with the replica, if it is time to look.
+    fn look(&self) -> Option<Told> {
+        let mut state = self.state();
+        let now = state.steady.time();
+        let seen = state.watch.look(&self.inner, now)?;
+        let health = seen.health;
+        Some((
+            health.behind,
+            u64::try_from(seen.behind_for.as_millis()).unwrap_or(u64::MAX),
+            health.conflicts as u64,
+            health.first_conflicts,
+            health.fault,
+            health.refused,
+            health.last_refusal,
+            seen.silent,
+        ))
+    }
+
+    /// The present version.
+    fn snapshot(&self) -> Snapshot {
+        self.of(self.inner.snapshot())
+    }
+
+    /// What has changed of these types since the last call: the versions before and after it, for each
+    /// type what has changed, and with `every` all changes in their order. `None` if nothing has.
+    fn news<'py>(
+        &self,
+        py: Python<'py>,
+        kinds: Vec<String>,
+        every: bool,
+    ) -> PyResult<Option<News<'py>>> {
+        let news = self.inner.news(&mut self.state().news);
+        let Some(news) = news else { return Ok(None) };
+        let (before, after) = (&news.before, &news.after);
+        let many = |now: &Arc<property_graph::Snapshot>, all: &[Element]| {
+            let all = all.iter().map(|element| object(py, now, *element));
+            all.collect::<PyResult<Vec<_>>>()
+        };
+        let all = kinds.iter().map(|kind| {
+            let of = news.of(kind);
+            let changed = of.changed.iter().map(|(element, names)| {
+                let names = names.iter().map(|name| after.text(*name).to_owned());
+                Ok((object(py, after, *element)?, names.collect()))
+            });
+            Ok((
+                many(after, &of.added)?,
+                changed.collect::<PyResult<Vec<_>>>()?,
+                many(before, &of.removed)?,
+            ))
+        });
+        let all = all.collect::<PyResult<Vec<_>>>()?;
+        let every = if every {
+            changes(py, &news)?
+        } else {
+            Vec::new()
+        };
+        let (before, after) = (self.of(Arc::clone(before)), self.of(Arc::clone(after)));
+        Ok(Some((before, after, all, every)))
+    }
+
+    /// Makes a change of several steps. Returns its token and the elements that are new, by the numbers of
+    /// their steps.
+    fn change<'py>(
+        &self,
+        py: Python<'py>,
+        now_ns: u64,
+        steps: Vec<Bound<'py, PyTuple>>,
+    ) -> PyResult<(String, BTreeMap<usize, Bound<'py, PyAny>>)> {
+        self.time.store(now_ns, Ordering::Relaxed);
+        let steps = steps.iter().map(|step| self.step(step));
+        let steps = steps.collect::<PyResult<Vec<Step>>>()?;
+        let mut made: BTreeMap<usize, Element> = BTreeMap::new();
+        let mut wrong = None;
+        let changed = self.inner.change(|edit| {
+            for (at, step) in steps.iter().enumerate() {
+                match take_step(py, edit, step, &made) {
+                    Ok(Some(new)) => {
+                        made.insert(at, new);
+                    }
+                    Ok(None) => {}
+                    Err(Wrong::Graph(error)) => return Err(error.into()),
+                    Err(Wrong::Python(error)) => {
+                        wrong = Some(error);
+                        return Err(property_graph::Error::Removed.into());
+                    }
+                }
+            }
+            Ok(())
+        });
+        if let Some(error) = wrong {
+            return Err(error);
+        }
+        let token = changed.map_err(|error: Error| refused(&error))?;
+        let now = self.inner.snapshot();
+        let made = made.into_iter();
+        let made = made.map(|(at, element)| Ok((at, object(py, &now, element)?)));
+        Ok((token.to_string(), made.collect::<PyResult<_>>()?))
+    }
+
+    /// Whether this replica has the change of a token.
+    fn has(&self, token: &str) -> PyResult<bool> {
+        let token = token.parse().map_err(|error: Error| refused(&error))?;
+        Ok(self.inner.has(token))
+    }
+
+    /// The next value that another replica gave an attribute at the same time as this one: element,
+    /// attribute, the value that is shown, the other one.
+    #[allow(clippy::type_complexity, reason = "Python takes it apart")]
+    fn overruled<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<
+        Option<(
+            Bound<'py, PyAny>,
+            String,
+            Bound<'py, PyAny>,
+            Bound<'py, PyAny>,
+        )>,
+    > {
+        let now = self.inner.snapshot();
+        while let Some(one) = self.inner.overruled() {
+            // It may be gone meanwhile.
+            let Some(element) = now.find(one.of) else {
+                continue;
+            };
+            let value = |value: &Option<Value>| match value {
+                Some(value) => values::of_value(py, value, &now),
+                None => Ok(py.None().into_bound(py)),
+            };
+            let found = (
+                object(py, &now, element)?,
+                one.attribute.clone(),
+                value(&one.shown)?,
+                value(&one.other)?,
+            );
+            return Ok(Some(found));
+        }
+        Ok(None)
+    }
+
+    /// What is not shown, with what it loses against.
+    fn conflicts(&self) -> Vec<String> {
+        self.inner.health().first_conflicts
+    }
+
+    /// The time of the newest change, in nanoseconds of the network's clock.
+    fn newest_ns(&self) -> u64 {
+        let nanoseconds = self.inner.snapshot().time().as_nanos();
+        nanoseconds.try_into().unwrap_or(u64::MAX)
+    }
+
+    /// The matrix from the frame of a node to that of another one, by rows, at a time; `None` if the
+    /// history begins later. Without a time, that of the present version.
+    fn matrix(
+        &self,
+        to: &str,
+        from: &str,
+        time_ns: Option<u64>,
+    ) -> PyResult<Option<Vec<Vec<f64>>>> {
+        let transform = match time_ns {
+            None => {
+                let now = self.inner.snapshot();
+                now.between(frame(&now, to)?, frame(&now, from)?)
+            }
+            Some(time) => match self.inner.at(Time::from_nanos(time)) {
+                Ok(moment) => {
+                    let then = moment.version();
+                    moment.between(frame(then, to)?, frame(then, from)?)
+                }
+                Err(Error::Graph(property_graph::Error::TooEarly)) => return Ok(None),
+                Err(error) => return Err(refused(&error)),
+            },
+        };
+        let transform = transform.map_err(|error| refused(&error))?;
+        let rows = transform.matrix();
+        let row = |row: usize| (0..4).map(|column| rows[(row, column)]).collect();
+        Ok(Some((0..4).map(row).collect()))
+    }
+}
+
+/// All changes in their order: what, the element, and the attributes of one that has others.
+fn changes<'py>(py: Python<'py>, news: &rc_world::News) -> PyResult<Vec<Changed<'py>>> {
+    let (before, after) = (&news.before, &news.after);
+    let mut all: Vec<Changed<'py>> = Vec::new();
+    let mut places: BTreeMap<Element, usize> = BTreeMap::new();
+    for change in &news.changes {
+        let (what, of, element) = match change {
+            Change::NodeRemoved(node, _) => ("removed", before, (*node).into()),
+            Change::EdgeRemoved(edge, _) => ("removed", before, (*edge).into()),
+            Change::NodeAdded(node) => ("added", after, (*node).into()),
+            Change::EdgeAdded(edge) => ("added", after, (*edge).into()),
+            Change::Attribute(element, name) => {
+                let at = *places.entry(*element).or_insert(all.len());
+                if at == all.len() {
+                    all.push(("changed", object(py, after, *element)?, Vec::new()));
+                }
+                all[at].2.push(after.text(*name).to_owned());
+                continue;
+            }
+        };
+        all.push((what, object(py, of, element)?, Vec::new()));
+    }
+    Ok(all)
+}
+
+/// The frame of the only node with a name in a version.
+fn frame(now: &property_graph::Snapshot, name: &str) -> PyResult<Frame> {
+    let mut found = now.named(name);
+    let node = match (found.next(), found.next()) {
+        (Some(node), None) => node,
+        (None, _) => {
+            let message = format!("no node has the name {name:?}");
+            return Err(PyKeyError::new_err(message));
+        }
+        _ => {
+            let message = format!("several nodes have the name {name:?}");
+            return Err(PyKeyError::new_err(message));
+        }
+    };
+    now.frame(node).map_err(|error| refused(&error))
+}
+
+fn object<'py>(
+    py: Python<'py>,
+    now: &Arc<property_graph::Snapshot>,
+    element: Element,
+) -> PyResult<Bound<'py, PyAny>> {
+    let now = Arc::clone(now);
+    Ok(match element {
+        Element::Node(id) => Bound::new(py, Node { now, id })?.into_any(),
+        Element::Edge(id) => Bound::new(py, Edge { now, id })?.into_any(),
+    })
+}
+
+/// Why a step is not possible.
+enum Wrong {
+    Graph(property_graph::Error),
+    Python(PyErr),
+}
+
+impl From<property_graph::Error> for Wrong {
+    fn from(error: property_graph::Error) -> Self {
+        Self::Graph(error)
+    }
+}
+
+impl From<PyErr> for Wrong {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
+    }
+}
+
+fn element(end: End, made: &BTreeMap<usize, Element>) -> Result<Element, Wrong> {
+    match end {
+        End::Known(element) => Ok(element),
+        End::New(at) => made.get(&at).copied().ok_or_else(|| {
+            Wrong::Python(PyValueError::new_err(
+                "the element is not made by this change",
+            ))
+        }),
+    }
+}
+
+fn node(end: End, made: &BTreeMap<usize, Element>) -> Result<NodeId, Wrong> {
+    match element(end, made)? {
+        Element::Node(node) => Ok(node),
+        Element::Edge(_) => Err(PyTypeError::new_err("an edge leads from a node to a node").into()),
+    }
+}
+
+/// Takes one step. Returns what is new.
+fn take_step(
+    py: Python<'_>,
+    edit: &mut Edit,
+    step: &Step,
+    made: &BTreeMap<usize, Element>,
+) -> Result<Option<Element>, Wrong> {
+    match step {
+        Step::AddNode(kind) => Ok(Some(edit.add_node(kind.as_str())?.into())),
+        Step::AddEdge(relation, from, to) => {
+            let (from, to) = (node(*from, made)?, node(*to, made)?);
+            let edge: EdgeId = edit.add_edge(relation.as_str(), from, to)?;
+            Ok(Some(edge.into()))
+        }
+        Step::Set(of, name, given) => {
+            let of = element(*of, made)?;
+            let kind = match of {
+                Element::Node(node) => edit.snapshot().node(node)?.type_name(),
+                Element::Edge(edge) => edit.snapshot().edge(edge)?.type_name(),
+            };
+            let declared = edit
+                .snapshot()
+                .schema()
+                .attributes(kind)
+                .unwrap_or_default();
+            let declared = declared.iter().find(|own| own.name == *name);
+            let given = value(given.bind(py), declared.map(|own| &own.kind))?;
+            edit.set(of, name.as_str(), given)?;
+            Ok(None)
+        }
+        Step::Unset(of, name) => {
+            edit.unset(element(*of, made)?, name.as_str())?;
+            Ok(None)
+        }
+        Step::Remove(of) => {
+            match element(*of, made)? {
+                Element::Node(node) => edit.remove_node(node)?,
+                Element::Edge(edge) => edit.remove_edge(edge)?,
+            }
+            Ok(None)
+        }
+    }
+}
+
+/// A value of Python for an attribute of a type, which may not be known.
+fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<Value> {
+    if let Ok(yes) = given.cast::<PyBool>() {
+        return Ok(Value::Bool(yes.is_true()));
+    }
+    if given.is_instance_of::<PyInt>() {
+        return given
+            .extract()
+            .map(Value::Int)
+            .map_err(|_| PyValueError::new_err("an integer of a graph has 64 bits at most"));
+    }
+    if let Ok(text) = given.cast::<PyString>() {
+        return Ok(Value::Text(text.to_cow()?.into()));
+    }
+    if let Ok(bytes) = given.cast::<PyBytes>() {
+        return Ok(Value::Bytes(bytes.as_bytes().into()));
+    }
+    if let Ok(number) = given.extract::<f64>() {
+        return Ok(Value::Float(number));
+    }
+    let items: Vec<Bound<'_, PyAny>> = match given.try_iter() {
+        Ok(items) => items.collect::<PyResult<_>>()?,
+        Err(_) => {
+            let found = given.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "expected a truth value, a number, a text, bytes, or a list of numbers or texts, found {found}"
+            )));
+        }
+    };
+    let wants_floats = matches!(kind, Some(Kind::Floats(_) | Kind::Block(_)));
+    let wants_texts = matches!(kind, Some(Kind::Texts));
+    let is_int = |item: &Bound<'_, PyAny>| item.is_instance_of::<PyInt>();
+    if wants_texts
+        || !items.is_empty() && items.iter().all(|item| item.is_instance_of::<PyString>())
+    {
+        let texts = items
+            .iter()
+            .map(|item| Ok(item.extract::<String>()?.as_str().into()));
+        return Ok(Value::Texts(texts.collect::<PyResult<_>>()?));
+    }
+    if !wants_floats && items.iter().all(is_int) {
+        let numbers = items.iter().map(|item| item.extract::<i64>());
+        return Ok(Value::Ints(numbers.collect::<PyResult<_>>()?));
+    }
+    let numbers = items.iter().map(|item| item.extract::<f64>());
+    Ok(Value::Floats(numbers.collect::<PyResult<_>>()?))
+}

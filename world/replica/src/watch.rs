@@ -1,0 +1,56 @@
+//! Looks for what a supervisor reports of a replica.
+
+use crate::health::Health;
+use crate::world::World;
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+/// How often it looks.
+const PERIOD: Duration = Duration::from_millis(500);
+/// How many names are told.
+const MOST_NAMES: usize = 32;
+
+/// Looks at a replica twice a second.
+#[derive(Debug, Default)]
+pub struct Watch {
+    next: Duration,
+    behind_since: Option<Duration>,
+    /// The instances that took part and have not said goodbye.
+    known: BTreeSet<String>,
+}
+
+/// What a [`Watch`] has seen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// What is wrong with the replica.
+    pub health: Health,
+    /// For how long it has lacked changes.
+    pub behind_for: Duration,
+    /// Instances that are silent and have not said goodbye, some of them if there are many.
+    pub silent: Vec<String>,
+}
+
+impl Watch {
+    /// Looks at the replica if it is time to. The replica itself is due once a second at least.
+    pub fn look(&mut self, world: &World, now: Duration) -> Option<Seen> {
+        if now < self.next {
+            return None;
+        }
+        self.next = now.saturating_add(PERIOD);
+        let health = world.health();
+        self.behind_since = match (health.behind, self.behind_since) {
+            (0, _) => None,
+            (_, since) => Some(since.unwrap_or(now)),
+        };
+        self.known.retain(|name| !health.left.contains(name));
+        self.known.extend(health.live.iter().cloned());
+        let silent = self.known.difference(&health.live);
+        let silent = silent.take(MOST_NAMES).cloned().collect();
+        let since = self.behind_since.unwrap_or(now);
+        Some(Seen {
+            health,
+            behind_for: now.saturating_sub(since),
+            silent,
+        })
+    }
+}
