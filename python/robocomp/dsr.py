@@ -173,7 +173,8 @@ class DSRGraph:
 
     def get_node_level(self, node: Node) -> int | None:
         """The attribute `level`."""
-        return self.get_attrib_by_name(node, "level")
+        level: int | None = self.get_attrib_by_name(node, "level")
+        return level
 
     def get_parent_id(self, node: Node) -> int | None:
         """The id of the node above it in the tree."""
@@ -332,9 +333,9 @@ class inner_api:  # noqa: N801
     ) -> npt.NDArray[np.float64] | None:
         """The coordinates in a frame of a point with these coordinates in another one; `transform(to, frame)` is
         that of the origin."""
-        if isinstance(point, str):
-            point, frame = (0.0, 0.0, 0.0), point
-        matrix = self.get_transformation_matrix(to, str(frame), timestamp)
+        own = point if isinstance(point, str) else str(frame)
+        point = (0.0, 0.0, 0.0) if isinstance(point, str) else point
+        matrix = self.get_transformation_matrix(to, own, timestamp)
         if matrix is None:
             return None
         moved: npt.NDArray[np.float64] = (matrix @ np.array([*point[:3], 1.0]))[:3]
@@ -344,9 +345,9 @@ class inner_api:  # noqa: N801
         self, to: str, pose: Sequence[float] | str, frame: str | None = None, timestamp: int = 0
     ) -> npt.NDArray[np.float64] | None:
         """As `transform`, with the angles about x, y, z behind the point."""
-        if isinstance(pose, str):
-            pose, frame = (0.0,) * 6, pose
-        matrix = self.get_transformation_matrix(to, str(frame), timestamp)
+        own = pose if isinstance(pose, str) else str(frame)
+        pose = (0.0,) * 6 if isinstance(pose, str) else pose
+        matrix = self.get_transformation_matrix(to, own, timestamp)
         if matrix is None:
             return None
         both = matrix @ _matrix(pose)

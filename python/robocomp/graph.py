@@ -138,7 +138,8 @@ class Snapshot:
 @lru_cache(maxsize=64)
 def _row(columns: tuple[str, ...], units: tuple[str | None, ...]) -> Any:
     # A column that is no word of Python has its number as its name.
-    row: Any = namedtuple("Row", columns, rename=True)
+    make: Any = namedtuple
+    row = make("Row", columns, rename=True)
     row._units = dict(zip(row._fields, units, strict=True))
     return row
 

@@ -169,6 +169,9 @@ class _ElementEdit:
 
     KIND: ClassVar[str] = ""
 
+    _edit: Edit
+    _of: Any
+
     def __init__(self, edit: Edit, of: Any) -> None:
         object.__setattr__(self, "_edit", edit)
         object.__setattr__(self, "_of", of)
@@ -235,7 +238,8 @@ class Edit:
 
     def add_node(self, kind: str, name: str | None = None) -> NodeEdit:
         """Adds a node of a type."""
-        return self._new(NodeEdit, kind, name)
+        node: NodeEdit = self._new(NodeEdit, kind, name)
+        return node
 
     def node(self, node: str | Node) -> NodeEdit:
         """Changes a node."""
@@ -307,7 +311,8 @@ class Change(Generic[K]):
 
     def attributes(self, element: K) -> list[str]:
         """The attributes of an element that are others."""
-        return self._attributes.get(element, [])
+        names: list[str] = self._attributes.get(element, [])
+        return names
 
     def __bool__(self) -> bool:
         return bool(self.added or self.changed or self.removed)
@@ -379,9 +384,10 @@ class World(Generic[V, E]):
         Raises `KeyError` for a name of no node, `ValueError` if no edges with poses connect the nodes,
         `TooEarly` before the history, and `TooLate` after the newest change.
         """
-        nanoseconds = time
         if isinstance(time, timedelta):
-            nanoseconds = (time // timedelta(microseconds=1)) * 1000
+            nanoseconds: int | None = (time // timedelta(microseconds=1)) * 1000
+        else:
+            nanoseconds = time
         newest = self._replica.newest_ns()
         if nanoseconds is not None and nanoseconds > newest:
             raise TooLate(timedelta(microseconds=newest / 1000))

@@ -466,6 +466,17 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         }
         seen.push((&slot.name, field));
     }
+    if let Some(world) = &component.world {
+        let field = names::snake(&world.name.text);
+        if names::is_of_context(&field) {
+            let message = format!(
+                "a world cannot be called `{}`: the context has `{field}` already",
+                world.name.text
+            );
+            let error = Diagnostic::error("name-collision", world.name.span, message);
+            found.push(error.help("write another name behind `as`"));
+        }
+    }
     for (_, robot) in &component.kinematics {
         let field = names::snake(&robot.text);
         if names::is_of_context(&field) || seen.iter().any(|(_, other)| *other == field) {

@@ -127,7 +127,7 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
         handlers: handlers.collect(),
         types,
         publishes: format!("({})", publishes.join(", ")),
-        receives: format!("({},)", receives.join(", ")),
+        receives: format!("({})", receives.join(", ")),
     })
 }
 
