@@ -29,12 +29,6 @@ fn in_python(name: &str, folder: &Path) -> PathBuf {
             ] {
                 text = text.replace(from, to);
             }
-            // A component in Python has no world yet.
-            if let Some((before, rest)) = text.split_once("    World \"")
-                && let Some((_, behind)) = rest.split_once("};\n")
-            {
-                text = format!("{before}{behind}");
-            }
         }
         // The context has the tree of the option `InnerModelViewer`.
         let begin = "ComponentParams everything\n{\n";

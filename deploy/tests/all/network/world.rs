@@ -138,7 +138,7 @@ fn commands_read_change_ask_and_compare_a_world() {
         "query",
         &["MATCH (d:door) WHERE d.width > 0.9 RETURN d.name, d.width"],
     );
-    assert_eq!(asked, "d.name  d.width\nfront   0.95\n");
+    assert_eq!(asked, "d.name  d.width [m]\nfront   0.95\n");
     let file = site.path("kept.graph").display().to_string();
     let saved = done("save", &[&file]);
     assert_eq!(saved, format!("{file}: 2 nodes, 1 edge\n"));
