@@ -19,6 +19,7 @@ mod groups;
 mod house;
 mod iceoryx2_python;
 mod inner_model;
+mod inside;
 mod interop_client;
 mod joints;
 mod large;
