@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from robocomp._graph import Edge as GraphEdge
 from robocomp._graph import Node as GraphNode
+from robocomp.graph import Snapshot
 from robocomp.world import World
 
 __all__ = ["Attribute", "DSRGraph", "Edge", "Node", "inner_api", "rt_api", "signals"]
@@ -105,12 +106,15 @@ class DSRGraph:
         return 0
 
     def _node(self, of: int | str) -> GraphNode | None:
-        now = self._world.snapshot().graph
+        now: Snapshot = self._world.snapshot().graph
         if isinstance(of, str):
-            found = [node for node in now.nodes() if node.name == of]
-        else:
-            found = [node for node in now.nodes() if _id(node.id) == of]
-        return found[0] if found else None
+            try:
+                return now.node(of)
+            except KeyError as error:
+                if "several" not in str(error):
+                    return None
+            return next(node for node in now.nodes() if node.name == of)
+        return next((node for node in now.nodes() if _id(node.id) == of), None)
 
     def _edge(self, start: int | str, end: int | str, type: str) -> GraphEdge | None:
         first, last = self._node(start), self._node(end)
