@@ -433,6 +433,22 @@ pub trait Reply {
 
     /// Makes the memory of [`Reply::loan`] the reply, instead of [`Reply::body`].
     fn send_loan(&mut self) {}
+
+    /// Leaves the reply for later, instead of all above. `None` where the reply has to be ready when
+    /// the handler returns. Of a query only, and once.
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        None
+    }
+}
+
+/// A reply that comes after the handler of its request has returned. Dropping it leaves the client
+/// without a reply.
+pub trait DeferredReply {
+    /// Lets `write` write the reply and sends it. It cannot be deferred again.
+    ///
+    /// # Errors
+    /// The reply was not sent.
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError>;
 }
 
 impl Reply for Vec<u8> {

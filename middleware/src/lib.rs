@@ -51,8 +51,8 @@ pub mod wake_event;
 
 pub use address::Address;
 pub use backend::{
-    Backend, Client, Endpoint, ExternalType, KEPT_SAMPLES, KeptSample, LoanedSample, Profile,
-    Publisher, Reply, Server, Subscriber, TypeIdentity,
+    Backend, Client, DeferredReply, Endpoint, ExternalType, KEPT_SAMPLES, KeptSample, LoanedSample,
+    Profile, Publisher, Reply, Server, Subscriber, TypeIdentity,
 };
 pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use counter::Counter;

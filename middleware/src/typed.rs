@@ -15,7 +15,7 @@ pub use client::{Done, Ended, TypedClient, expect_result, reply_values};
 pub use codec::{Arguments, Checked, MOST_PARTS, Put, Returned, Throws, read, reply, result};
 pub use gate::Gate;
 pub use publisher::TypedPublisher;
-pub use request::Request;
+pub use request::{DeferredRequest, Request};
 pub use sample::Sample;
 
 use crate::cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};

@@ -107,6 +107,13 @@ pub trait Component {
         ))
     }
 
+    /// Whether an implemented slot takes one more request: else requests wait in the queue of their
+    /// middleware until a started call has ended.
+    fn has_room(&self, slot: usize, member: Option<&Member>) -> bool {
+        let _ = (slot, member);
+        true
+    }
+
     /// Whether the handler of a subscribed topic may keep samples: then it gets [`Body::Kept`]
     /// where the middleware gives samples away. Asked for a member with the number of its array.
     fn keeps(&self, slot: usize, operation: usize) -> bool {

@@ -206,7 +206,7 @@ impl Connections {
     }
 
     /// The taps of the slots.
-    pub(crate) fn taps(&self) -> &Taps {
+    pub(crate) fn taps(&self) -> &Arc<Taps> {
         &self.taps
     }
 

@@ -6,8 +6,8 @@ use rc_management::observation::TappedKind;
 use rc_middleware::backend::{Client, ImageEncoder, LoanedSample, Profile, Publisher, Reply};
 use rc_middleware::started::Awaiting;
 use rc_middleware::{
-    CallError, Encoding, Header, Message, QueueGauge, RequestBody, SendError, SharedValue, now,
-    request_body,
+    CallError, DeferredReply, Encoding, Header, Message, QueueGauge, ReceiveError, RequestBody,
+    SendError, SharedValue, now, request_body,
 };
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -149,7 +149,7 @@ impl Taps {
 
     /// Lets `answer` handle a request, and copies both messages if the slot is tapped.
     pub(crate) fn serve<R>(
-        &self,
+        self: &Arc<Self>,
         slot: usize,
         header: Header,
         request: &Message<'_>,
@@ -162,9 +162,23 @@ impl Taps {
         let profile = reply.profile();
         let kind = (TappedKind::Request, None);
         self.copy(slot, kind, header, profile, request.bytes());
-        // Without lent memory and values, the reply can be read afterwards.
-        let mut kept = KeptReply(reply);
-        let result = answer(&mut kept);
+        self.keep(slot, header, reply, answer)
+    }
+
+    /// Lets `answer` write a reply, and copies it.
+    fn keep<R>(
+        self: &Arc<Self>,
+        slot: usize,
+        header: Header,
+        reply: &mut dyn Reply,
+        answer: impl FnOnce(&mut dyn Reply) -> R,
+    ) -> R {
+        let result = answer(&mut KeptReply {
+            reply,
+            taps: self,
+            slot,
+            header,
+        });
         let header = Header {
             sent: now(),
             encoding: Encoding::Cdr,
@@ -172,22 +186,56 @@ impl Taps {
         };
         if !reply.body().is_empty() {
             let kind = (TappedKind::Reply, None);
-            self.copy(slot, kind, header, profile, reply.body());
+            self.copy(slot, kind, header, reply.profile(), reply.body());
         }
         result
     }
 }
 
-/// A reply that lends no memory and is no value.
-struct KeptReply<'r>(&'r mut dyn Reply);
+/// A reply that lends no memory and is no value, so that it can be read afterwards.
+struct KeptReply<'r> {
+    reply: &'r mut dyn Reply,
+    taps: &'r Arc<Taps>,
+    slot: usize,
+    header: Header,
+}
 
 impl Reply for KeptReply<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
-        self.0.body()
+        self.reply.body()
     }
 
     fn profile(&self) -> Profile {
-        self.0.profile()
+        self.reply.profile()
+    }
+
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        Some(Box::new(TappedReply {
+            reply: self.reply.defer()?,
+            taps: Arc::clone(self.taps),
+            slot: self.slot,
+            header: self.header,
+        }))
+    }
+}
+
+/// A reply that comes later and is copied then.
+struct TappedReply {
+    reply: Box<dyn DeferredReply>,
+    taps: Arc<Taps>,
+    slot: usize,
+    header: Header,
+}
+
+impl DeferredReply for TappedReply {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let Self {
+            reply,
+            taps,
+            slot,
+            header,
+        } = *self;
+        reply.send(&mut |reply| taps.keep(slot, header, reply, |reply| write(reply)))
     }
 }
 
@@ -463,7 +511,7 @@ mod tests {
 
     #[test]
     fn a_request_and_its_reply_are_copied() {
-        let taps = Taps::new(1, None);
+        let taps = Arc::new(Taps::new(1, None));
         taps.set(0, true);
         let mut reply = Vec::new();
         let request = Message::Bytes(&[1]);

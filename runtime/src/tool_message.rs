@@ -2,7 +2,8 @@
 
 use crate::waker::Waker;
 use rc_management::rpc::Error;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use rc_middleware::{DeferredReply, ReceiveError, Reply};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// A message of a tool, which the worker handles.
@@ -80,5 +81,46 @@ impl ToolMessage {
                 None
             }
         }
+    }
+}
+
+/// Takes the reply to the request of a tool.
+pub(crate) struct ToolReply<'m> {
+    message: &'m Arc<ToolMessage>,
+    pub(crate) body: Vec<u8>,
+    /// Whether it comes later.
+    pub(crate) is_deferred: bool,
+}
+
+impl<'m> ToolReply<'m> {
+    pub(crate) fn new(message: &'m Arc<ToolMessage>) -> Self {
+        Self {
+            message,
+            body: Vec::new(),
+            is_deferred: false,
+        }
+    }
+}
+
+impl Reply for ToolReply<'_> {
+    fn body(&mut self) -> &mut Vec<u8> {
+        &mut self.body
+    }
+
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        self.is_deferred = true;
+        Some(Box::new(ToolDeferred(Arc::clone(self.message))))
+    }
+}
+
+/// A reply that comes later.
+struct ToolDeferred(Arc<ToolMessage>);
+
+impl DeferredReply for ToolDeferred {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let mut body = Vec::new();
+        write(&mut body);
+        self.0.end(Ok(body));
+        Ok(())
     }
 }

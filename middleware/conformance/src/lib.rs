@@ -125,6 +125,7 @@ macro_rules! suite {
             topics_carry_values
             queries_return_results_exceptions_and_errors
             started_queries_end_with_results_exceptions_and_errors
+            replies_may_come_later
         );
         $crate::suite!(@of in_place, $subject,
             replies_are_written_in_place

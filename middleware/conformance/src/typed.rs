@@ -1,11 +1,11 @@
 //! The typed layer over the backend: envelopes, results, exceptions, refusals.
 
 use crate::Subject;
-use crate::network::{LIMIT, Network, endpoint, receive};
+use crate::network::{LIMIT, Network, endpoint, receive, until};
 use rc_middleware::started::STARTED_CALLS;
 use rc_middleware::typed::{
-    Call, CallId, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
-    TypedPublisher,
+    Call, CallId, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws,
+    TypedClient, TypedPublisher,
 };
 use rc_middleware::{CallError, Cdr, DecodeError, Header, Reader, Reply, wait};
 use std::time::Instant;
@@ -212,6 +212,104 @@ pub fn started_queries_end_with_results_exceptions_and_errors(subject: &dyn Subj
     });
 }
 
+/// Replies may come after their handlers, in another order, with results, exceptions and refusals.
+/// One that is dropped leaves the others as they are.
+pub fn replies_may_come_later(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Calculator");
+    let backend = network.join_bare("both");
+    let mut server = backend.server(&address).expect("a server");
+    let clients = ["one", "other"].map(|name| network.join_bare(name));
+    let mut callers = clients
+        .each_ref()
+        .map(|client| TypedClient::new(client.client(&address).expect("a client"), LIMIT));
+    let state = "driving.forward".to_owned();
+    let cases = [
+        (42, 6, Ok(7)),
+        (42, 0, Err(Failed::ByZero(42))),
+        (
+            UNAVAILABLE,
+            3,
+            Err(Failed::Call(CallError::Unavailable { state })),
+        ),
+        (9, 3, Ok(3)),
+    ];
+    for round in 0..3 {
+        let mut started = Vec::new();
+        for (a, b, expected) in cases.clone() {
+            for caller in &mut callers {
+                let call = caller.start::<i32, Failed>(&DIVIDE, (&a, &b));
+                started.push((call.expect("to be started"), expected.clone()));
+            }
+        }
+        let mut kept = Vec::new();
+        until("all requests have come", || {
+            while server
+                .serve(&mut |header, body, reply| keep(header, body, reply, &mut kept))
+                .expect("requests")
+            {}
+            kept.len() == started.len()
+        });
+        for caller in &mut callers {
+            assert!(caller.poll_with(|_| ()).is_none(), "nobody has replied");
+        }
+        if round == 1 {
+            kept.rotate_left(3);
+        }
+        for (request, a, b) in kept.into_iter().rev() {
+            request
+                .reply(|request| reply_to(request, a, b))
+                .expect("a reply");
+        }
+        for (at, caller) in callers.iter_mut().enumerate() {
+            let own = started.iter().skip(at).step_by(2);
+            let mut ended: Vec<_> = own.clone().map(|_| next(caller)).collect();
+            ended.sort_by_key(|(id, _)| *id);
+            let expected: Vec<_> = own
+                .map(|(call, result)| (call.id(), result.clone()))
+                .collect();
+            assert_eq!(ended, expected);
+        }
+    }
+    let [caller, _] = &mut callers;
+    let dropped = caller
+        .start::<i32, Failed>(&DIVIDE, (&1, &1))
+        .expect("to be started");
+    let last = caller
+        .start::<i32, Failed>(&DIVIDE, (&8, &2))
+        .expect("to be started");
+    let mut kept = Vec::new();
+    until("both have come", || {
+        while server
+            .serve(&mut |header, body, reply| keep(header, body, reply, &mut kept))
+            .expect("requests")
+        {}
+        kept.len() == 2
+    });
+    let (request, a, b) = kept.pop().expect("a request");
+    drop(kept);
+    request
+        .reply(|request| reply_to(request, a, b))
+        .expect("a reply");
+    drop(dropped);
+    assert_eq!(next(caller), (last.id(), Ok(4)));
+}
+
+/// Keeps a request of `divide` with its parameters.
+fn keep(
+    header: Header,
+    body: &[u8],
+    reply: &mut dyn Reply,
+    kept: &mut Vec<(DeferredRequest, i32, i32)>,
+) {
+    let mut request = Request::open(header, body, reply).expect("an envelope");
+    let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
+    let (a, b) = request.arguments(&DIVIDE, read).expect("two numbers");
+    kept.push((request.defer().expect("a later reply"), a, b));
+    assert!(request.defer().is_none(), "it was deferred");
+    request.close();
+}
+
 /// Serves `divide`.
 fn divide(header: Header, body: &[u8], reply: &mut dyn Reply) {
     let mut request = Request::open(header, body, reply).expect("an envelope");
@@ -225,6 +323,10 @@ fn answer(request: &mut Request<'_>) {
     let Ok((a, b)) = request.arguments(&DIVIDE, read) else {
         return;
     };
+    reply_to(request, a, b);
+}
+
+fn reply_to(request: &mut Request<'_>, a: i32, b: i32) {
     if a == UNAVAILABLE {
         request.unavailable(&DIVIDE, "driving.forward");
         return;

@@ -5,12 +5,14 @@ use crate::names;
 use rc_ddsc::Loan;
 use rc_middleware::rpc::{self, Outcome};
 use rc_middleware::{
-    Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply, Server, Writer,
+    DeferredReply, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply,
+    Server, Writer,
 };
 use rc_network::{
-    EndpointSpec, Opening, Peer, QueuedRequest, ReaderPort, ReplyMemory, Role, Session, WriterPort,
-    body, prefix, sample_header, signal, stamp,
+    EndpointSpec, GuidPrefix, Opening, Peer, QueuedRequest, ReaderPort, ReplyMemory, Role, Session,
+    WriterPort, Written, body, prefix, sample_header, signal, stamp,
 };
+use std::cell::Cell;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -40,23 +42,45 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsServ
     let requests = opening.reader(spec(request), Arc::clone(&queue) as _)?;
     opening.meet(&[replies.state(), requests.state()]);
     Ok(DdsServer {
-        address,
         requests,
-        replies,
+        replies: Rc::new(Replies {
+            address,
+            port: replies,
+            sent: Cell::new(0),
+        }),
         queue,
         reply: Vec::new(),
-        sent: 0,
     })
 }
 
 pub(crate) struct DdsServer {
-    address: String,
     requests: ReaderPort,
-    replies: WriterPort,
+    replies: Rc<Replies>,
     queue: Arc<Requests>,
     reply: Vec<u8>,
+}
+
+/// What sends replies. Deferred ones share it with their server.
+struct Replies {
+    address: String,
+    port: WriterPort,
     /// Number of replies that were sent.
-    sent: u64,
+    sent: Cell<u64>,
+}
+
+/// A reply that comes later.
+struct DdsDeferred(Rc<Replies>);
+
+impl DeferredReply for DdsDeferred {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let mut reply = ReplyMemory::new(&self.0.port.writer, Profile::Rpc, Vec::new());
+        write(&mut reply);
+        match reply.finish() {
+            Written::Loan(loan, _) => self.0.send_lent(loan),
+            Written::Buffer(reply) if !reply.is_empty() => self.0.send(&reply),
+            Written::Buffer(_) | Written::Deferred(_) => Ok(()),
+        }
+    }
 }
 
 impl DdsServer {
@@ -74,25 +98,56 @@ impl DdsServer {
             HOLD_COMPONENT
         };
         let same = |peer: &Peer| peer.prefix() == client.prefix();
-        self.replies.state().has(same)
+        self.replies.port.state().has(same)
             || self.requests.shared.has_lost(writer)
             || waiting.since.elapsed() >= hold
     }
+}
 
-    fn send_reply(&mut self, reply: &[u8]) -> Result<(), ReceiveError> {
-        self.sent += 1;
-        let sent = self.replies.writer.write(self.sent, stamp(0), reply);
-        self.sent_reply(sent)
+impl DdsServer {
+    /// Sends a reply to the request in `body`, and gives its buffer back.
+    fn send(
+        &self,
+        client: Option<GuidPrefix>,
+        body: &[u8],
+        mut reply: Vec<u8>,
+    ) -> (Vec<u8>, Result<(), ReceiveError>) {
+        if reply.is_empty() {
+            // A command. DDS-RPC replies to it as to an operation without a result, and the client
+            // counts these replies.
+            if let Ok((id, operation)) = rpc::open_request(&mut Reader::new(body)) {
+                let mut writer = Writer::over(reply);
+                rpc::begin_reply(&mut writer, id, operation, 0);
+                writer.put(&0_u8);
+                reply = writer.into_bytes();
+            }
+        }
+        let sent = if reply.is_empty() || client.is_none() {
+            // It was no request, or its client has gone.
+            Ok(())
+        } else {
+            self.replies.send(&reply)
+        };
+        (reply, sent)
+    }
+}
+
+impl Replies {
+    fn next(&self) -> u64 {
+        self.sent.set(self.sent.get() + 1);
+        self.sent.get()
     }
 
-    fn send_lent(&mut self, reply: Loan) -> Result<(), ReceiveError> {
-        self.sent += 1;
-        let numbers = (self.sent, stamp(0));
-        let sent = self.replies.writer.send(reply, numbers, 0, None);
-        self.sent_reply(sent)
+    fn send(&self, reply: &[u8]) -> Result<(), ReceiveError> {
+        self.sent(self.port.writer.write(self.next(), stamp(0), reply))
     }
 
-    fn sent_reply(&self, sent: Result<(), rc_ddsc::Error>) -> Result<(), ReceiveError> {
+    fn send_lent(&self, reply: Loan) -> Result<(), ReceiveError> {
+        let numbers = (self.next(), stamp(0));
+        self.sent(self.port.writer.send(reply, numbers, 0, None))
+    }
+
+    fn sent(&self, sent: Result<(), rc_ddsc::Error>) -> Result<(), ReceiveError> {
         sent.map_err(|error| self.failed(format!("a reply cannot be sent: {error}")))
     }
 
@@ -104,14 +159,14 @@ impl DdsServer {
     }
 
     fn refuse(
-        &mut self,
+        &self,
         id: rpc::RequestId,
         outcome: Outcome,
         reason: &str,
     ) -> Result<(), ReceiveError> {
         let mut writer = Writer::default();
         rpc::refuse(&mut writer, id, outcome, reason);
-        self.send_reply(&writer.into_bytes())
+        self.send(&writer.into_bytes())
     }
 }
 
@@ -129,7 +184,8 @@ impl Server for DdsServer {
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError> {
         if let Some(id) = self.queue.refused() {
-            self.refuse(id, Outcome::OutOfResources, rc_network::NO_ROOM)?;
+            self.replies
+                .refuse(id, Outcome::OutOfResources, rc_network::NO_ROOM)?;
             return Ok(true);
         }
         let next = self.queue.waiting.next(|waiting| self.may_serve(waiting));
@@ -140,47 +196,40 @@ impl Server for DdsServer {
         else {
             return Ok(false);
         };
-        let body = body(&sample).map_err(|reason| self.failed(reason))?;
+        let body = body(&sample).map_err(|reason| self.replies.failed(reason))?;
         let client = self.requests.shared.participant(sample.writer());
         if let (Some(client), Some(id)) = (client, rpc::request_id(body))
             && prefix(&id.writer) != client
         {
             // The reply would pass for the reply to a request of that client.
-            return Err(self.failed("a request names another client than its sender".to_owned()));
+            return Err(self
+                .replies
+                .failed("a request names another client than its sender".to_owned()));
         }
         let Some(sender) = self.requests.shared.sender(sample.writer()) else {
             if let Some(id) = rpc::request_id(body) {
                 let reason = "the types differ; regenerate and rebuild both ends";
-                self.refuse(id, Outcome::InvalidArgument, reason)?;
+                self.replies.refuse(id, Outcome::InvalidArgument, reason)?;
             }
             return Ok(true);
         };
         let buffer = std::mem::take(&mut self.reply);
-        let mut reply = ReplyMemory::new(&self.replies.writer, Profile::Rpc, buffer);
+        let later =
+            || -> Box<dyn DeferredReply> { Box::new(DdsDeferred(Rc::clone(&self.replies))) };
+        let mut reply = ReplyMemory::new(&self.replies.port.writer, Profile::Rpc, buffer);
+        if client.is_some() {
+            reply = reply.or_later(&later);
+        }
         // The client tells the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
         handler(sample_header(&sample, sender.id, 0), body, &mut reply);
-        let (mut reply, loan) = reply.finish();
-        if let Some(loan) = loan {
-            self.reply = reply;
-            let sent = client.map_or(Ok(()), |_| self.send_lent(loan));
-            return sent.map(|()| true);
-        }
-        if reply.is_empty() {
-            // A command. DDS-RPC replies to it as to an operation without a result, and the client
-            // counts these replies.
-            if let Ok((id, operation)) = rpc::open_request(&mut Reader::new(body)) {
-                let mut writer = Writer::over(reply);
-                rpc::begin_reply(&mut writer, id, operation, 0);
-                writer.put(&0_u8);
-                reply = writer.into_bytes();
+        let (reply, sent) = match reply.finish() {
+            Written::Deferred(buffer) => (buffer, Ok(())),
+            Written::Loan(loan, buffer) => {
+                let sent = client.map_or(Ok(()), |_| self.replies.send_lent(loan));
+                (buffer, sent)
             }
-        }
-        let sent = if reply.is_empty() || client.is_none() {
-            // It was no request, or its client has gone.
-            Ok(())
-        } else {
-            self.send_reply(&reply)
+            Written::Buffer(reply) => self.send(client, body, reply),
         };
         self.reply = reply;
         sent.map(|()| true)

@@ -2,6 +2,7 @@
 
 use crate::memory;
 use crate::message::MessageHeader;
+use crate::mutex::lock;
 use crate::names;
 use crate::notifier::{Listener, Notifier};
 use crate::ports::{ActiveRequest, CallService, Response, ServerPort, Service};
@@ -14,11 +15,14 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgre
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use rc_middleware::qos::MAX_READERS;
-use rc_middleware::{Address, Encoding, Endpoint, Header, OpenError, ReceiveError, Reply, Server};
+use rc_middleware::{
+    Address, DeferredReply, Encoding, Endpoint, Header, OpenError, ReceiveError, Reply, Server,
+};
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::fmt::Debug;
 use std::os::fd::BorrowedFd;
-use std::sync::Arc;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Largest reply in bytes. Each reply reserves address space of this size, and uses memory as far
@@ -61,13 +65,15 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
         error => refusal(address.as_str())(format!("{error:?}")),
     })?;
     Ok(SharedServer {
-        address: address.clone(),
-        session: Arc::clone(session),
         inbox: VecDeque::new(),
         reply: Vec::new(),
-        client_notifiers: BTreeMap::new(),
+        replies: Arc::new(Replies {
+            client_notifiers: Mutex::default(),
+            calls,
+            address: address.clone(),
+            session: Arc::clone(session),
+        }),
         port,
-        calls,
         listener,
     })
 }
@@ -120,16 +126,21 @@ fn current_server(calls: &CallService) -> Option<CurrentServer> {
 
 /// The server of a connection.
 pub(crate) struct SharedServer {
-    address: Address,
     /// Requests taken from the queues of the clients.
     inbox: VecDeque<ActiveRequest>,
     reply: Vec<u8>,
-    /// Notifiers of clients, by client GUID.
-    client_notifiers: BTreeMap<[u8; 16], Notifier>,
     port: ServerPort,
-    calls: CallService,
     listener: Listener,
     /// Dropped after everything above: the last process that leaves must have no port open.
+    replies: Arc<Replies>,
+}
+
+/// What sends replies. Deferred ones share it with their server.
+struct Replies {
+    /// Notifiers of clients, by client GUID.
+    client_notifiers: Mutex<BTreeMap<[u8; 16], Notifier>>,
+    calls: CallService,
+    address: Address,
     session: Arc<Session>,
 }
 
@@ -151,7 +162,7 @@ impl SharedServer {
                 // `ExceedsMaxBorrows`: the server holds as many requests as it may.
                 Ok(None) | Err(PortError::ExceedsMaxBorrows) => break,
                 Err(_) if !self.inbox.is_empty() => break,
-                Err(error) => return Err(self.failed(format!("{error:?}"))),
+                Err(error) => return Err(self.replies.failed(format!("{error:?}"))),
             }
         }
         if self.inbox.len() > 1 {
@@ -170,14 +181,18 @@ impl SharedServer {
         }
         Ok(())
     }
+}
 
-    /// Sends the reply, unless it is empty.
-    fn reply_to(
-        &self,
-        request: &ActiveRequest,
-        header: Header,
-        reply: SharedReply<'_>,
-    ) -> Result<(), ReceiveError> {
+impl Replies {
+    /// Sends the reply to a query, unless it is empty, and wakes its client.
+    fn finish(&self, header: Header, reply: SharedReply<'_>) -> Result<(), ReceiveError> {
+        let client = reply.request.user_header().client();
+        let sent = self.send(header, reply);
+        self.notify_client(client);
+        sent
+    }
+
+    fn send(&self, header: Header, reply: SharedReply<'_>) -> Result<(), ReceiveError> {
         let length = reply.body.len();
         let failed = |error: &dyn Debug| {
             self.failed(format!(
@@ -197,7 +212,7 @@ impl SharedServer {
             }
             None if length == 0 => Ok(()),
             None => {
-                let loan = request.loan_slice_uninit(length);
+                let loan = reply.request.loan_slice_uninit(length);
                 let mut loan = loan.map_err(|error| failed(&error))?;
                 *loan.user_header_mut() = header;
                 let loan = loan.write_from_slice(reply.body);
@@ -207,24 +222,24 @@ impl SharedServer {
     }
 
     /// Notifies one client.
-    fn notify_client(&mut self, client: [u8; 16]) {
+    fn notify_client(&self, client: [u8; 16]) {
         if client == [0; 16] {
             return;
         }
-        if let Some(notifier) = self.client_notifiers.get(&client) {
+        let mut notifiers = lock(&self.client_notifiers);
+        if let Some(notifier) = notifiers.get(&client) {
             notifier.notify();
             return;
         }
-        if self.client_notifiers.len() >= self.calls.dynamic_config().number_of_clients() {
-            self.client_notifiers
-                .retain(|_, notifier| notifier.has_listeners());
+        if notifiers.len() >= self.calls.dynamic_config().number_of_clients() {
+            notifiers.retain(|_, notifier| notifier.has_listeners());
         }
         // Without an event service the client is gone or does not wait for a notification.
         if let Some(notifier) =
             Notifier::existing(&self.session, &names::client(&self.address, client))
         {
             notifier.notify();
-            self.client_notifiers.insert(client, notifier);
+            notifiers.insert(client, notifier);
         }
     }
 
@@ -238,12 +253,46 @@ impl SharedServer {
 
 /// The reply to one request.
 struct SharedReply<'a> {
-    request: &'a ActiveRequest,
+    request: &'a Rc<ActiveRequest>,
     body: &'a mut Vec<u8>,
     loan: Option<Response>,
     loan_encoding: Encoding,
     /// Whether the loan is the reply.
     loan_is_reply: bool,
+    /// What sends the reply to a query later.
+    later: Option<(Header, &'a Arc<Replies>)>,
+    is_deferred: bool,
+}
+
+impl<'a> SharedReply<'a> {
+    fn new(request: &'a Rc<ActiveRequest>, body: &'a mut Vec<u8>) -> Self {
+        Self {
+            request,
+            body,
+            loan: None,
+            loan_encoding: Encoding::Cdr,
+            loan_is_reply: false,
+            later: None,
+            is_deferred: false,
+        }
+    }
+}
+
+/// A reply that comes later.
+struct SharedDeferred {
+    request: Rc<ActiveRequest>,
+    header: Header,
+    /// Dropped last, as in a server.
+    replies: Arc<Replies>,
+}
+
+impl DeferredReply for SharedDeferred {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let mut body = Vec::new();
+        let mut reply = SharedReply::new(&self.request, &mut body);
+        write(&mut reply);
+        self.replies.finish(self.header, reply)
+    }
 }
 
 impl Reply for SharedReply<'_> {
@@ -267,6 +316,16 @@ impl Reply for SharedReply<'_> {
     fn send_loan(&mut self) {
         self.loan_is_reply = true;
     }
+
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        let (header, replies) = self.later.take()?;
+        self.is_deferred = true;
+        Some(Box::new(SharedDeferred {
+            request: Rc::clone(self.request),
+            header,
+            replies: Arc::clone(replies),
+        }))
+    }
 }
 
 impl Server for SharedServer {
@@ -288,36 +347,29 @@ impl Server for SharedServer {
         let Some(request) = self.inbox.pop_front() else {
             return Ok(false);
         };
+        let request = Rc::new(request);
         let user_header = *request.user_header();
-        let client = user_header.client();
         let sender = request.origin().value();
         let header = user_header
             .read(sender)
-            .map_err(|reason| self.failed(reason))?;
+            .map_err(|reason| self.replies.failed(reason))?;
         let mut body = std::mem::take(&mut self.reply);
         body.clear();
-        let mut reply = SharedReply {
-            request: &request,
-            body: &mut body,
-            loan: None,
-            loan_encoding: Encoding::Cdr,
-            loan_is_reply: false,
-        };
+        let mut reply = SharedReply::new(&request, &mut body);
+        if !user_header.is_one_way() {
+            reply.later = Some((header, &self.replies));
+        }
         handler(header, request.payload(), &mut reply);
-        let sent = if user_header.is_one_way() {
+        let sent = if user_header.is_one_way() || reply.is_deferred {
             Ok(())
         } else {
-            self.reply_to(&request, header, reply)
+            self.replies.finish(header, reply)
         };
         self.reply = body;
-        drop(request);
-        if !user_header.is_one_way() {
-            self.notify_client(client);
-        }
         sent.map(|()| true)
     }
 
     fn peers(&self) -> usize {
-        self.calls.dynamic_config().number_of_clients()
+        self.replies.calls.dynamic_config().number_of_clients()
     }
 }

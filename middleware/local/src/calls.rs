@@ -6,8 +6,8 @@ use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{
-    CallError, Client, Encoding, Endpoint, Environment, Header, Message, OpenError, QueueGauge,
-    ReceiveError, Reply, Server, SharedValue, WakeEvent, wait,
+    CallError, Client, DeferredReply, Encoding, Endpoint, Environment, Header, Message, OpenError,
+    QueueGauge, ReceiveError, Reply, Server, SharedValue, WakeEvent, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -431,6 +431,52 @@ struct LocalReply<'s> {
     pool: &'s mut Pool,
     lent: Option<(Arc<Body>, Encoding)>,
     is_lent_sent: bool,
+    /// That of a query, until its reply is deferred.
+    ticket: Option<Ticket>,
+}
+
+impl<'s> LocalReply<'s> {
+    fn new(pool: &'s mut Pool, ticket: Option<Ticket>) -> Self {
+        Self {
+            value: None,
+            copied: Vec::new(),
+            pool,
+            lent: None,
+            is_lent_sent: false,
+            ticket,
+        }
+    }
+
+    /// Sends what was written, unless it is nothing.
+    fn finish(self) {
+        let lent = self.lent.filter(|_| self.is_lent_sent);
+        let answer = match (self.value, lent) {
+            (Some(value), _) => Some(Answer::Value(value)),
+            (None, Some((body, encoding))) => {
+                self.pool.keep(&body);
+                Some(Answer::Lent(body, encoding))
+            }
+            (None, None) => Some(self.copied)
+                .filter(|copied| !copied.is_empty())
+                .map(Answer::Copied),
+        };
+        if let Some((ticket, answer)) = self.ticket.zip(answer) {
+            ticket.resolve(ReplyState::Ready(answer));
+        }
+    }
+}
+
+/// A reply that comes later.
+struct LocalDeferred(Ticket);
+
+impl DeferredReply for LocalDeferred {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let mut pool = Pool::default();
+        let mut reply = LocalReply::new(&mut pool, Some(self.0));
+        write(&mut reply);
+        reply.finish();
+        Ok(())
+    }
 }
 
 impl Reply for LocalReply<'_> {
@@ -458,6 +504,10 @@ impl Reply for LocalReply<'_> {
 
     fn send_loan(&mut self) {
         self.is_lent_sent = self.lent.is_some();
+    }
+
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        Some(Box::new(LocalDeferred(self.ticket.take()?)))
     }
 }
 
@@ -504,33 +554,14 @@ impl Server for LocalServer {
             return Ok(false);
         };
         self.gauge.remove(request.body.memory());
-        let mut reply = LocalReply {
-            value: None,
-            copied: Vec::new(),
-            pool: &mut self.pool,
-            lent: None,
-            is_lent_sent: false,
-        };
+        let mut reply = LocalReply::new(&mut self.pool, request.ticket);
         match request.body {
             Content::Copied(body) => handler(request.header, Message::Bytes(&body), &mut reply),
             Content::Value(value) => {
                 handler(request.header, Message::Value(value.into()), &mut reply);
             }
         }
-        let lent = reply.lent.filter(|_| reply.is_lent_sent);
-        let answer = match (reply.value, lent) {
-            (Some(value), _) => Some(Answer::Value(value)),
-            (None, Some((body, encoding))) => {
-                reply.pool.keep(&body);
-                Some(Answer::Lent(body, encoding))
-            }
-            (None, None) => Some(reply.copied)
-                .filter(|copied| !copied.is_empty())
-                .map(Answer::Copied),
-        };
-        if let Some((ticket, answer)) = request.ticket.zip(answer) {
-            ticket.resolve(ReplyState::Ready(answer));
-        }
+        reply.finish();
         Ok(true)
     }
 

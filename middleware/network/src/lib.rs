@@ -50,7 +50,7 @@ pub use port::{EndpointSpec, Opening, ReaderPort, WriterPort, signal};
 pub use publisher::TopicPublisher;
 pub use queues::{DuplicateFilter, NO_ROOM, QueuedRequest, ReplyQueue, RequestQueues, SampleQueue};
 pub use rate_limit::RateLimit;
-pub use reply::ReplyMemory;
+pub use reply::{ReplyMemory, Written};
 pub use sample::{body, sample_header};
 pub use session::{Session, refused};
 pub use stamps::{age, header, stamp};

@@ -2,7 +2,7 @@
 
 use rc_ddsc::{BEFORE_BODY, Loan, Writer};
 use rc_middleware::rpc::ENVELOPE;
-use rc_middleware::{Encoding, Profile, Reply};
+use rc_middleware::{DeferredReply, Encoding, Profile, Reply};
 
 /// Takes the reply to one request.
 pub struct ReplyMemory<'a> {
@@ -11,6 +11,18 @@ pub struct ReplyMemory<'a> {
     buffer: Vec<u8>,
     loan: Option<Loan>,
     loan_is_reply: bool,
+    later: Option<&'a dyn Fn() -> Box<dyn DeferredReply>>,
+    is_deferred: bool,
+}
+
+/// What becomes of a reply.
+pub enum Written {
+    /// It is in the buffer, which may be empty.
+    Buffer(Vec<u8>),
+    /// It is in memory of the library. The buffer may be used again.
+    Loan(Loan, Vec<u8>),
+    /// It comes later.
+    Deferred(Vec<u8>),
 }
 
 impl<'a> ReplyMemory<'a> {
@@ -23,13 +35,25 @@ impl<'a> ReplyMemory<'a> {
             buffer,
             loan: None,
             loan_is_reply: false,
+            later: None,
+            is_deferred: false,
         }
     }
 
-    /// The buffer, and the loan if it is the reply.
-    pub fn finish(self) -> (Vec<u8>, Option<Loan>) {
-        let loan = self.loan.filter(|_| self.loan_is_reply);
-        (self.buffer, loan)
+    /// With what sends the reply if it is deferred.
+    #[must_use]
+    pub fn or_later(mut self, later: &'a dyn Fn() -> Box<dyn DeferredReply>) -> Self {
+        self.later = Some(later);
+        self
+    }
+
+    /// The reply.
+    pub fn finish(self) -> Written {
+        match self.loan.filter(|_| self.loan_is_reply) {
+            _ if self.is_deferred => Written::Deferred(self.buffer),
+            Some(loan) => Written::Loan(loan, self.buffer),
+            None => Written::Buffer(self.buffer),
+        }
     }
 }
 
@@ -66,5 +90,11 @@ impl Reply for ReplyMemory<'_> {
 
     fn send_loan(&mut self) {
         self.loan_is_reply = true;
+    }
+
+    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
+        let later = self.later.take()?;
+        self.is_deferred = true;
+        Some(later())
     }
 }

@@ -7,16 +7,18 @@ use crate::node::Node;
 use rc_ddsc::{BEFORE_BODY, Identity, Loan, Sample};
 use rc_middleware::rpc::{self, ENVELOPE, ReplyKind, RequestId};
 use rc_middleware::{
-    Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply, Server,
-    WakeEvent, Writer,
+    DeferredReply, Endpoint, Header, OpenError, Profile, QueueGauge, Reader, ReceiveError, Reply,
+    Server, WakeEvent, Writer,
 };
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, NO_ROOM, Opening, QueuedRequest, RateLimit,
-    ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, body, lock,
-    prefix, sample_header, signal, stamp,
+    ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, Written,
+    body, lock, prefix, sample_header, signal, stamp,
 };
+use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::os::fd::{AsFd, BorrowedFd};
+use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -159,8 +161,12 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenEr
         &guids(|service| service.replies.guid),
     );
     Ok(RosServer {
-        address,
-        services,
+        replies: Rc::new(Replies {
+            address,
+            services,
+            sent: Cell::new(0),
+            rate_limit: RateLimit::default(),
+        }),
         _listed: listed,
         queue,
         signal,
@@ -168,14 +174,11 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenEr
         reported: BTreeSet::new(),
         request: Vec::new(),
         reply: Vec::new(),
-        sent: 0,
-        rate_limit: RateLimit::default(),
     })
 }
 
 pub(crate) struct RosServer {
-    address: String,
-    services: Vec<Service>,
+    replies: Rc<Replies>,
     _listed: Listed,
     queue: Arc<Queue>,
     signal: WakeEvent,
@@ -186,9 +189,46 @@ pub(crate) struct RosServer {
     /// A request with its envelope.
     request: Vec<u8>,
     reply: Vec<u8>,
+}
+
+/// What sends replies. Deferred ones share it with their server.
+struct Replies {
+    address: String,
+    services: Vec<Service>,
     /// Number of replies that were sent.
-    sent: u64,
+    sent: Cell<u64>,
     rate_limit: RateLimit,
+}
+
+/// The request that a reply belongs to.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// Index of the operation.
+    place: usize,
+    /// The handle of the client's writer.
+    writer: u64,
+    request: Request,
+}
+
+/// A reply that comes later.
+struct RosDeferred {
+    replies: Rc<Replies>,
+    asked: Asked,
+}
+
+impl DeferredReply for RosDeferred {
+    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
+        let writer = &self.replies.services[self.asked.place].replies.writer;
+        let mut reply = ReplyMemory::new(writer, Profile::Bare, Vec::new());
+        write(&mut reply);
+        match reply.finish() {
+            Written::Loan(loan, _) => self
+                .replies
+                .send(self.asked.place, self.asked.request, loan),
+            Written::Buffer(reply) => self.replies.reply(self.asked, &reply),
+            Written::Deferred(_) => Ok(()),
+        }
+    }
 }
 
 /// Whether the reply to a request reaches its client.
@@ -228,13 +268,6 @@ fn unsent(error: rc_ddsc::Error) -> String {
 }
 
 impl RosServer {
-    fn failed(&self, reason: String) -> ReceiveError {
-        ReceiveError {
-            address: self.address.clone(),
-            reason,
-        }
-    }
-
     /// Whether to serve a request now: it is its turn, and its reply reaches the client, or the
     /// client has gone and gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Received>) -> bool {
@@ -244,7 +277,7 @@ impl RosServer {
             turn: (client, number),
             ..
         } = &waiting.sample;
-        let Some(service) = self.services.get(*place) else {
+        let Some(service) = self.replies.services.get(*place) else {
             return true;
         };
         let is_next = *number == 0
@@ -273,24 +306,78 @@ impl RosServer {
         *last = number.max(*last);
     }
 
+    /// Logs that a request cannot be served, once for each reason.
+    fn report_once(&mut self, reason: String) {
+        if self.reported.len() < MOST_REASONS && !self.reported.contains(&reason) {
+            tracing::warn!(
+                "a request to `{}` stays without a reply: {reason}",
+                self.replies.address
+            );
+            self.reported.insert(reason);
+        }
+    }
+
+    /// Refuses a request that found no room.
+    fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
+        self.has_been(refused.turn);
+        self.replies
+            .refuse(refused.place, refused.writer, refused.id, NO_ROOM, None)
+    }
+}
+
+impl Replies {
+    fn failed(&self, reason: String) -> ReceiveError {
+        ReceiveError {
+            address: self.address.clone(),
+            reason,
+        }
+    }
+
+    /// Sends a reply that is in a buffer, with its envelope.
+    fn reply(&self, asked: Asked, reply: &[u8]) -> Result<(), ReceiveError> {
+        let Asked {
+            place,
+            writer,
+            request,
+        } = asked;
+        if reply.is_empty() {
+            // A command: its empty structure is one octet.
+            return self.answer(place, request, &[0]);
+        }
+        match rpc::open_reply(&mut Reader::new(reply), self.services[place].id) {
+            Ok((_, ReplyKind::Case(_))) => {
+                let body = reply.get(ENVELOPE..).unwrap_or_default();
+                self.answer(place, request, body)
+            }
+            Ok((_, ReplyKind::Refused(reason))) => {
+                self.refuse(place, writer, Some(request.id), &reason, None)
+            }
+            Ok((_, ReplyKind::Unavailable(state))) => {
+                let reason = rpc::not_served_in(&state);
+                self.refuse(place, writer, Some(request.id), &reason, Some(&state))
+            }
+            Err(error) => Err(self.failed(error.to_string())),
+        }
+    }
+
     /// Sends a reply with this body.
-    fn answer(&mut self, place: usize, request: Request, body: &[u8]) -> Result<(), ReceiveError> {
+    fn answer(&self, place: usize, request: Request, body: &[u8]) -> Result<(), ReceiveError> {
         let lent = lend(&self.services[place].replies.writer, body);
         let lent = lent.map_err(|reason| self.failed(reason))?;
         self.send(place, request, lent)
     }
 
-    fn send(&mut self, place: usize, request: Request, reply: Loan) -> Result<(), ReceiveError> {
-        self.sent += 1;
+    fn send(&self, place: usize, request: Request, reply: Loan) -> Result<(), ReceiveError> {
         let writer = &self.services[place].replies.writer;
-        let sent = send_reply(writer, self.sent, request, reply);
+        self.sent.set(self.sent.get() + 1);
+        let sent = send_reply(writer, self.sent.get(), request, reply);
         sent.map_err(|reason| self.failed(reason))
     }
 
     /// Tells the client, if it is a component, that nothing was executed, and why. ROS has no
     /// message for that.
     fn refuse(
-        &mut self,
+        &self,
         place: usize,
         writer: u64,
         id: Option<Identity>,
@@ -318,23 +405,6 @@ impl RosServer {
             mapping: Mapping::Beside,
         };
         self.answer(place, refused, &writer.into_bytes())
-    }
-
-    /// Logs that a request cannot be served, once for each reason.
-    fn report_once(&mut self, reason: String) {
-        if self.reported.len() < MOST_REASONS && !self.reported.contains(&reason) {
-            tracing::warn!(
-                "a request to `{}` stays without a reply: {reason}",
-                self.address
-            );
-            self.reported.insert(reason);
-        }
-    }
-
-    /// Refuses a request that found no room.
-    fn refuse_one(&mut self, refused: &Refused) -> Result<(), ReceiveError> {
-        self.has_been(refused.turn);
-        self.refuse(refused.place, refused.writer, refused.id, NO_ROOM, None)
     }
 }
 
@@ -369,20 +439,23 @@ impl Server for RosServer {
             ..
         } = received;
         self.has_been(turn);
-        let service = &self.services[place];
+        let service = &self.replies.services[place];
         let (requests, operation) = (&service.requests.shared, service.id);
-        let request = Request::read(&sample, requests).map_err(|reason| self.failed(reason))?;
+        let request =
+            Request::read(&sample, requests).map_err(|reason| self.replies.failed(reason))?;
         let client = sample.writer();
         let Some(sender) = requests.sender(client) else {
             let reason = "the types differ; regenerate and rebuild both ends";
-            let refused = self.refuse(place, client, Some(request.id), reason, None);
+            let refused = self
+                .replies
+                .refuse(place, client, Some(request.id), reason, None);
             return refused.map(|()| true);
         };
         let id = RequestId {
             writer: request.id.guid,
             sequence: request.id.number.unsigned_abs(),
         };
-        let body = body(&sample).map_err(|reason| self.failed(reason))?;
+        let body = body(&sample).map_err(|reason| self.replies.failed(reason))?;
         if let Some(reason) = request.unserved(body) {
             self.report_once(reason);
             return Ok(true);
@@ -395,35 +468,37 @@ impl Server for RosServer {
         let whole = calls::enveloped(&mut sample, skipped, &mut buffer, |writer| {
             rpc::begin_request(writer, id, operation);
         });
-        let whole = whole.map_err(|reason| self.failed(reason))?;
-        let writer = &self.services[place].replies.writer;
-        let mut reply = ReplyMemory::new(writer, Profile::Bare, std::mem::take(&mut self.reply));
-        answer(header, whole, &mut reply);
-        let (reply, loan) = reply.finish();
-        self.request = buffer;
-        let done = match (loan, rpc::open_reply(&mut Reader::new(&reply), operation)) {
-            (Some(loan), _) => self.send(place, request, loan),
-            // A command: its empty structure is one octet.
-            (None, _) if reply.is_empty() => self.answer(place, request, &[0]),
-            (None, Ok((_, ReplyKind::Case(_)))) => {
-                let body = reply.get(ENVELOPE..).unwrap_or_default();
-                self.answer(place, request, body)
-            }
-            (None, Ok((_, ReplyKind::Refused(reason)))) => {
-                self.refuse(place, client, Some(request.id), &reason, None)
-            }
-            (None, Ok((_, ReplyKind::Unavailable(state)))) => {
-                let reason = rpc::not_served_in(&state);
-                self.refuse(place, client, Some(request.id), &reason, Some(&state))
-            }
-            (None, Err(error)) => Err(self.failed(error.to_string())),
+        let whole = whole.map_err(|reason| self.replies.failed(reason))?;
+        let writer = &self.replies.services[place].replies.writer;
+        let asked = Asked {
+            place,
+            writer: client,
+            request,
         };
+        let later = || -> Box<dyn DeferredReply> {
+            Box::new(RosDeferred {
+                replies: Rc::clone(&self.replies),
+                asked,
+            })
+        };
+        let reply = ReplyMemory::new(writer, Profile::Bare, std::mem::take(&mut self.reply));
+        let mut reply = reply.or_later(&later);
+        answer(header, whole, &mut reply);
+        let (reply, done) = match reply.finish() {
+            Written::Deferred(unused) => (unused, Ok(())),
+            Written::Loan(loan, unused) => (unused, self.replies.send(place, request, loan)),
+            Written::Buffer(reply) => {
+                let done = self.replies.reply(asked, &reply);
+                (reply, done)
+            }
+        };
+        self.request = buffer;
         self.reply = reply;
         done.map(|()| true)
     }
 
     fn peers(&self) -> usize {
-        let all = self.services.iter();
+        let all = self.replies.services.iter();
         let counts = all.map(|service| service.requests.state().count());
         counts.max().unwrap_or(0)
     }

@@ -1,8 +1,9 @@
 //! A request on the side of its server: reads the parameters, writes the reply.
 
 use super::{HandlerError, Operation, ReplyVariant, Returned, Throws, code, fill, unsendable};
-use crate::backend::{Profile, Reply};
+use crate::backend::{DeferredReply, Profile, Reply};
 use crate::cdr::{DecodeError, EncodeError, Reader, Writer};
+use crate::error::ReceiveError;
 use crate::header::{Encoding, Header};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
 use crate::rpc::{self, Envelope, Outcome, RequestId};
@@ -380,6 +381,19 @@ impl<'a> Request<'a> {
         Err(HandlerError(reason))
     }
 
+    /// Leaves the reply for later, for a handler that knows the operation of the request
+    /// ([`Request::arguments`]). `None` for a command, and where the middleware cannot.
+    pub fn defer(&mut self) -> Option<DeferredRequest> {
+        let reply = self.reply.defer().filter(|_| self.two_way)?;
+        Some(DeferredRequest {
+            operation: self.operation,
+            id: self.id,
+            type_hash: self.type_hash,
+            replies: self.replies,
+            reply,
+        })
+    }
+
     /// Hands over the reply. A command has none, unless its client waits for the end of commands,
     /// too ([`Profile::Bare`]), and it was refused.
     pub fn close(self) {
@@ -389,5 +403,45 @@ impl<'a> Request<'a> {
         if !keeps {
             reply.clear();
         }
+    }
+}
+
+/// A request whose reply comes later.
+#[must_use = "dropping it leaves the client without a reply"]
+pub struct DeferredRequest {
+    operation: i32,
+    id: RequestId,
+    type_hash: u64,
+    replies: &'static [ReplyVariant],
+    reply: Box<dyn DeferredReply>,
+}
+
+impl DeferredRequest {
+    /// Lets `write` reply.
+    ///
+    /// # Errors
+    /// The reply was not sent.
+    pub fn reply(self, write: impl FnOnce(&mut Request<'_>)) -> Result<(), ReceiveError> {
+        let mut write = Some(write);
+        self.reply.send(&mut |reply| {
+            let writer = Writer::over(std::mem::take(reply.body()));
+            let mut request = Request {
+                operation: self.operation,
+                reader: Reader::new(&[]),
+                id: self.id,
+                type_hash: self.type_hash,
+                two_way: true,
+                replies: self.replies,
+                rest: &[],
+                writer,
+                reply,
+                placed: None,
+                is_refused: false,
+            };
+            if let Some(write) = write.take() {
+                write(&mut request);
+            }
+            request.close();
+        })
     }
 }

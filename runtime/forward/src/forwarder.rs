@@ -1,28 +1,28 @@
 //! The worker: hands each message on.
 
+use crate::caller::{Caller, copy, same_place};
 use crate::description::Description;
 use rc_host::{Operation, Program, read, write};
-use rc_middleware::cdr::Cdr;
-use rc_middleware::rpc::ENVELOPE_OF_VALUES;
-use rc_middleware::typed::{HandlerError, Request, TypedClient, TypedPublisher};
-use rc_middleware::{CallError, EncodeError, Encoding, Reader, SendError, Writer};
+use rc_middleware::started::Awaiting;
+use rc_middleware::typed::{HandlerError, Request, TypedPublisher};
+use rc_middleware::{EncodeError, Encoding, Reader, SendError, Writer};
 use rc_runtime::{
-    Component, Core, ForwardCounts, Member, Ports, Role, Sample, StartError, WorkerError,
+    CallEnd, Component, Core, ForwardCounts, Member, Ports, Role, Sample, StartError, WorkerError,
 };
-use rc_values::Struct;
-use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// How long a proxy waits for the reply to a single call before it looks for other messages.
+const MOMENT: Duration = Duration::from_micros(200);
 
 /// What sends in a slot, or in a member of an array.
-enum Sender {
-    Client(TypedClient),
+enum Sender<'d> {
+    Client(Caller<'d>),
     /// By the number of the operation.
     Publishers(Vec<TypedPublisher>),
 }
 
-impl Sender {
+impl Sender<'_> {
     fn open(
         program: &Program,
         described: usize,
@@ -31,7 +31,7 @@ impl Sender {
     ) -> Result<Self, rc_middleware::OpenError> {
         let of = &program.slots[described];
         if of.role == Role::Requires {
-            return ports.client(slot).map(Self::Client);
+            return ports.client(slot).map(Caller::new).map(Self::Client);
         }
         let topics = (0..of.operations.len()).map(|operation| ports.publisher(slot, operation));
         Ok(Self::Publishers(topics.collect::<Result<_, _>>()?))
@@ -39,7 +39,7 @@ impl Sender {
 
     fn peers(&self) -> usize {
         match self {
-            Self::Client(client) => client.peers(),
+            Self::Client(caller) => caller.client.peers(),
             Self::Publishers(topics) => topics.iter().map(TypedPublisher::peers).max().unwrap_or(0),
         }
     }
@@ -53,9 +53,16 @@ pub struct Forwarder<'d> {
     core: Core,
     description: &'d Description,
     /// What sends, each with the number of its slot.
-    senders: BTreeMap<Place, (usize, Sender)>,
+    senders: BTreeMap<Place, (usize, Sender<'d>)>,
     /// What was received and handed on.
     counts: BTreeMap<Place, ForwardCounts>,
+    /// Whether each call waits for its end. Simulated time would not: in which tick a reply comes
+    /// has to be the same in each run.
+    waits: bool,
+    /// How many calls have not ended.
+    under_way: usize,
+    /// What has sent the last call, in this turn.
+    last: Option<Place>,
 }
 
 impl<'d> Forwarder<'d> {
@@ -73,6 +80,9 @@ impl<'d> Forwarder<'d> {
             description,
             senders: BTreeMap::new(),
             counts: BTreeMap::new(),
+            waits: ports.is_time_simulated(),
+            under_way: 0,
+            last: None,
         };
         let program = &description.program;
         for (at, slot) in program.slots.iter().enumerate() {
@@ -113,35 +123,35 @@ impl<'d> Forwarder<'d> {
         &mut self,
         slot: usize,
         member: Option<&Member>,
-    ) -> Option<(&mut Sender, &ForwardCounts)> {
-        let next = self.description.routes.get(slot).copied().flatten()?;
-        let name = member.map_or("", |member| member.name());
-        let (_, sender) = self.senders.get_mut(&(next, name.to_owned()))?;
-        let counts = self.counts.get(&(slot, name.to_owned()))?;
+    ) -> Option<(&mut Sender<'d>, &ForwardCounts)> {
+        let next = self.place_after(slot, member)?;
+        let (_, sender) = self.senders.get_mut(&next)?;
+        let counts = self.counts.get(&(slot, next.1))?;
         Some((sender, counts))
     }
+
+    /// Where what a slot receives goes.
+    fn place_after(&self, slot: usize, member: Option<&Member>) -> Option<Place> {
+        let next = self.description.routes.get(slot).copied().flatten()?;
+        Some(place(next, member))
+    }
+
+    /// What calls through a slot.
+    fn caller(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut Caller<'d>> {
+        match self.senders.get_mut(&place(slot, member))? {
+            (_, Sender::Client(caller)) => Some(caller),
+            _ => None,
+        }
+    }
+}
+
+fn place(slot: usize, member: Option<&Member>) -> Place {
+    (slot, member.map_or("", |member| member.name()).to_owned())
 }
 
 /// The message has no route: the network connects slots that the description does not have.
 fn no_route() -> HandlerError {
     HandlerError("nothing follows this slot".to_owned())
-}
-
-/// Whether the bytes that a reader is at may be copied to where a writer is.
-fn same_place(reader: &Reader<'_>, writer: &Writer<'_>) -> bool {
-    reader.position() % 8 == writer.len() % 8
-}
-
-/// Writes a structure that follows in a reader: its bytes, if `keeps` says so, else its value.
-fn copy(ty: &Arc<Struct>, reader: &Reader<'_>, keeps: bool, writer: &mut Writer<'_>) {
-    if keeps {
-        // An array of bytes is written straight into the memory of a middleware.
-        return u8::encode_all(reader.rest(), writer);
-    }
-    match read(ty, &mut reader.clone()) {
-        Ok(value) => write(&value, writer),
-        Err(error) => writer.fail(EncodeError::NoValue(error.to_string())),
-    }
 }
 
 /// Publishes a received sample.
@@ -171,47 +181,6 @@ fn publish(
         let keeps = image.is_none() && same_place(&reader, writer);
         copy(&operation.request, &reader, keeps, writer);
     })
-}
-
-/// Makes a call, and replies with what comes back.
-fn call(
-    client: &mut TypedClient,
-    operation: &Operation,
-    arguments: &Reader<'_>,
-    request: &mut Request<'_>,
-    counts: &ForwardCounts,
-) -> Result<Result<(), HandlerError>, CallError> {
-    let begin = Instant::now();
-    let written = Cell::new(begin);
-    client.call_with(
-        &operation.wire,
-        |writer| {
-            pass_arguments(operation, arguments, writer);
-            written.set(Instant::now());
-        },
-        |case, reader| {
-            let replied = Instant::now();
-            let mut throws = operation.throws.iter();
-            let ty = throws.find(|thrown| thrown.id == case);
-            let ty = ty.map_or(&operation.reply, |thrown| &thrown.ty);
-            let image = reader.clone().image().is_some();
-            let reader = &*reader;
-            let reply = request.reply_with(case, |writer| {
-                // Behind another envelope, or between variants, the bytes would not be the same.
-                let keeps = !image
-                    && reader.position() == ENVELOPE_OF_VALUES
-                    && writer.len() == ENVELOPE_OF_VALUES;
-                copy(ty, reader, keeps, writer);
-            });
-            counts.note((written.get() - begin) + replied.elapsed());
-            Ok::<_, CallError>(reply)
-        },
-    )
-}
-
-fn pass_arguments(operation: &Operation, arguments: &Reader<'_>, writer: &mut Writer<'_>) {
-    let keeps = same_place(arguments, writer);
-    copy(&operation.request, arguments, keeps, writer);
 }
 
 impl Component for Forwarder<'_> {
@@ -248,26 +217,64 @@ impl Component for Forwarder<'_> {
             // A value of this process gets its bytes.
             Ok(reader.clone())
         })?;
-        let Some((Sender::Client(client), counts)) = self.next(slot, member) else {
+        let is_later = operation.wire.two_way && !self.waits;
+        let later = is_later.then(|| request.defer()).flatten();
+        let last = self.place_after(slot, member);
+        let Some((Sender::Client(caller), counts)) = self.next(slot, member) else {
             return request.fail(&no_route());
         };
         if !operation.wire.two_way {
-            let begin = Instant::now();
-            let sent = client.send_with(&operation.wire, |writer| {
-                pass_arguments(operation, &arguments, writer);
-            });
-            counts.note(begin.elapsed());
+            let sent = caller.send(operation, &arguments, counts);
             return sent.map_err(|error| failed(operation, &error));
         }
-        match call(client, operation, &arguments, request, counts) {
-            Ok(replied) => replied,
-            Err(CallError::Unavailable { state }) => {
-                request.unavailable(&operation.wire, &state);
-                Ok(())
-            }
-            Err(CallError::Refused(reason)) => request.fail(&reason),
-            Err(error) => request.fail(&error),
+        // A recording that repeats the life of the component has each call with its reply.
+        let Some(later) = later else {
+            return caller.call(operation, &arguments, counts, request);
+        };
+        caller.start(operation, &arguments, counts, later)?;
+        self.under_way += 1;
+        self.last = last;
+        Ok(())
+    }
+
+    fn has_room(&self, slot: usize, member: Option<&Member>) -> bool {
+        let next = self.place_after(slot, member);
+        match next.and_then(|next| self.senders.get(&next)) {
+            Some((_, Sender::Client(caller))) => caller.has_room(),
+            _ => true,
         }
+    }
+
+    fn has_turns(&self) -> bool {
+        true
+    }
+
+    /// Waits a moment for a single call, whose reply mostly comes at once: to sleep in the loop
+    /// costs more.
+    fn turn(&mut self) -> bool {
+        let Some((slot, name)) = self.last.take().filter(|_| self.under_way == 1) else {
+            return false;
+        };
+        let Some((_, Sender::Client(caller))) = self.senders.get_mut(&(slot, name)) else {
+            return false;
+        };
+        let ended = caller.end_within(MOMENT).is_some();
+        self.under_way -= usize::from(ended);
+        ended
+    }
+
+    fn starts_calls(&self, _slot: usize) -> bool {
+        true
+    }
+
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
+        let ended = self.caller(slot, member)?.end()?;
+        self.under_way = self.under_way.saturating_sub(1);
+        Some(ended)
+    }
+
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        self.caller(slot, member)?.awaiting()
     }
 
     fn receive(

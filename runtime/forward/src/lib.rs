@@ -9,10 +9,13 @@
 //!
 //! - A message keeps its bytes. It is decoded and encoded again only where the two middlewares align
 //!   it differently, and where a value in place meets a middleware that has none.
-//! - A call waits in the forwarder until its reply comes or the timeout of the sending slot is over.
-//!   Until then, the other messages wait in the queues of their middlewares, which have bounds.
+//! - Up to [`STARTED_CALLS`](rc_middleware::started::STARTED_CALLS) calls of a slot are under way at a
+//!   time, each until its reply comes or the timeout of the sending slot is over. Requests wait beyond
+//!   that in the queue of their middleware, which has a bound. Those of one sender keep their order.
+//! - In simulated time and in an exact recording, calls pass one at a time, and other messages wait.
 //! - A call that nobody serves is refused with the reason, and a state that refuses keeps its name.
 
+mod caller;
 mod description;
 mod forwarder;
 

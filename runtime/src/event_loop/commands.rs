@@ -4,12 +4,13 @@ use super::report::NotHandled;
 use super::{EventLoop, answer, receive};
 use crate::commands::Command;
 use crate::component::Body;
-use crate::tool_message::ToolMessage;
+use crate::tool_message::{ToolMessage, ToolReply};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
 use rc_middleware::{Header, Message};
+use std::sync::Arc;
 
 impl EventLoop<'_> {
     pub(super) fn execute_commands(&mut self) {
@@ -44,7 +45,7 @@ impl EventLoop<'_> {
     }
 
     /// Handles a message of a tool as if a peer had sent it.
-    fn handle(&mut self, message: &ToolMessage) {
+    fn handle(&mut self, message: &Arc<ToolMessage>) {
         if !message.begin() {
             return;
         }
@@ -53,7 +54,7 @@ impl EventLoop<'_> {
             sent: rc_middleware::now(),
             ..Header::default()
         };
-        let mut reply = Vec::new();
+        let mut reply = ToolReply::new(message);
         let idle = self.idle_state();
         let connections = self.connections;
         let Some(of) = connections.slots().get(slot) else {
@@ -83,10 +84,13 @@ impl EventLoop<'_> {
         if let Err(NotHandled::Refused(_)) = &result {
             self.shared.status().slots[slot].refused += 1;
         }
+        if reply.is_deferred {
+            return;
+        }
         // A refused query has a reply, which says why.
         message.end(match result {
-            Err(error) if reply.is_empty() => Err(error.to_string()),
-            _ => Ok(reply),
+            Err(error) if reply.body.is_empty() => Err(error.to_string()),
+            _ => Ok(reply.body),
         });
     }
 }

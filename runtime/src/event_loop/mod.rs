@@ -189,6 +189,9 @@ impl<'a> EventLoop<'a> {
             if ends > 0 {
                 self.end_calls(ends);
             }
+            for port in self.ports.iter_mut().filter(|port| port.is_full) {
+                port.find_room(&*self.component);
+            }
             self.take_failure();
             self.tell_time(now);
             self.apply_period();

@@ -28,6 +28,8 @@ pub(super) struct Port {
     pub(super) receiver: Receiver,
     pub(super) ready: bool,
     pub(super) gaps: Gaps,
+    /// Whether the component takes no more requests for now.
+    pub(super) is_full: bool,
     /// Consecutive messages that could not be read.
     pub(super) failures: usize,
     /// Whether the descriptor was readable, so that there is a wake-up to clear.
@@ -65,6 +67,7 @@ impl Port {
             receiver,
             ready: true,
             gaps: Gaps::default(),
+            is_full: false,
             failures: 0,
             woken: false,
             acknowledged: false,
@@ -105,6 +108,13 @@ impl Port {
         }
     }
 
+    /// Asks the component whether it takes one more request.
+    pub(super) fn find_room(&mut self, component: &dyn Component) {
+        let (described, member) = (self.of.described, self.of.member.as_ref());
+        self.is_full = matches!(self.receiver, Receiver::Server { .. })
+            && !component.has_room(described, member);
+    }
+
     /// A message was taken and handled at `now`.
     pub(super) fn received(&mut self, now: Instant) {
         self.failures = 0;
@@ -117,11 +127,13 @@ impl Port {
     /// Whether there may be a message that may be handled now. `gated`: samples wait for this
     /// component's turn of a tick, and only calls are served.
     pub(super) fn may_be_served(&self, gated: bool) -> bool {
-        self.ready && !(gated && matches!(self.receiver, Receiver::Subscriber { .. }))
+        self.ready
+            && !self.is_full
+            && !(gated && matches!(self.receiver, Receiver::Subscriber { .. }))
     }
 
-    /// Leaves its messages until this component's turn, which looks at all ports, and lets the loop
-    /// sleep.
+    /// Leaves its messages until this component's turn, which looks at all ports, or until there is
+    /// room, and lets the loop sleep.
     pub(super) fn postpone(&mut self) {
         self.receiver.acknowledge(self.woken);
         self.wake(false);

@@ -111,6 +111,7 @@ impl EventLoop<'_> {
         match taken {
             Ok(false) => port.rest(now),
             Ok(true) => {
+                port.find_room(&**component);
                 port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = port.spin.begin(now);

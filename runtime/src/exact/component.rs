@@ -145,6 +145,10 @@ impl<C: Component> Component for Recorded<C> {
         self.component.receive(slot, member, operation, sample)
     }
 
+    fn has_room(&self, slot: usize, member: Option<&Member>) -> bool {
+        self.component.has_room(slot, member)
+    }
+
     fn keeps(&self, slot: usize, operation: usize) -> bool {
         self.component.keeps(slot, operation)
     }

@@ -3,6 +3,7 @@
 use super::Connections;
 use crate::converting::ConversionCounts;
 use crate::forwarded::ForwardCounts;
+use rc_management::component::ClockKind;
 use rc_middleware::{Counter, QueueGauge};
 
 impl Connections {
@@ -24,6 +25,11 @@ impl Connections {
     /// What slots have forwarded, each with the index of its slot.
     pub(crate) fn forwarded(&self) -> Vec<(usize, ForwardCounts)> {
         self.forwarded.borrow().clone()
+    }
+
+    /// Whether time is that of the network, which waits for its components or leaves them behind.
+    pub fn is_time_simulated(&self) -> bool {
+        self.clock != ClockKind::System
     }
 
     /// New counts for a slot of a component that forwards what the slot receives.

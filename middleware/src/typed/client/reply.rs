@@ -36,6 +36,15 @@ impl Ended<'_> {
         self.result_with(result)
     }
 
+    /// Hands 0 for a result or the hash of an exception, and what follows it, to `read`.
+    ///
+    /// # Errors
+    /// The call has no reply.
+    pub fn read<T>(self, read: impl FnOnce(i32, &mut Reader<'_>) -> T) -> Result<T, CallError> {
+        let (case, mut reader) = self.reply?;
+        Ok(read(case, &mut reader))
+    }
+
     /// [`Ended::result`], which `read` reads.
     fn result_with<R, E: Throws>(
         self,

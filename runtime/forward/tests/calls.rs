@@ -1,0 +1,374 @@
+//! Calls through a real `rcforward`, whose callers and servers this test plays.
+
+use rc_middleware::typed::{
+    Call, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
+};
+use rc_middleware::{
+    Address, Backend, CallError, DecodeError, Endpoint, Environment, Reader, RunDirectory, Server,
+    Settings, TypeIdentity, WakeEvent, wait,
+};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// No test waits longer for anything.
+const LIMIT: Duration = Duration::from_secs(60);
+/// The longest look at one end while another one may have news.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Two interfaces through a proxy, of which one has little time.
+const DESCRIPTION: &str = r#"{
+    "name": "rcforward", "model": "0000000000000001", "middleware": "iceoryx2", "period_ns": 1000000000,
+    "types": [{"module": "Demo", "types": [
+            {"name": "Odd", "exception": [{"name": "number", "type": "int32"}]}],
+        "interfaces": [{"name": "Half", "operations": [
+            {"name": "half", "id": 7, "hash": "0000000000000007", "pattern": "query",
+             "inputs": [{"name": "number", "type": "int32"}], "result": "int32", "throws": [["Demo::Odd", 13]]},
+            {"name": "note", "id": 9, "hash": "0000000000000009", "pattern": "command",
+             "inputs": [{"name": "number", "type": "int32"}]}]}]}],
+    "slots": [SLOTS],
+    "routes": [{"from": "Half", "to": "inside_Half"}, {"from": "Hasty", "to": "inside_Hasty"}]
+}"#;
+
+/// `int32 half(int32 number) throws Odd`
+const HALF: Operation = Operation {
+    name: "half",
+    id: 7,
+    type_hash: 7,
+    two_way: true,
+    replies: &[ReplyVariant::of::<i32>(ODD), ReplyVariant::of::<i32>(0)],
+};
+/// `void note(int32 number)`
+const NOTE: Operation = Operation::one_way("note", 9, 9);
+/// The number of the exception.
+const ODD: i32 = 13;
+/// The number that the server refuses because of its state.
+const BUSY: i32 = -1;
+
+#[derive(Clone, Debug, PartialEq)]
+enum Failed {
+    Odd(i32),
+    Call(CallError),
+}
+
+impl From<CallError> for Failed {
+    fn from(error: CallError) -> Self {
+        Self::Call(error)
+    }
+}
+
+impl Throws for Failed {
+    fn read(case: i32, reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        match case {
+            ODD => Ok(Self::Odd(reader.get()?)),
+            _ => Err(DecodeError::Unknown("exception in the reply")),
+        }
+    }
+
+    fn refuse(self, request: &mut Request<'_>) -> Result<(), HandlerError> {
+        request.fail(&format!("{self:?}"))
+    }
+}
+
+fn description() -> String {
+    let slot = |name: &str, role: &str, qos: &str| {
+        format!(
+            r#"{{"name": "{name}", "role": "{role}", "interface": "Half", "type_name": "Demo::Half",
+            "type_hash": "0000000000000002", "middleware": "iceoryx2", "qos": {{{qos}}},
+            "operations": [{{"name": "half"}}, {{"name": "note"}}]}}"#
+        )
+    };
+    let slots = [
+        slot("Half", "implements", ""),
+        slot("Hasty", "implements", ""),
+        slot("inside_Half", "requires", r#""timeout_ns": 60000000000"#),
+        slot("inside_Hasty", "requires", r#""timeout_ns": 300000000"#),
+    ];
+    DESCRIPTION.replace("SLOTS", &slots.join(","))
+}
+
+/// A running proxy.
+struct Proxy {
+    child: Child,
+    network: String,
+    directory: RunDirectory,
+}
+
+impl Proxy {
+    fn start(name: &str) -> Self {
+        let network = format!("{name}-{}", std::process::id());
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcforward"));
+        command.arg(description());
+        command.args(["--network", &network, "--name", "arm"]);
+        for slot in ["Half", "Hasty"] {
+            command.arg(format!("--bind={slot}={network}/arm/{slot}"));
+            command.arg(format!("--bind=inside_{slot}={network}/motor/{slot}"));
+        }
+        let child = command.stdin(Stdio::null()).spawn().expect("rcforward");
+        let directory = RunDirectory::open(&network).expect("a run directory");
+        Self {
+            child,
+            network,
+            directory,
+        }
+    }
+
+    fn join(&self, instance: &str) -> Box<dyn Backend> {
+        let environment = Environment {
+            network: self.network.clone(),
+            instance: instance.to_owned(),
+            directory: self.directory.clone(),
+            wake_event: WakeEvent::new().expect("an event"),
+            settings: Settings::default(),
+        };
+        let linked = rc_backends::find("iceoryx2").expect("a middleware");
+        (linked.connect)(&environment).expect("the network")
+    }
+
+    fn endpoint(&self, component: &str, slot: &str) -> Endpoint {
+        let address = format!("{}/{component}/{slot}", self.network);
+        Endpoint {
+            address: Address::parse(&address).expect("an address"),
+            types: TypeIdentity {
+                name: "Demo::Half".to_owned(),
+                hash: 2,
+            },
+            external_types: Vec::new(),
+            qos: rc_middleware::Qos::CALL,
+        }
+    }
+
+    /// A client of the proxy, once the proxy is there.
+    fn caller(&self, backend: &dyn Backend, slot: &str) -> TypedClient {
+        let port = backend.client(&self.endpoint("arm", slot));
+        let caller = TypedClient::new(port.expect("a client"), LIMIT);
+        until("the proxy is there", || caller.peers() == 1);
+        caller
+    }
+
+    /// A server behind the proxy, once the proxy sees it.
+    fn server(&self, backend: &dyn Backend, slot: &str) -> Box<dyn Server> {
+        let server = backend.server(&self.endpoint("motor", slot));
+        let server = server.expect("a server");
+        until("the proxy calls it", || server.peers() == 1);
+        server
+    }
+}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = self.directory.remove();
+    }
+}
+
+fn until(what: &str, mut condition: impl FnMut() -> bool) {
+    let end = Instant::now() + LIMIT;
+    while !condition() {
+        assert!(Instant::now() < end, "waited in vain until {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// A message that a server behind the proxy got.
+enum Got {
+    Half(i32, DeferredRequest),
+    Note(i32),
+}
+
+impl Got {
+    fn number(&self) -> i32 {
+        match self {
+            Self::Half(number, _) | Self::Note(number) => *number,
+        }
+    }
+
+    /// Replies as the interface says.
+    fn reply(self) {
+        let Self::Half(number, request) = self else {
+            return;
+        };
+        let sent = request.reply(|request| match number {
+            BUSY => drop(request.unavailable(&HALF, "driving")),
+            odd if odd % 2 == 1 => {
+                let sent = request.reply_with(ODD, |writer| writer.put(&odd));
+                sent.expect("an exception");
+            }
+            even => {
+                let sent = request.reply_with(0, |writer| writer.put(&(even / 2)));
+                sent.expect("a result");
+            }
+        });
+        sent.expect("to reply");
+    }
+}
+
+/// Takes what has come to a server.
+fn take(server: &mut dyn Server, got: &mut Vec<Got>) {
+    let woken = wait(&[server.descriptor()], LOOK) != 0;
+    server.acknowledge(woken);
+    let mut handler = |header, body: &[u8], reply: &mut dyn rc_middleware::Reply| {
+        let mut request = Request::open(header, body, reply).expect("an envelope");
+        let operation = if request.operation == HALF.id {
+            HALF
+        } else {
+            NOTE
+        };
+        let number = request.arguments(&operation, Reader::get::<i32>);
+        let number = number.expect("a number");
+        got.push(match request.defer() {
+            Some(later) => Got::Half(number, later),
+            None => Got::Note(number),
+        });
+        request.close();
+    };
+    while server.serve(&mut handler).expect("requests") {}
+}
+
+fn take_until(server: &mut dyn Server, count: usize) -> Vec<Got> {
+    let mut got = Vec::new();
+    until("requests have come", || {
+        take(server, &mut got);
+        got.len() >= count
+    });
+    got
+}
+
+fn start(caller: &mut TypedClient, number: i32) -> Call<i32, Failed> {
+    let call = caller.start::<i32, Failed>(&HALF, (&number,));
+    call.expect("to be started")
+}
+
+/// The end of the next call.
+fn next(caller: &mut TypedClient) -> Result<i32, Failed> {
+    let mut ended = None;
+    until("a call ends", || {
+        ended = caller.poll_with(|ended| ended.result::<i32, Failed>());
+        ended.is_some()
+    });
+    ended.expect("an end")
+}
+
+#[test]
+fn a_long_call_holds_nobody_up() {
+    let proxy = Proxy::start("forward_long");
+    let inside = proxy.join("motor");
+    let mut slow = proxy.server(&*inside, "Half");
+    let mut fast = proxy.server(&*inside, "Hasty");
+    let [one, other] = ["one", "other"].map(|name| proxy.join(name));
+    let mut long = proxy.caller(&*one, "Half");
+    let mut short = proxy.caller(&*other, "Hasty");
+    let call = start(&mut long, 8);
+    let held = take_until(&mut *slow, 1);
+    // The proxy has the call, and its next one of the same client, one of another one, and of another slot.
+    let second = start(&mut long, 6);
+    let mut of_other = proxy.caller(&*other, "Half");
+    let third = start(&mut of_other, 4);
+    let fourth = start(&mut short, 2);
+    for got in take_until(&mut *fast, 1) {
+        got.reply();
+    }
+    assert_eq!(next(&mut short), Ok(1));
+    for got in take_until(&mut *slow, 2) {
+        got.reply();
+    }
+    assert_eq!((next(&mut long), next(&mut of_other)), (Ok(3), Ok(2)));
+    for got in held {
+        got.reply();
+    }
+    assert_eq!(next(&mut long), Ok(4));
+    drop((call, second, third, fourth));
+}
+
+#[test]
+fn calls_and_commands_of_a_sender_keep_their_order_within_a_bound() {
+    let proxy = Proxy::start("forward_order");
+    let inside = proxy.join("motor");
+    let mut server = proxy.server(&*inside, "Half");
+    let backends = ["one", "other"].map(|name| proxy.join(name));
+    let mut callers = backends
+        .each_ref()
+        .map(|backend| proxy.caller(&**backend, "Half"));
+    let mut calls = Vec::new();
+    for number in 0..6 {
+        for (caller, base) in callers.iter_mut().zip([0, 100]) {
+            calls.push(start(caller, base + 4 * number));
+            let sent = caller.send(&NOTE, (&(base + 4 * number + 1),));
+            sent.expect("to be sent");
+        }
+    }
+    // Eight calls are under way; the others wait until one of these has ended.
+    let mut got = take_until(&mut *server, 8);
+    let end = Instant::now() + Duration::from_millis(100);
+    while Instant::now() < end {
+        take(&mut *server, &mut got);
+    }
+    let queries = got.iter().filter(|got| matches!(got, Got::Half(..)));
+    assert_eq!(queries.count(), 8);
+    let mut numbers = Vec::new();
+    until("all have come", || {
+        for got in got.drain(..) {
+            numbers.push(got.number());
+            got.reply();
+        }
+        take(&mut *server, &mut got);
+        numbers.len() == 24
+    });
+    for (caller, base) in callers.iter_mut().zip([0, 100]) {
+        let own = |number: &&i32| (base..base + 100).contains(*number);
+        let came: Vec<i32> = numbers.iter().filter(own).copied().collect();
+        let sent = (0..6).flat_map(|number| [base + 4 * number, base + 4 * number + 1]);
+        assert_eq!(came, sent.collect::<Vec<_>>());
+        for number in 0..6 {
+            assert_eq!(next(caller), Ok((base + 4 * number) / 2));
+        }
+    }
+}
+
+#[test]
+fn exceptions_refusals_and_deadlines_come_back() {
+    let proxy = Proxy::start("forward_ends");
+    let inside = proxy.join("motor");
+    let outside = proxy.join("one");
+    let mut caller = proxy.caller(&*outside, "Half");
+    let mut hasty = proxy.caller(&*outside, "Hasty");
+    let refused = |result: Result<i32, Failed>| match result {
+        Err(Failed::Call(CallError::Refused(reason))) => reason,
+        other => panic!("{other:?}"),
+    };
+    let call = start(&mut caller, 2);
+    let none = refused(next(&mut caller));
+    let address = format!("`{}/motor/Half`", proxy.network);
+    assert!(
+        none.contains("no server at") && none.contains(&address),
+        "{none}"
+    );
+    drop(call);
+    let mut server = proxy.server(&*inside, "Half");
+    let state = "driving".to_owned();
+    let unavailable = Err(Failed::Call(CallError::Unavailable { state }));
+    let cases = [(3, Err(Failed::Odd(3))), (BUSY, unavailable), (10, Ok(5))];
+    let calls = cases
+        .each_ref()
+        .map(|(number, _)| start(&mut caller, *number));
+    for got in take_until(&mut *server, 3) {
+        got.reply();
+    }
+    for (_, expected) in cases {
+        assert_eq!(next(&mut caller), expected);
+    }
+    // The server of the other slot takes the request, and does not reply.
+    let mut silent = proxy.server(&*inside, "Hasty");
+    let late = start(&mut hasty, 2);
+    let held = take_until(&mut *silent, 1);
+    let reason = refused(next(&mut hasty));
+    assert!(reason.contains("within 300ms"), "{reason}");
+    drop((held, late, calls));
+    // It leaves with a call.
+    let lost = start(&mut caller, 2);
+    drop(take_until(&mut *server, 1));
+    drop(server);
+    let reason = refused(next(&mut caller));
+    assert!(reason.contains("died"), "{reason}");
+    drop(lost);
+}
