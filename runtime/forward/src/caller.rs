@@ -72,6 +72,7 @@ impl<'d> Caller<'d> {
                     .and(result);
             }
         };
+        let id = call.id();
         let waiting = Waiting {
             request,
             operation,
@@ -79,7 +80,7 @@ impl<'d> Caller<'d> {
             there: begin.elapsed(),
             _call: call,
         };
-        self.waiting.insert(waiting._call.id(), waiting);
+        self.waiting.insert(id, waiting);
         Ok(())
     }
 

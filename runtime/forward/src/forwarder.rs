@@ -17,7 +17,7 @@ const MOMENT: Duration = Duration::from_micros(200);
 
 /// What sends in a slot, or in a member of an array.
 enum Sender<'d> {
-    Client(Caller<'d>),
+    Client(Box<Caller<'d>>),
     /// By the number of the operation.
     Publishers(Vec<TypedPublisher>),
 }
@@ -31,7 +31,9 @@ impl Sender<'_> {
     ) -> Result<Self, rc_middleware::OpenError> {
         let of = &program.slots[described];
         if of.role == Role::Requires {
-            return ports.client(slot).map(Caller::new).map(Self::Client);
+            return ports
+                .client(slot)
+                .map(|client| Self::Client(Box::new(Caller::new(client))));
         }
         let topics = (0..of.operations.len()).map(|operation| ports.publisher(slot, operation));
         Ok(Self::Publishers(topics.collect::<Result<_, _>>()?))
