@@ -1,7 +1,7 @@
 //! Calls through a real `rcforward`, whose callers and servers this test plays.
 
 use rc_middleware::typed::{
-    Call, DeferredRequest, Ended, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
+    Call, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
 };
 use rc_middleware::{
     Address, Backend, CallError, DecodeError, Endpoint, Environment, Reader, RunDirectory, Server,
@@ -243,10 +243,10 @@ fn start(caller: &mut TypedClient, number: i32) -> Call<i32, Failed> {
 fn next(caller: &mut TypedClient) -> Result<i32, Failed> {
     let mut ended = None;
     until("a call ends", || {
-        ended = caller.poll_with(Ended::result::<i32, Failed>);
+        ended = caller.poll_with(|ended| (ended.id, ended.result::<i32, Failed>()));
         ended.is_some()
     });
-    ended.expect("an end")
+    ended.expect("an end").1
 }
 
 #[test]
