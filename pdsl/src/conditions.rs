@@ -224,9 +224,10 @@ impl<'m> ConditionResolver<'m> {
 
     fn path(&mut self, path: &Path, compared_with: Option<&'m Parameter>) -> Option<OperandType> {
         if let ([name], Some(chosen)) = (path.names.as_slice(), compared_with)
-            && self.level(&name.text).is_none()
+            && let choice = Value::Text(name.text.clone())
+            && (self.level(&name.text).is_none()
+                || (self.is_group(&name.text) && chosen.choices.contains(&choice)))
         {
-            let choice = Value::Text(name.text.clone());
             if chosen.choices.contains(&choice) {
                 self.steps.push(Step::Value(choice));
                 return Some(OperandType::Text);
@@ -337,6 +338,13 @@ impl<'m> ConditionResolver<'m> {
             let declared = self.blocks[*level].parameter(name);
             declared.is_some() || self.is_invalid(*level, [name])
         })
+    }
+
+    /// Whether `name` is that of a group, which has no value to compare: a choice may have it, too.
+    fn is_group(&self, name: &str) -> bool {
+        let level = self.level(name);
+        let declared = level.and_then(|level| self.blocks[level].parameter(name));
+        declared.is_some_and(|declared| matches!(declared.kind, Kind::Group(_)))
     }
 
     fn is_invalid<'n>(&self, level: usize, names: impl IntoIterator<Item = &'n str>) -> bool {

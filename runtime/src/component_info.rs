@@ -208,6 +208,7 @@ impl ComponentInfo {
             world: status.world.clone(),
             slots: slots.collect(),
             done_beside: shared.beside.list(),
+            group: status.group.clone(),
         }
     }
 }

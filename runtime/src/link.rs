@@ -10,7 +10,7 @@ use crate::lifecycle::Goal;
 use rc_configuration::ParamChange;
 use rc_diagnostics::foreign;
 use rc_management::Output;
-use rc_management::component::{Changed, State};
+use rc_management::component::{Changed, GroupStatus, State};
 use rc_management::lines::{LIMIT, Lines, Overlong};
 use rc_management::link::{
     ComponentMessage, Heartbeat, LifecycleReport, MOST_GARBAGE, SupervisorMessage,
@@ -106,6 +106,8 @@ pub(crate) struct LinkInput {
     pub(crate) settled: Vec<(u64, bool)>,
     /// The state to which the life cycle is to be brought.
     pub(crate) goal: Option<Goal>,
+    /// How the group of a proxy is.
+    pub(crate) group: Option<GroupStatus>,
 }
 
 impl Link {
@@ -266,6 +268,7 @@ impl Link {
                             number,
                         });
                     }
+                    Some(SupervisorMessage::Group(group)) => input.group = Some(group),
                     None => self.garbage += line.size(),
                 }
             }

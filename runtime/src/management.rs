@@ -412,6 +412,9 @@ impl Server {
         if let (Some(lifecycle), Some(goal)) = (&self.shared.lifecycle, input.goal) {
             lifecycle.set_goal(goal);
         }
+        if input.group.is_some() {
+            self.shared.status().group = input.group;
+        }
         if input.closed {
             self.link = None;
             self.shared.wake_event.stop();

@@ -9,8 +9,8 @@ use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
 use rc_management::component::{
-    ClockKind, ConvertedStatus, ForwardedStatus, QueueStatus, State, Timing, TransportStatus,
-    WorldStatus,
+    ClockKind, ConvertedStatus, ForwardedStatus, GroupStatus, QueueStatus, State, Timing,
+    TransportStatus, WorldStatus,
 };
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
@@ -152,6 +152,8 @@ pub(crate) struct Status {
     pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// Peers that are there and do not fit; the log has all.
     pub(crate) mismatches: Vec<String>,
+    /// Of a proxy: its group.
+    pub(crate) group: Option<GroupStatus>,
     /// Content of the next heartbeat.
     pub(crate) delta: HeartbeatDelta,
 }
@@ -290,6 +292,7 @@ impl Status {
             transports: Vec::new(),
             queues: Vec::new(),
             mismatches: Vec::new(),
+            group: None,
             delta: HeartbeatDelta::default(),
         }
     }

@@ -237,7 +237,9 @@ fn text(exported: &[Exported<'_>]) -> String {
     }
     let mut text = String::new();
     for file in imports {
-        let _ = writeln!(text, "import \"{}\";", file.display());
+        let file = file.display().to_string();
+        let file = file.replace('\\', "\\\\").replace('"', "\\\"");
+        let _ = writeln!(text, "import \"{file}\";");
     }
     // Any name does: that of the group may be no name of a component.
     text.push_str("Component rcforward { Communications { }; language Rust; };\n");

@@ -2,6 +2,7 @@
 
 use crate::log::reporter::Reporter;
 use crate::supervisor::unit::Unit;
+use rc_management::component::GroupStatus;
 use rc_management::event::Severity;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
 use std::collections::BTreeMap;
@@ -10,13 +11,17 @@ use std::collections::BTreeMap;
 const INCOMPLETE: &str = "group-incomplete";
 const COMPLETE: &str = "group-complete";
 
-/// Begins and ends the condition of each group with a proxy whose components do not all run.
+/// Begins and ends the condition of each group with a proxy whose components do not all run, and
+/// tells the proxies how their groups are.
 pub(super) fn watch(units: &mut [Unit], report: &Reporter) {
     for at in 0..units.len() {
         let proxy = &units[at];
         if proxy.component.behind.is_empty() || !proxy.is_ready() {
             continue;
         }
+        let group = group(units, at);
+        units[at].tell_group(group);
+        let proxy = &units[at];
         let behind = proxy.component.behind.iter();
         let behind = behind.filter_map(|name| units.iter().find(|unit| unit.name() == name));
         let worst = behind.max_by_key(|unit| badness(unit.state()));
@@ -37,6 +42,25 @@ pub(super) fn watch(units: &mut [Unit], report: &Reporter) {
             }
             None => {}
         }
+    }
+}
+
+/// The group of a proxy.
+fn group(units: &[Unit], at: usize) -> GroupStatus {
+    let proxy = &units[at];
+    let behind = proxy.component.behind.iter();
+    let behind: Vec<&Unit> = behind
+        .filter_map(|name| units.iter().find(|unit| unit.name() == name))
+        .collect();
+    let all = behind.iter().copied().chain([proxy]);
+    let worst = all.map(Unit::state).max_by_key(|state| badness(*state));
+    GroupStatus {
+        state: worst.unwrap_or_else(|| proxy.state()),
+        ready: behind.iter().all(|unit| unit.is_ready()),
+        components: behind
+            .iter()
+            .map(|unit| (unit.name().to_owned(), unit.state()))
+            .collect(),
     }
 }
 

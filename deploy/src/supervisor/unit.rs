@@ -23,7 +23,9 @@ use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::logs;
 use rc_deploy_network::plan::Component;
 use rc_management::agent::Exit;
-use rc_management::component::{ConvertedStatus, ForwardedStatus, State};
+use rc_management::component::{ConvertedStatus, ForwardedStatus, GroupStatus, State};
+use rc_management::link::SupervisorMessage;
+use rc_management::rpc;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::OwnedFd;
@@ -86,6 +88,8 @@ pub(crate) struct Unit {
     pub(super) unkept: Option<String>,
     /// Life cycle, if it is managed.
     pub(super) lifecycle: Option<LifecycleControl>,
+    /// What the process of a proxy knows of its group.
+    told: Option<GroupStatus>,
 }
 
 #[derive(Debug)]
@@ -159,6 +163,7 @@ impl Unit {
             proposal: ProposalAnswers::default(),
             unkept: None,
             lifecycle: component.managed.then(LifecycleControl::new),
+            told: None,
             process_log: component.thread.as_ref().map(|thread| {
                 let folder = log.parent().unwrap_or(Path::new(""));
                 logs::file(folder, &thread.process)
@@ -388,6 +393,7 @@ impl Unit {
         self.lost.clear();
         self.converted.clear();
         self.forwarded.clear();
+        self.told = None;
         self.unkept = self.changes.lost();
         self.hung = None;
         self.garbage = 0;
@@ -401,6 +407,17 @@ impl Unit {
             started: now,
             stopping,
         });
+    }
+
+    /// Tells a proxy how its group is, unless it knows.
+    pub(super) fn tell_group(&mut self, group: GroupStatus) {
+        if let Phase::Alive(running) = &self.phase
+            && self.told.as_ref() != Some(&group)
+        {
+            let line = rpc::notification(&SupervisorMessage::Group(group.clone()));
+            running.handle.send_line(&String::from_utf8_lossy(&line));
+            self.told = Some(group);
+        }
     }
 
     /// Its host could not start it.

@@ -453,6 +453,29 @@ fn order_and_policies_are_the_same_for_all_engines() {
     assert_eq!(pod["terminationGracePeriodSeconds"], 3);
 }
 
+/// The proxy of a group is a service of its own, behind the components inside.
+#[test]
+fn a_proxy_is_exported_with_the_order_of_its_group() {
+    let network = "components/networks/patrol_group.ddsl";
+    let (systemd, _) = exported(network, Engine::Systemd);
+    let unit = systemd.files.iter().map(|(path, _, text)| (path, text));
+    let named = |path: &Path| path.to_string_lossy().ends_with("-robot.service");
+    let mut units = unit.filter(|(path, _)| named(path));
+    let (_, unit) = units.next().expect("the unit of the proxy");
+    assert!(unit.contains("/rcforward \\\n"), "{unit}");
+    assert!(unit.contains("-robot-simulator.service\n"), "{unit}");
+    let compose = &documents(&exported(network, Engine::Compose).0)[0]["services"]["robot"];
+    let need = &compose["depends_on"]["robot-simulator"];
+    assert_eq!(need["condition"], "service_healthy", "{compose}");
+    let entry = compose["entrypoint"][0].as_str().expect("a program");
+    assert!(entry.ends_with("/rcforward"), "{entry}");
+    let manifests = documents(&exported(network, Engine::Kubernetes).0);
+    let of_robot = |m: &&Value| m["metadata"]["annotations"]["robocomp-component"] == "robot";
+    let manifest = manifests.iter().find(of_robot).expect("a manifest");
+    let waits = &manifest["spec"]["template"]["spec"]["initContainers"];
+    assert_eq!(waits[0]["command"][5], "robot-simulator", "{manifest}");
+}
+
 /// The image has all that the manifests name, and its context has all that it copies.
 #[test]
 fn the_image_holds_what_the_pods_need() {

@@ -384,7 +384,10 @@ impl<'a> Request<'a> {
     /// Leaves the reply for later, for a handler that knows the operation of the request
     /// ([`Request::arguments`]). `None` for a command, and where the middleware cannot.
     pub fn defer(&mut self) -> Option<DeferredRequest> {
-        let reply = self.reply.defer().filter(|_| self.two_way)?;
+        if !self.two_way {
+            return None;
+        }
+        let reply = self.reply.defer()?;
         Some(DeferredRequest {
             operation: self.operation,
             id: self.id,

@@ -3,10 +3,12 @@
 use crate::hops;
 use crate::observation;
 use crate::rpc::{Call, Error};
+use crate::supervisor::ComponentState;
 use rc_lifecycle::{LifecycleState, Transition};
 use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -271,6 +273,22 @@ pub struct Status {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub done_beside: Vec<String>,
+    /// Of the proxy of a group that a supervisor runs: the group.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<GroupStatus>,
+}
+
+/// The components of a group with a proxy, as the supervisor sees them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GroupStatus {
+    /// That of the worst component, the proxy among them.
+    pub state: ComponentState,
+    /// Whether all are ready.
+    pub ready: bool,
+    /// The states of the components behind the proxy, by their names.
+    #[serde(default)]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub components: BTreeMap<String, ComponentState>,
 }
 
 /// The replica of a shared world in a component.

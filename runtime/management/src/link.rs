@@ -1,7 +1,8 @@
 //! Notifications between a component and the supervisor that started it.
 
 use crate::component::{
-    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State, WorldStatus,
+    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, GroupStatus, MachineStatus, State,
+    WorldStatus,
 };
 use crate::rpc::{self, Call};
 use rc_lifecycle::LifecycleState;
@@ -93,6 +94,8 @@ pub enum SupervisorMessage {
         /// A primary state.
         goal: LifecycleState,
     },
+    /// To a proxy: how the group is for which it stands. It comes with each change.
+    Group(GroupStatus),
 }
 
 /// The life cycle of a managed component.

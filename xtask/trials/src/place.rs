@@ -1,6 +1,8 @@
 //! `cargo xtask bench place`: the same two components, of the same program, as threads of one process
 //! and as two processes; and the copies of a message.
 
+mod proxy;
+
 use crate::bench::machine;
 use crate::compare::{Ratio, met};
 use crate::figure::mark;
@@ -96,6 +98,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     });
     drop(sides);
     copies()?;
+    ratios.extend(proxy::run(&program, profile, share)?);
     if !met(&ratios) {
         eprintln!("xtask: a goal was missed");
     }
@@ -184,18 +187,7 @@ impl Placed {
     }
 
     fn in_two(program: &Path) -> Result<Self, Failure> {
-        let network = Network::new("two")?;
-        let own = arguments(&network.name, "iceoryx2");
-        let of = ["pong", "ping"].map(|name| {
-            let member = ["--member".to_owned(), name.to_owned()];
-            [&member[..], &own].concat()
-        });
-        let of = of
-            .each_ref()
-            .map(|all| all.iter().map(String::as_str).collect());
-        let of: [Vec<&str>; 2] = of;
-        let programs = [program.to_owned(), program.to_owned()];
-        let pair = Pair::start([&[], &[]], &programs, [&of[0], &of[1]], Some(network))?;
+        let pair = Pair::members_in(Network::new("two")?, program, &[])?;
         Ok(Self::Two(pair))
     }
 

@@ -78,6 +78,39 @@ pub(crate) fn program(name: &str, profile: Profile) -> Result<PathBuf, Failure> 
     first.ok_or_else(|| format!("{} has no component", path.display()).into())
 }
 
+/// Builds the program of proxies. Returns it with the description of the proxy `name` in
+/// `xtask/bench/NETWORK.ddsl`.
+pub(crate) fn proxy(
+    network: &str,
+    name: &str,
+    profile: Profile,
+) -> Result<(PathBuf, String), Failure> {
+    let path = root()
+        .join("xtask/bench")
+        .join(network)
+        .with_extension("ddsl");
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo
+        .current_dir(root())
+        .args(["build", "--quiet", "--package", "rc-forward"]);
+    if profile == Profile::Release {
+        cargo.arg("--release");
+    }
+    finish(cargo, BUILD)?;
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+    let (network, found) = load(&path, &Overrides::default(), &mut sources, &loader)?;
+    let network = network.filter(|_| !found.has_errors());
+    let network = network.ok_or_else(|| render(&sources, &found, Format::Human))?;
+    let components = network.plan(profile)?.components.into_iter();
+    let mut components = components.filter(|component| component.name == name);
+    let proxy = components.next();
+    let mut args = proxy.as_ref().map_or(&[][..], |proxy| &proxy.args).iter();
+    match (&proxy, args.next()) {
+        (Some(proxy), Some(description)) => Ok((proxy.executable.clone(), description.clone())),
+        _ => Err(format!("{} has no proxy `{name}`", path.display()).into()),
+    }
+}
+
 /// Builds what the tests start, before they run.
 pub(crate) fn build_for_tests() -> Result<(), Failure> {
     build_interop(Profile::Dev)?;

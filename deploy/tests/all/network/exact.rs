@@ -156,3 +156,38 @@ fn started_calls_live_again_exactly() {
         assert!(ran.stdout.contains("the run is the same"), "{ran:?}");
     }
 }
+
+/// In lockstep, a proxy passes the calls and the poses of a recorded group in the same ticks of each
+/// run, and both sides live again.
+#[test]
+fn a_group_with_a_proxy_lives_again_exactly() {
+    let run = |name: &str| {
+        let site = Site::new(name);
+        site.monitor("trace", 100);
+        let exact = "record { exact; };";
+        site.write_ddsl(&format!(
+            "Deployment patrol\n{{\n    time simulated by clock;\n    Group robot {{\n        \
+             Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; {exact} }};\n        \
+             export Laser, DifferentialRobot, BatteryStatus, FullPoseEstimationPub;\n        proxy;\n    }};\n    \
+             Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; }};\n    \
+             Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; {exact} }};\n    \
+             Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; }};\n}};\n"
+        ));
+        let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"5s\"\n";
+        site.write("clock.toml", clock);
+        let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+        assert_eq!(up.code, 0, "{up:?}");
+        site.await_end_of("monitor");
+        assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+        site.assert_nothing_left();
+        for component in ["robot.simulator", "avoider"] {
+            let ran = replay(&site, &recording(&site, component));
+            assert_eq!(ran.code, 0, "{component}: {ran:?}");
+            assert!(ran.stdout.contains("the run is the same"), "{ran:?}");
+        }
+        std::fs::read_to_string(site.path("trace")).expect("a trace")
+    };
+    let [first, second] = ["exact_proxy_one", "exact_proxy_two"].map(run);
+    assert!(first.lines().count() >= 100, "{first}");
+    assert_eq!(first, second);
+}

@@ -60,6 +60,18 @@ fn a_group_with_a_proxy_is_one_component() {
     );
     let (code, pose) = call(&site);
     assert!(code == 0 && pose.contains("alpha"), "{pose}");
+    // The tools of an operator look behind the proxy.
+    let inside = "robot.simulator.DifferentialRobot.getBasePose";
+    let called = site.rcdeploy(&["call", &site.network, inside], false);
+    assert_eq!(called.code, 0, "{called:?}");
+    let group = |state: &str| {
+        serde_json::json!({
+            "state": state, "ready": state == "running", "components": {"robot.simulator": state},
+        })
+    };
+    Site::until("its own answer", || {
+        site.ask("robot", "status")["group"] == group("running")
+    });
 
     // Who calls a component that was killed learns why nobody replies.
     let pid = component(&status, "robot.simulator")["pid"].as_i64();
@@ -68,6 +80,9 @@ fn a_group_with_a_proxy_is_one_component() {
         .expect("a process");
     kill_process(pid, Signal::KILL).expect("to kill it");
     site.await_component("robot", |robot| robot["state"] == "failed");
+    Site::until("its own answer", || {
+        site.ask("robot", "status")["group"] == group("failed")
+    });
     let (code, refused) = call(&site);
     assert_ne!(code, 0, "{refused}");
     let inside = format!("no server at `{}/robot/simulator/", site.network);
@@ -205,7 +220,10 @@ fn a_proxy_stands_for_arrays_and_for_another_proxy() {
 
 /// The plan of a network of these components, and what `rcdeploy check` says of it.
 fn planned(body: &str) -> (Option<Plan>, String) {
-    let folder = tempfile::tempdir().expect("a folder");
+    planned_in(&tempfile::tempdir().expect("a folder"), body)
+}
+
+fn planned_in(folder: &tempfile::TempDir, body: &str) -> (Option<Plan>, String) {
     let write = |name: &str, text: &str| {
         std::fs::write(folder.path().join(name), text).expect("to write");
     };
@@ -222,7 +240,10 @@ fn planned(body: &str) -> (Option<Plan>, String) {
         );
         write(&format!("{name}.cdsl"), &component);
     }
-    write("gain.pdsl", "ComponentParams gain { gain int 2 T; };");
+    write(
+        "gain.pdsl",
+        "ComponentParams gain { gain int 2 T; mode string fast {slow, fast} T; };",
+    );
     write("n.ddsl", &format!("Deployment n {{ {body} }};"));
     let mut sources = SourceMap::new();
     let (path, loader) = (folder.path().join("n.ddsl"), FileLoader::default());
@@ -299,3 +320,37 @@ fn a_group_may_have_a_name_that_is_no_name_of_a_component() {
     );
     assert!(plan.is_some(), "{said}");
 }
+
+#[test]
+fn a_component_may_have_the_name_of_a_choice_that_a_rule_names() {
+    let rule = |choice: &str| {
+        format!(
+            "Component server {{ cdsl \"server.cdsl\"; executable \"x\"; }};
+             Component {choice} {{ cdsl \"server.cdsl\"; executable \"x\"; }};
+             require server.mode == {choice} \"the pace\";"
+        )
+    };
+    let (plan, said) = planned(&rule("fast"));
+    assert!(plan.is_some(), "{said}");
+    let (_, said) = planned(&rule("slow"));
+    assert!(said.contains("error[rule-broken]: the pace"), "{said}");
+}
+
+#[test]
+fn a_folder_may_have_any_name() {
+    let folder = tempfile::Builder::new()
+        .prefix("a \"quoted\" \\ folder")
+        .tempdir()
+        .expect("a folder");
+    std::fs::write(folder.path().join("Own.idsl"), OWN).expect("to write");
+    let server = "import \"Own.idsl\"; Component own { Communications { implements Own; }; language rust; };";
+    std::fs::write(folder.path().join("own.cdsl"), server).expect("to write");
+    let (plan, said) = planned_in(
+        &folder,
+        "Group robot { Component own { cdsl \"own.cdsl\"; executable \"x\"; }; export Own; proxy; };",
+    );
+    assert!(plan.is_some(), "{said}");
+}
+
+/// An interface that stands beside the component.
+const OWN: &str = "module Owned { interface Own { void go(); }; };";

@@ -2,6 +2,7 @@
 
 use super::golden::{Golden, text};
 use rc_lifecycle::{LifecycleState, Transition};
+use rc_management::supervisor::ComponentState;
 use rc_management::{component, rpc};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -224,6 +225,11 @@ pub(crate) fn of_components(golden: &mut Golden) {
             slot(Role::SubscribesTo, None),
         ],
         done_beside: vec![text("brief")],
+        group: Some(component::GroupStatus {
+            state: ComponentState::Failed,
+            ready: false,
+            components: [(text("sim.left"), ComponentState::Failed)].into(),
+        }),
     });
     let parameter = |path: &str| component::ParameterStatus {
         path: text(path),
