@@ -147,6 +147,7 @@ mod tests {
         }],
         types: &[],
         simulates_time: false,
+        converter: None,
         managed: false,
         note: b"",
     };

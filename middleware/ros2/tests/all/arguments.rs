@@ -70,6 +70,7 @@ static NODE: Description = Description {
     }],
     types: &[],
     simulates_time: false,
+    converter: None,
     managed: false,
     note: b"",
 };
@@ -85,6 +86,7 @@ static OTHER: Description = Description {
     backends: &[rc_local::LINKED],
     types: &[],
     simulates_time: false,
+    converter: None,
     managed: false,
     note: b"",
 };

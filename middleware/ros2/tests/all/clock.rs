@@ -23,6 +23,7 @@ static SOURCE: Description = Description {
     backends: &[rc_ros2::LINKED],
     types: &[],
     simulates_time: true,
+    converter: None,
     managed: false,
     note: b"",
 };

@@ -17,6 +17,7 @@ static NODE: Description = Description {
     types: &[],
     backends: &[rc_ros2::LINKED],
     simulates_time: false,
+    converter: None,
     managed: true,
     note: b"",
 };

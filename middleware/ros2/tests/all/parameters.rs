@@ -34,6 +34,7 @@ static NODE: Description = Description {
     backends: &[rc_ros2::LINKED],
     types: &[],
     simulates_time: false,
+    converter: None,
     managed: false,
     note: b"",
 };
