@@ -636,6 +636,65 @@ fn frames_change_by_the_tree_of_a_slot() {
     assert!(!made[0].contains('^'), "{made:?}");
 }
 
+/// A twist takes the transform behind its covariance; one end without a covariance is refused.
+#[test]
+fn a_twist_changes_its_frame_with_its_covariance() {
+    let idsl = "module L { struct V { double x; double y; double z; }; struct W { double x; double y; double z; };
+        struct S { @unit(\"ns\") long taken; V linear; W angular; double spread[36]; };
+        interface Laser { void push(S speed); }; };";
+    let of = |frames: &str, more: &str| {
+        let part = |name: &str, meaning: &str, ty: &str| {
+            format!(
+                "dproto {name} :: geometry {{ semantic = {meaning} coord = cartesian algebraic = named
+                     ddr = :: IDSL{{L::{ty}}} dr = {{ x = x, y = y, z = z }} axes = own }}\n"
+            )
+        };
+        format!(
+            "import \"Laser.idsl\";
+             axes own :: {ROS}
+             algebraic named :: Scalar{{x, y, z}}
+             {}{}dproto speed :: geometry {{ semantic = Twist composes = {{ LinearVelocity = linear, AngularVelocity = angular }}
+                 ddr = :: IDSL{{L::S}} dr = {{ linear = LinearVelocity, angular = AngularVelocity }}
+                 frames = {{ {frames} }} {more} }}",
+            part("linear", "LinearVelocity", "V"),
+            part("angular", "AngularVelocity", "W")
+        )
+    };
+    let sure = "covariance = { member spread }";
+    let (imu, base) = (
+        "with_respect_to = imu, stamp = member taken",
+        "with_respect_to = base",
+    );
+    let made = |ours: &str| {
+        let ours = format!("[{idsl}|||{ours}]subscribesTo Laser; requires InnerModel as tree;");
+        let theirs = format!("[{idsl}|||{}]publishes Laser;", of(imu, sure));
+        let all = [
+            ("a", ours.as_str()),
+            ("b", theirs.as_str()),
+            ("w", "implements InnerModel;"),
+        ];
+        let binds =
+            "bind a.Laser -> b.Laser { convert { frames tree; }; }; bind a.tree -> w.InnerModel;";
+        crate::network::connected_flat(&all, binds)
+    };
+    let (connections, found) = made(&of(base, sure));
+    assert_eq!(found, "");
+    let made_one = &connections[0];
+    assert!(
+        made_one.contains("frames imu → base at member taken; "),
+        "{made_one}"
+    );
+    // 6 numbers, 36 of the covariance, and the 12 of a transform.
+    assert!(made_one.contains("0i^imu>base@0*1:{q?42d!|"), "{made_one}");
+    assert!(made_one.contains("^11"), "{made_one}");
+    let (_, found) = made(&of(base, ""));
+    let reason = "error[no-conversion]: `a.Laser` expects `L::S` as Twist";
+    assert!(
+        found.contains(reason) && found.contains("the covariance would stay as it is"),
+        "{found}"
+    );
+}
+
 #[test]
 fn frames_that_cannot_change_are_refused() {
     let map = "with_respect_to = map";

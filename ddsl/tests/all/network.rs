@@ -171,6 +171,11 @@ pub(crate) fn made(instances: &[(&str, &str)], binds: &str) -> Vec<String> {
     connections
 }
 
+/// The connections and the diagnostics of instances as those of [`connect`].
+pub(crate) fn connected_flat(instances: &[(&str, &str)], binds: &str) -> (Vec<String>, String) {
+    connected(&flat(instances, binds), instances)
+}
+
 fn flat(instances: &[(&str, &str)], binds: &str) -> String {
     let components = instances
         .iter()
