@@ -468,7 +468,13 @@ impl Snapshot {
         })
     }
 
-    /// The type of a node or an edge.
+    /// The type of a node, or the relation of an edge. `None` if it was removed.
+    #[inline]
+    pub fn type_of(&self, element: Element) -> Option<Symbol> {
+        self.kind(element).ok()
+    }
+
+    #[inline]
     pub(crate) fn kind(&self, element: Element) -> Result<Symbol, Error> {
         match element {
             Element::Node(node) => Ok(self.place(node)?.kind),
@@ -478,6 +484,7 @@ impl Snapshot {
 
     /// Whether a type of nodes is another one, or inherits from it. A relation is also what its edges
     /// are to others.
+    #[inline]
     pub fn is_a(&self, kind: Symbol, wanted: Symbol) -> bool {
         self.types.is_a(kind, wanted)
     }

@@ -11,6 +11,9 @@ pub(crate) const LONGEST_TEXT: usize = 1 << 20;
 /// How many bytes the values hold at most that a query computes, in all its rows.
 const MOST_BYTES: usize = 256 << 20;
 
+/// An error as it travels: each value is a result on its way, and an error is larger than a value.
+pub(crate) type Result<T> = std::result::Result<T, Box<Error>>;
+
 /// Why a query did not end.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -102,20 +105,31 @@ impl Budget {
         }
     }
 
-    pub(crate) fn step(&mut self) -> Result<(), Error> {
-        self.steps = self.steps.checked_sub(1).ok_or(Error::Steps(self.all.0))?;
+    #[inline]
+    pub(crate) fn step(&mut self) -> Result<()> {
+        if self.steps == 0 {
+            return Err(Error::Steps(self.all.0).into());
+        }
+        self.steps -= 1;
         Ok(())
     }
 
-    pub(crate) fn row(&mut self) -> Result<(), Error> {
-        self.rows = self.rows.checked_sub(1).ok_or(Error::Rows(self.all.1))?;
+    #[inline]
+    pub(crate) fn row(&mut self) -> Result<()> {
+        if self.rows == 0 {
+            return Err(Error::Rows(self.all.1).into());
+        }
+        self.rows -= 1;
         Ok(())
     }
 
     /// Counts what a computed value holds.
-    pub(crate) fn hold(&mut self, cell: Cell) -> Result<Cell, Error> {
-        let left = self.bytes.checked_sub(cell.bytes());
-        self.bytes = left.ok_or(Error::Bytes(MOST_BYTES >> 20))?;
+    pub(crate) fn hold(&mut self, cell: Cell) -> Result<Cell> {
+        let bytes = cell.bytes();
+        if self.bytes < bytes {
+            return Err(Error::Bytes(MOST_BYTES >> 20).into());
+        }
+        self.bytes -= bytes;
         Ok(cell)
     }
 }

@@ -1,7 +1,7 @@
 //! Expressions.
 
 use crate::ast::{Expr, Function, Operator, Property};
-use crate::budget::Error;
+use crate::budget::{Error, Result};
 use crate::cell::Cell;
 use property_graph::schema::Factor;
 use property_graph::{Id, NodeId, Snapshot, Symbol};
@@ -26,7 +26,8 @@ fn id_cell(id: Id) -> Cell {
     }
 }
 
-fn wrong(what: &str, value: &Cell) -> Error {
+#[cold]
+fn wrong(what: &str, value: &Cell) -> Box<Error> {
     let kind = match value {
         Cell::Null => "null",
         Cell::Bool(_) => "a truth value",
@@ -38,11 +39,11 @@ fn wrong(what: &str, value: &Cell) -> Error {
         Cell::Node(_) => "a node",
         Cell::Edge(_) => "an edge",
     };
-    Error::Type(format!("expected {what}, found {kind}"))
+    Error::Type(format!("expected {what}, found {kind}")).into()
 }
 
 /// A truth value, or nothing.
-pub(crate) fn truth(value: &Cell) -> Result<Option<bool>, Error> {
+pub(crate) fn truth(value: &Cell) -> Result<Option<bool>> {
     match value {
         Cell::Null => Ok(None),
         Cell::Bool(yes) => Ok(Some(*yes)),
@@ -55,12 +56,12 @@ fn cell(truth: Option<bool>) -> Cell {
 }
 
 /// A number in another unit, or a list of numbers.
-fn converted(value: &Cell, factor: &Factor) -> Result<Cell, Error> {
+fn converted(value: &Cell, factor: &Factor) -> Result<Cell> {
     match value {
         Cell::Null => Ok(Cell::Null),
         Cell::List(all) => {
             let all = all.iter().map(|cell| converted(cell, factor));
-            Ok(Cell::List(all.collect::<Result<_, _>>()?))
+            Ok(Cell::List(all.collect::<Result<_>>()?))
         }
         other => {
             let number = other.number().ok_or_else(|| wrong("a number", other))?;
@@ -70,21 +71,19 @@ fn converted(value: &Cell, factor: &Factor) -> Result<Cell, Error> {
 }
 
 impl Scope<'_> {
-    pub(crate) fn eval(&self, expr: &Expr, row: &[Cell]) -> Result<Cell, Error> {
+    pub(crate) fn eval(&self, expr: &Expr, row: &[Cell]) -> Result<Cell> {
         match expr {
             Expr::Literal(value) => Ok(value.clone()),
             Expr::Variable(slot) => Ok(row.get(*slot).cloned().unwrap_or(Cell::Null)),
             Expr::Parameter(name, slot) => {
                 let value = self.parameters.get(*slot).copied().flatten();
-                value
-                    .cloned()
-                    .ok_or_else(|| Error::Parameter(rc_diagnostics::foreign::clean(&name.text)))
+                value.cloned().ok_or_else(|| {
+                    Error::Parameter(rc_diagnostics::foreign::clean(&name.text)).into()
+                })
             }
-            Expr::Property(of, name) => match self.eval(of, row)? {
-                Cell::Null => Ok(Cell::Null),
-                Cell::Node(node) => Ok(self.attribute(node.into(), name)),
-                Cell::Edge(edge) => Ok(self.attribute(edge.into(), name)),
-                other => Err(wrong("a node or an edge", &other)),
+            Expr::Property(of, name) => match &**of {
+                Expr::Variable(slot) => self.property(row.get(*slot).unwrap_or(&Cell::Null), name),
+                of => self.property(&self.eval(of, row)?, name),
             },
             Expr::Index(of, index) => match (self.eval(of, row)?, self.eval(index, row)?) {
                 (Cell::Null, _) | (_, Cell::Null) => Ok(Cell::Null),
@@ -97,14 +96,13 @@ impl Scope<'_> {
                 (other, _) => Err(wrong("a list", &other)),
             },
             Expr::List(all) => {
-                let all: Result<Vec<Cell>, Error> =
-                    all.iter().map(|item| self.eval(item, row)).collect();
+                let all: Result<Vec<Cell>> = all.iter().map(|item| self.eval(item, row)).collect();
                 list(all?)
             }
             Expr::Not(of) => Ok(cell(truth(&self.eval(of, row)?)?.map(|yes| !yes))),
             Expr::Negate(of) => match self.eval(of, row)? {
                 Cell::Null => Ok(Cell::Null),
-                Cell::Int(number) => number.checked_neg().map(Cell::Int).ok_or(Error::Overflow),
+                Cell::Int(number) => Ok(Cell::Int(number.checked_neg().ok_or(Error::Overflow)?)),
                 Cell::Float(number) => Ok(Cell::Float(-number)),
                 other => Err(wrong("a number", &other)),
             },
@@ -121,7 +119,7 @@ impl Scope<'_> {
             }
             Expr::Binary(operator, a, b) => self.binary(*operator, a, b, row),
             Expr::Call(function, arguments) => self.call(*function, arguments, row),
-            Expr::Aggregate(..) => Err(Error::Type("a sum is not possible here".to_owned())),
+            Expr::Aggregate(..) => Err(Error::Type("a sum is not possible here".to_owned()).into()),
         }
     }
 
@@ -134,13 +132,22 @@ impl Scope<'_> {
         }
     }
 
+    fn property(&self, of: &Cell, name: &Property) -> Result<Cell> {
+        match of {
+            Cell::Null => Ok(Cell::Null),
+            Cell::Node(node) => Ok(self.attribute((*node).into(), name)),
+            Cell::Edge(edge) => Ok(self.attribute((*edge).into(), name)),
+            other => Err(wrong("a node or an edge", other)),
+        }
+    }
+
     pub(crate) fn attribute(&self, element: property_graph::Element, name: &Property) -> Cell {
         let symbol = self.symbols.get(name.slot).copied().flatten();
         let value = symbol.and_then(|symbol| self.graph.get(element, symbol));
         value.map_or(Cell::Null, Cell::from)
     }
 
-    fn binary(&self, operator: Operator, a: &Expr, b: &Expr, row: &[Cell]) -> Result<Cell, Error> {
+    fn binary(&self, operator: Operator, a: &Expr, b: &Expr, row: &[Cell]) -> Result<Cell> {
         let left = self.eval(a, row)?;
         if matches!(operator, Operator::And | Operator::Or | Operator::Xor) {
             let left = truth(&left)?;
@@ -210,7 +217,7 @@ impl Scope<'_> {
         }
     }
 
-    fn call(&self, function: Function, arguments: &[Expr], row: &[Cell]) -> Result<Cell, Error> {
+    fn call(&self, function: Function, arguments: &[Expr], row: &[Cell]) -> Result<Cell> {
         if function == Function::Coalesce {
             for argument in arguments {
                 let value = self.eval(argument, row)?;
@@ -269,7 +276,7 @@ impl Scope<'_> {
             (Function::Size, Cell::List(all)) => Ok(Cell::Int(all.len() as i64)),
             (Function::Size, Cell::Text(text)) => Ok(Cell::Int(text.chars().count() as i64)),
             (Function::Absolute, Cell::Int(number)) => {
-                number.checked_abs().map(Cell::Int).ok_or(Error::Overflow)
+                Ok(Cell::Int(number.checked_abs().ok_or(Error::Overflow)?))
             }
             (Function::Absolute, Cell::Float(number)) => Ok(Cell::Float(number.abs())),
             (Function::ToText, Cell::Text(_)) => Ok(value),
@@ -289,7 +296,7 @@ impl Scope<'_> {
 impl Scope<'_> {
     /// The pose of `from` in `to`, or the operations that lead there. Nothing if they are not
     /// connected.
-    fn chain(&self, function: Function, to: NodeId, from: NodeId) -> Result<Cell, Error> {
+    fn chain(&self, function: Function, to: NodeId, from: NodeId) -> Result<Cell> {
         // A chain may lead over all nodes.
         let left = self.walk.get();
         let left = left.checked_sub(self.graph.node_count() as u64);
@@ -311,10 +318,10 @@ impl Scope<'_> {
 
 /// A list, with a bound on all that lists in it hold: a list of one list twice is small in memory, but
 /// not for those that compare or print it.
-fn list(cells: Vec<Cell>) -> Result<Cell, Error> {
+fn list(cells: Vec<Cell>) -> Result<Cell> {
     let mut left = crate::budget::LONGEST_LIST;
     if !fits(&cells, &mut left) {
-        return Err(Error::Overflow);
+        return Err(Error::Overflow.into());
     }
     Ok(Cell::List(cells.into()))
 }
@@ -332,12 +339,12 @@ fn fits(cells: &[Cell], left: &mut usize) -> bool {
     })
 }
 
-fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Error> {
+fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell> {
     match (operator, left, right) {
         (_, Cell::Null, _) | (_, _, Cell::Null) => Ok(Cell::Null),
         (Operator::Add, Cell::Text(a), Cell::Text(b)) => {
             if a.len() + b.len() > crate::budget::LONGEST_TEXT {
-                return Err(Error::Overflow);
+                return Err(Error::Overflow.into());
             }
             Ok(Cell::Text(format!("{a}{b}").into()))
         }
@@ -354,12 +361,12 @@ fn arithmetic(operator: Operator, left: &Cell, right: &Cell) -> Result<Cell, Err
                 Operator::Subtract => a.checked_sub(*b),
                 Operator::Multiply => a.checked_mul(*b),
                 Operator::Divide | Operator::Modulo if *b == 0 => {
-                    return Err(Error::Type("a division by zero".to_owned()));
+                    return Err(Error::Type("a division by zero".to_owned()).into());
                 }
                 Operator::Divide => a.checked_div(*b),
                 _ => a.checked_rem(*b),
             };
-            number.map(Cell::Int).ok_or(Error::Overflow)
+            Ok(Cell::Int(number.ok_or(Error::Overflow)?))
         }
         _ => {
             let a = left.number().ok_or_else(|| wrong("a number", left))?;

@@ -1,7 +1,7 @@
 //! Groups of rows, and what is counted and summed of each.
 
 use crate::ast::{Aggregate, Expr, InUnit, Item};
-use crate::budget::{Budget, Error};
+use crate::budget::{Budget, Error, Result};
 use crate::cell::Cell;
 use crate::eval::Scope;
 use std::cmp::Ordering;
@@ -59,33 +59,47 @@ struct Group {
     seen: Vec<Seen>,
 }
 
+/// `count`, `sum` or another one, and what of.
+struct Counted<'p> {
+    what: Aggregate,
+    is_distinct: bool,
+    value: Option<&'p Expr>,
+}
+
 /// One group for each combination of the values of the items that sum nothing.
-pub(crate) struct Groups {
+pub(crate) struct Groups<'p> {
+    items: &'p [Item],
+    /// All aggregates of the items, in their order.
+    counted: Vec<Counted<'p>>,
     places: BTreeMap<Key, usize>,
     /// In the order in which they came.
     all: Vec<Group>,
     has_keys: bool,
     /// Whether values outside of the aggregates are asked for.
     is_mixed: bool,
-    aggregates: usize,
     keys: Key,
 }
 
-/// Calls `f` with each aggregate of an expression, in its order.
-fn each<'e>(
-    expr: &'e Expr,
-    f: &mut dyn FnMut(Aggregate, bool, Option<&'e Expr>) -> Result<(), Error>,
-) -> Result<(), Error> {
+/// Collects the aggregates of an expression.
+fn collect<'p>(expr: &'p Expr, all: &mut Vec<Counted<'p>>) {
     match expr {
-        Expr::Aggregate(what, distinct, value) => f(*what, *distinct, value.as_deref()),
-        Expr::Literal(_) | Expr::Variable(_) | Expr::Parameter(..) => Ok(()),
-        Expr::Not(a) | Expr::Negate(a) | Expr::IsNull(a, _) | Expr::Property(a, _) => each(a, f),
-        Expr::InUnit(own) => each(&own.of, f),
-        Expr::Index(a, b) | Expr::Binary(_, a, b) => {
-            each(a, f)?;
-            each(b, f)
+        Expr::Aggregate(what, is_distinct, value) => all.push(Counted {
+            what: *what,
+            is_distinct: *is_distinct,
+            value: value.as_deref(),
+        }),
+        Expr::Literal(_) | Expr::Variable(_) | Expr::Parameter(..) => {}
+        Expr::Not(a) | Expr::Negate(a) | Expr::IsNull(a, _) | Expr::Property(a, _) => {
+            collect(a, all);
         }
-        Expr::List(all) | Expr::Call(_, all) => all.iter().try_for_each(|item| each(item, f)),
+        Expr::InUnit(own) => collect(&own.of, all),
+        Expr::Index(a, b) | Expr::Binary(_, a, b) => {
+            collect(a, all);
+            collect(b, all);
+        }
+        Expr::List(items) | Expr::Call(_, items) => {
+            items.iter().for_each(|item| collect(item, all));
+        }
     }
 }
 
@@ -113,34 +127,39 @@ fn flat(expr: &Expr, values: &mut impl Iterator<Item = Cell>) -> Expr {
     }
 }
 
-impl Groups {
-    pub(crate) fn new(items: &[Item]) -> Self {
-        let mut aggregates = 0;
-        for item in items {
-            let _ = each(&item.value, &mut |_, _, _| {
-                aggregates += 1;
-                Ok(())
-            });
-        }
+impl<'p> Groups<'p> {
+    pub(crate) fn new(items: &'p [Item]) -> Self {
+        let mut counted = Vec::new();
+        items
+            .iter()
+            .for_each(|item| collect(&item.value, &mut counted));
         let sums = |item: &&Item| item.value.has_aggregate();
         let is_alone = |item: &Item| matches!(item.value, Expr::Aggregate(..));
         Self {
+            items,
+            counted,
             places: BTreeMap::new(),
             all: Vec::new(),
             has_keys: items.iter().any(|item| !item.value.has_aggregate()),
             is_mixed: !items.iter().filter(sums).all(is_alone),
-            aggregates,
             keys: Key(Vec::new()),
         }
     }
 
-    fn group(&mut self, row: &[Cell]) -> &mut Group {
+    /// Whether equal rows may be added at once: nothing lists them one by one.
+    pub(crate) fn is_weighted(&self) -> bool {
+        let mut counted = self.counted.iter();
+        counted.all(|counted| counted.what != Aggregate::Collect)
+    }
+
+    /// The place of the group of a row.
+    fn group(&mut self, row: &[Cell]) -> usize {
         let found = if self.has_keys {
             self.places.get(&self.keys).copied()
         } else {
             self.all.len().checked_sub(1)
         };
-        let at = found.unwrap_or_else(|| {
+        found.unwrap_or_else(|| {
             let keys = std::mem::take(&mut self.keys.0);
             self.all.push(Group {
                 keys: keys.clone(),
@@ -154,7 +173,7 @@ impl Groups {
                         whole: Some(0),
                         ..Seen::default()
                     };
-                    self.aggregates
+                    self.counted.len()
                 ],
             });
             let at = self.all.len() - 1;
@@ -162,57 +181,47 @@ impl Groups {
                 self.places.insert(Key(keys), at);
             }
             at
-        });
-        &mut self.all[at]
+        })
     }
 
-    /// Adds a row to its group.
+    /// Adds so many equal rows to their group.
     pub(crate) fn add(
         &mut self,
-        items: &[Item],
         row: &[Cell],
+        weight: u32,
         scope: &Scope<'_>,
         budget: &mut Budget,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.keys.0.clear();
         if self.has_keys {
-            let keys = items.iter().filter(|item| !item.value.has_aggregate());
-            for item in keys {
+            for item in self.items.iter().filter(|item| !item.value.has_aggregate()) {
                 let cell = budget.hold(scope.eval(&item.value, row)?)?;
                 self.keys.0.push(cell);
             }
         }
-        let group = self.group(row);
-        let mut seen = group.seen.iter_mut();
-        for item in items {
-            each(&item.value, &mut |what, distinct, value| {
-                let Some(seen) = seen.next() else {
-                    return Ok(());
-                };
-                let Some(value) = value else {
-                    seen.count += 1;
-                    return Ok(());
-                };
-                budget.step()?;
-                let cell = scope.eval(value, row)?;
-                // Nothing is not counted.
-                if cell == Cell::Null || distinct && !seen.distinct.insert(Key(vec![cell.clone()]))
-                {
-                    return Ok(());
-                }
-                seen.add(what, cell)
-            })?;
+        let at = self.group(row);
+        for (counted, seen) in self.counted.iter().zip(&mut self.all[at].seen) {
+            let Some(value) = counted.value else {
+                seen.count += i64::from(weight);
+                continue;
+            };
+            budget.step()?;
+            let cell = scope.eval(value, row)?;
+            // Nothing is not counted.
+            if matches!(cell, Cell::Null) {
+                continue;
+            }
+            if !counted.is_distinct {
+                seen.add(counted.what, cell, weight)?;
+            } else if seen.distinct.insert(Key(vec![cell.clone()])) {
+                seen.add(counted.what, cell, 1)?;
+            }
         }
         Ok(())
     }
 
     /// The values of the items of each group.
-    pub(crate) fn rows(
-        mut self,
-        items: &[Item],
-        scope: &Scope<'_>,
-        budget: &mut Budget,
-    ) -> Result<Vec<Vec<Cell>>, Error> {
+    pub(crate) fn rows(mut self, scope: &Scope<'_>, budget: &mut Budget) -> Result<Vec<Vec<Cell>>> {
         if self.all.is_empty() && !self.has_keys {
             // Nothing counts to one row of zeros.
             self.keys.0.clear();
@@ -222,18 +231,14 @@ impl Groups {
         for group in self.all {
             budget.row()?;
             let mut keys = group.keys.into_iter();
-            let mut seen = group.seen.into_iter();
-            let mut row = Vec::with_capacity(items.len());
-            for item in items {
-                let mut values = Vec::new();
-                each(&item.value, &mut |what, _, _| {
-                    values.push(seen.next().unwrap_or_default().value(what));
-                    Ok(())
-                })?;
+            let seen = self.counted.iter().zip(group.seen);
+            let mut values = seen.map(|(counted, seen)| seen.value(counted.what));
+            let mut row = Vec::with_capacity(self.items.len());
+            for item in self.items {
                 row.push(match &item.value {
-                    Expr::Aggregate(..) => values.pop().unwrap_or(Cell::Null),
+                    Expr::Aggregate(..) => values.next().unwrap_or(Cell::Null),
                     value if value.has_aggregate() => {
-                        scope.eval(&flat(value, &mut values.into_iter()), &group.first)?
+                        scope.eval(&flat(value, &mut values), &group.first)?
                     }
                     _ => keys.next().unwrap_or(Cell::Null),
                 });
@@ -245,9 +250,9 @@ impl Groups {
 }
 
 impl Seen {
-    /// Adds a value.
-    fn add(&mut self, what: Aggregate, cell: Cell) -> Result<(), Error> {
-        self.count += 1;
+    /// Adds a value so many times.
+    fn add(&mut self, what: Aggregate, cell: Cell, weight: u32) -> Result<()> {
+        self.count += i64::from(weight);
         match what {
             Aggregate::Count => {}
             Aggregate::Collect => self.all.push(cell),

@@ -155,7 +155,7 @@ impl Query {
             symbols: names.map(|name| graph.symbol(name)).collect(),
             walk: budget.steps.into(),
         };
-        let cells = stages::run(&self.parsed, &scope, &mut budget)?;
+        let cells = stages::run(&self.parsed, &scope, &mut budget).map_err(|error| *error)?;
         Ok(Rows {
             columns: self.columns.clone(),
             units: self.units.clone(),

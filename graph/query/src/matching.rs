@@ -1,26 +1,54 @@
 //! Patterns: rows for all ways in which nodes and edges fit.
 
 use crate::ast::Match;
-use crate::budget::{Budget, Error};
+use crate::budget::{Budget, Error, Result};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
 use crate::plan::{Label, Place, Plan, Step, Way};
 use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot};
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
-/// What takes the rows, one after the other.
-pub(crate) type Sink<'f> = &'f mut dyn FnMut(&mut [Cell], &mut Budget) -> Result<(), Error>;
+/// What takes the rows, one after the other, each with the number of equal ones for which it stands.
+pub(crate) type Sink<'f> = &'f mut dyn FnMut(&mut [Cell], u32, &mut Budget) -> Result<()>;
 
 /// Walks through a pattern.
 struct Matcher<'a, 'f, 'p> {
     scope: &'a Scope<'a>,
     plan: &'a Plan<'p>,
-    /// How many tests on the way have failed to be computed: then the whole condition decides.
-    doubts: usize,
-    pattern: &'p Match,
+    /// Why tests on the way could not be computed. They are errors of a row that all others accept.
+    doubts: Vec<Box<Error>>,
     budget: &'a mut Budget,
     used: Vec<EdgeId>,
+    /// Nodes from which the last step is still to be done, each with the number of rows that have come
+    /// there, and their places in the list.
+    ends: Vec<(NodeId, u32)>,
+    places: HashMap<NodeId, usize, BuildHasherDefault<Quick>>,
+    /// How many equal rows the present one stands for.
+    weight: u32,
     is_found: bool,
     sink: Sink<'f>,
+}
+
+/// Hashes nodes of a graph, whose numbers nobody chooses.
+#[derive(Default)]
+struct Quick(u64);
+
+impl Hasher for Quick {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes
+            .iter()
+            .for_each(|byte| self.write_u32(u32::from(*byte)));
+    }
+
+    fn write_u32(&mut self, number: u32) {
+        let mixed = self.0.rotate_left(5) ^ u64::from(number);
+        self.0 = mixed.wrapping_mul(0x517c_c1b7_2722_0a95);
+    }
 }
 
 /// A node as a value: the edge, if it stands for one.
@@ -45,7 +73,7 @@ pub(crate) fn rows<'p>(
     row: &mut [Cell],
     budget: &mut Budget,
     sink: Sink<'_>,
-) -> Result<bool, Error> {
+) -> Result<bool> {
     // Nothing is found at what an optional pattern has not found.
     let mut earlier = pattern.earlier.iter();
     if earlier.any(|variable| row[*variable] == Cell::Null) {
@@ -54,33 +82,33 @@ pub(crate) fn rows<'p>(
     let mut matcher = Matcher {
         scope,
         plan,
-        doubts: 0,
-        pattern,
+        doubts: Vec::new(),
         budget,
         used: Vec::new(),
+        ends: Vec::new(),
+        places: HashMap::default(),
+        weight: 1,
         is_found: false,
         sink,
     };
     matcher.step(0, row)?;
+    matcher.last_steps(row)?;
     Ok(matcher.is_found)
 }
 
 impl<'a, 'p> Matcher<'a, '_, 'p> {
-    fn step(&mut self, at: usize, row: &mut [Cell]) -> Result<(), Error> {
+    fn step(&mut self, at: usize, row: &mut [Cell]) -> Result<()> {
         self.budget.step()?;
         let graph = self.scope.graph;
         let plan = self.plan;
         match plan.steps.get(at) {
             None => {
-                if let Some(condition) = &self.pattern.condition
-                    && self.doubts > 0
-                    && truth(&self.scope.eval(condition, row)?)? != Some(true)
-                {
-                    return Ok(());
+                if let Some(error) = self.doubts.first() {
+                    return Err(error.clone());
                 }
                 self.budget.row()?;
                 self.is_found = true;
-                (self.sink)(row, self.budget)
+                (self.sink)(row, self.weight, self.budget)
             }
             Some(Step::Start(start, name)) => match row[start.node.variable].clone() {
                 known @ (Cell::Node(_) | Cell::Edge(_)) => self.node(at, *start, known, row),
@@ -102,44 +130,93 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
                 let Some(here) = place(graph, &row[*from]) else {
                     return Ok(());
                 };
-                let edge = way.edge;
-                if let Some(length) = edge.length {
+                if let Some(length) = way.edge.length {
                     let walk = (way, *to, *turned);
                     return self.walk(at, walk, here, length, &mut Vec::new(), row);
                 }
-                let known = match &row[edge.variable] {
-                    Cell::Null => None,
-                    known => Some(known.clone()),
-                };
-                for (found, other) in graph.steps(here, way.relation, way.directions) {
-                    self.budget.step()?;
-                    if !self.edge_fits(way, found, row)? {
-                        continue;
-                    }
-                    let id = found.edge_id();
-                    if known.as_ref().is_some_and(|known| *known != Cell::Edge(id)) {
-                        continue;
-                    }
-                    row[edge.variable] = Cell::Edge(id);
-                    self.used.push(id);
-                    self.arrive(at, *to, other, row)?;
-                    self.used.pop();
+                if plan.is_shared && at + 1 == plan.steps.len() && self.shares(way, here) {
+                    return Ok(());
                 }
-                row[edge.variable] = known.unwrap_or(Cell::Null);
-                Ok(())
+                self.hop(at, way, *to, here, row)
             }
         }
     }
 
-    /// Starts at each node that a pattern may start with: those of a name, of a type, or all; and at edges
-    /// that are nodes to others.
-    fn start(
+    /// Along one edge.
+    fn hop(
         &mut self,
         at: usize,
-        start: Place<'p>,
-        name: &Cell,
+        way: &Way<'p>,
+        to: Place<'p>,
+        here: NodeId,
         row: &mut [Cell],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
+        let graph = self.scope.graph;
+        let variable = way.edge.variable;
+        let known = match &row[variable] {
+            Cell::Null => None,
+            known => Some(known.clone()),
+        };
+        for (found, other) in graph.steps(here, way.relation, way.directions) {
+            self.budget.step()?;
+            if !self.edge_fits(way, found, row)? {
+                continue;
+            }
+            let id = found.edge_id();
+            if known.as_ref().is_some_and(|known| *known != Cell::Edge(id)) {
+                continue;
+            }
+            row[variable] = Cell::Edge(id);
+            self.used.push(id);
+            self.arrive(at, to, other, row)?;
+            self.used.pop();
+        }
+        row[variable] = known.unwrap_or(Cell::Null);
+        Ok(())
+    }
+
+    /// Leaves the last step from a node for later, when it is known how many rows have come there: what
+    /// follows depends on nothing else. Returns whether that is possible.
+    fn shares(&mut self, way: &Way<'p>, here: NodeId) -> bool {
+        let graph = self.scope.graph;
+        let [forth, back] = way.directions;
+        // A row that has taken an edge of this node cannot take it again.
+        let meets = |edge: &EdgeId| {
+            let edge = graph.edge(*edge);
+            edge.is_ok_and(|edge| forth && edge.from() == here || back && edge.to() == here)
+        };
+        if !self.doubts.is_empty() || self.used.iter().any(meets) {
+            return false;
+        }
+        let next = self.ends.len();
+        let at = *self.places.entry(here).or_insert(next);
+        match self.ends.get_mut(at) {
+            Some((_, weight)) if *weight < u32::MAX => *weight += 1,
+            Some(_) => return false,
+            None => self.ends.push((here, 1)),
+        }
+        true
+    }
+
+    /// Does the last step from all nodes that were left for later.
+    fn last_steps(&mut self, row: &mut [Cell]) -> Result<()> {
+        let plan = self.plan;
+        let Some(Step::Walk { way, from, to, .. }) = plan.steps.last() else {
+            return Ok(());
+        };
+        let before = row[*from].clone();
+        for (here, weight) in std::mem::take(&mut self.ends) {
+            row[*from] = cell(self.scope.graph, here);
+            self.weight = weight;
+            self.hop(plan.steps.len() - 1, way, *to, here, row)?;
+        }
+        row[*from] = before;
+        Ok(())
+    }
+
+    /// Starts at each node that a pattern may start with: those of a name, of a type, or all; and at edges
+    /// that are nodes to others.
+    fn start(&mut self, at: usize, start: Place<'p>, name: &Cell, row: &mut [Cell]) -> Result<()> {
         let graph = self.scope.graph;
         match (name, start.label) {
             (Cell::Text(name), _) => {
@@ -179,13 +256,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
     }
 
     /// Goes on with a node, if it fits.
-    fn node(
-        &mut self,
-        at: usize,
-        place: Place<'p>,
-        node: Cell,
-        row: &mut [Cell],
-    ) -> Result<(), Error> {
+    fn node(&mut self, at: usize, place: Place<'p>, node: Cell, row: &mut [Cell]) -> Result<()> {
         self.budget.step()?;
         let graph = self.scope.graph;
         let element: Element = match node {
@@ -194,13 +265,12 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
             _ => return Ok(()),
         };
         let pattern = place.node;
-        let kind = || match element {
-            Element::Node(node) => graph.node(node).map(|node| node.kind()).ok(),
-            Element::Edge(edge) => graph.edge(edge).map(|edge| edge.relation()).ok(),
-        };
         let fits = match place.label {
             Label::Any => true,
-            Label::Of(wanted) => kind().is_some_and(|kind| graph.is_a(kind, wanted)),
+            Label::Of(wanted) => {
+                let kind = graph.type_of(element);
+                kind.is_some_and(|kind| kind == wanted || graph.is_a(kind, wanted))
+            }
             Label::Nothing => false,
         };
         if !fits {
@@ -215,13 +285,13 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
                 return Ok(());
             }
         }
-        let doubts = self.doubts;
+        let doubts = self.doubts.len();
         let result = if self.passes(at, row) {
             self.step(at + 1, row)
         } else {
             Ok(())
         };
-        self.doubts = doubts;
+        self.doubts.truncate(doubts);
         row[pattern.variable] = before;
         result
     }
@@ -233,19 +303,13 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
                 Ok(Some(true)) => {}
                 Ok(_) => return false,
                 // Another part may still say no: then this one is of no interest.
-                Err(_) => self.doubts += 1,
+                Err(error) => self.doubts.push(error),
             }
         }
         true
     }
 
-    fn arrive(
-        &mut self,
-        at: usize,
-        to: Place<'p>,
-        other: NodeId,
-        row: &mut [Cell],
-    ) -> Result<(), Error> {
+    fn arrive(&mut self, at: usize, to: Place<'p>, other: NodeId, row: &mut [Cell]) -> Result<()> {
         let other = cell(self.scope.graph, other);
         match &row[to.node.variable] {
             Cell::Null => self.node(at, to, other, row),
@@ -254,7 +318,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         }
     }
 
-    fn edge_fits(&self, way: &Way<'p>, edge: EdgeRef<'_>, row: &[Cell]) -> Result<bool, Error> {
+    fn edge_fits(&self, way: &Way<'p>, edge: EdgeRef<'_>, row: &[Cell]) -> Result<bool> {
         // An edge is in one place of a pattern only.
         if self.used.contains(&edge.edge_id()) {
             return Ok(false);
@@ -282,7 +346,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         (least, most): (usize, usize),
         path: &mut Vec<EdgeId>,
         row: &mut [Cell],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.budget.step()?;
         let (way, to, turned) = walk;
         let edge = way.edge;

@@ -1,6 +1,6 @@
 //! The order in which a pattern is found, and where the parts of its condition are tested.
 
-use crate::ast::{Chain, Direction, EdgePattern, Expr, Match, NodePattern, Operator};
+use crate::ast::{Chain, Direction, EdgePattern, Expr, Item, Match, NodePattern, Operator};
 use property_graph::{Snapshot, Symbol};
 
 /// The type that a node of a pattern must have.
@@ -85,6 +85,8 @@ pub(crate) enum Step<'p> {
 pub(crate) struct Plan<'p> {
     pub(crate) steps: Vec<Step<'p>>,
     pub(crate) tests: Vec<Vec<&'p Expr>>,
+    /// Whether what follows the last step depends on its edge and its two nodes alone.
+    pub(crate) is_shared: bool,
 }
 
 impl<'p> Plan<'p> {
@@ -115,7 +117,40 @@ impl<'p> Plan<'p> {
                 tests.push(part);
             }
         }
-        Self { steps, tests }
+        Self {
+            steps,
+            tests,
+            is_shared: false,
+        }
+    }
+
+    /// Notes that only these expressions follow, and that nobody tells equal rows apart.
+    pub(crate) fn share(&mut self, pattern: &Match, follow: &'p [Item]) {
+        let Some((Step::Walk { way, from, to, .. }, before)) = self.steps.split_last() else {
+            return;
+        };
+        let own = [*from, way.edge.variable, to.node.variable];
+        let set = before.iter().flat_map(|step| match step {
+            Step::Start(start, _) => [start.node.variable; 2],
+            Step::Walk { way, to, .. } => [way.edge.variable, to.node.variable],
+        });
+        let set: Vec<usize> = set.collect();
+        let is_known = |variable: &usize| {
+            set.contains(variable) || pattern.earlier.contains(variable) || variable == from
+        };
+        if way.edge.length.is_some() || set.len() < 3 || own[1..].iter().any(is_known) {
+            return;
+        }
+        let mut variables = Vec::new();
+        let items = follow.iter().map(|item| &item.value);
+        let written = way.edge.properties.iter().chain(&to.node.properties);
+        let tests = self.tests.last().into_iter().flatten().copied();
+        for expr in items.chain(written.map(|(_, value)| value)).chain(tests) {
+            expr.variables(&mut variables);
+        }
+        self.is_shared = variables
+            .iter()
+            .all(|at| own.contains(at) || !set.contains(at));
     }
 }
 

@@ -2,7 +2,7 @@
 //! it can. What sorts, counts or sums gives them at its end.
 
 use crate::ast::{Clause, Expr, Match, Project};
-use crate::budget::{Budget, Error};
+use crate::budget::{Budget, Error, Result};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
 use crate::groups::{Groups, Key};
@@ -23,7 +23,7 @@ enum Stage<'p> {
 /// `WITH` or `RETURN`.
 struct Projection<'p> {
     project: &'p Project,
-    taken: Taken,
+    taken: Taken<'p>,
     /// The row for the next stage: nothing but the new names is known there.
     next: Row,
     /// What was there already, with `DISTINCT`.
@@ -31,10 +31,10 @@ struct Projection<'p> {
 }
 
 /// The rows that a projection has taken.
-enum Taken {
+enum Taken<'p> {
     /// They are given on at once.
     None,
-    Groups(Groups),
+    Groups(Groups<'p>),
     /// Each behind the values that it is sorted by.
     Rows(Vec<(Row, Row)>),
 }
@@ -46,20 +46,24 @@ struct Run<'a> {
 }
 
 /// The rows of a query.
-pub(crate) fn run(
-    parsed: &Parsed,
-    scope: &Scope<'_>,
-    budget: &mut Budget,
-) -> Result<Vec<Row>, Error> {
+pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Result<Vec<Row>> {
     let width = parsed.variables.len();
     let stages = parsed.clauses.iter().map(|clause| match clause {
         Clause::Match(pattern) => Stage::Match(pattern, Plan::new(scope.graph, pattern)),
         Clause::Project(project) => Stage::Project(Projection::new(project, width)),
     });
     let mut stages: Vec<Stage<'_>> = stages.collect();
+    for at in 1..stages.len() {
+        if let [Stage::Match(pattern, plan), Stage::Project(next)] = &mut stages[at - 1..=at]
+            && let Taken::Groups(groups) = &next.taken
+            && groups.is_weighted()
+        {
+            plan.share(pattern, &next.project.items);
+        }
+    }
     let rows = Vec::new();
     let mut run = Run { scope, rows };
-    run.push(&mut stages, &mut vec![Cell::Null; width], budget)?;
+    run.push(&mut stages, &mut vec![Cell::Null; width], 1, budget)?;
     let mut rest = stages.as_mut_slice();
     while let Some((stage, next)) = rest.split_first_mut() {
         if let Stage::Project(projection) = stage {
@@ -102,12 +106,7 @@ impl<'p> Projection<'p> {
 
     /// A row until the end: the values that it is sorted by, and those of the new names, or all if a
     /// condition follows.
-    fn kept(
-        &self,
-        row: &[Cell],
-        scope: &Scope<'_>,
-        budget: &mut Budget,
-    ) -> Result<(Row, Row), Error> {
+    fn kept(&self, row: &[Cell], scope: &Scope<'_>, budget: &mut Budget) -> Result<(Row, Row)> {
         let mut keys = Row::new();
         if !self.project.order.is_empty() {
             budget.step()?;
@@ -123,7 +122,7 @@ impl<'p> Projection<'p> {
     }
 
     /// Whether the condition that follows holds.
-    fn passes(&self, row: &[Cell], scope: &Scope<'_>, budget: &mut Budget) -> Result<bool, Error> {
+    fn passes(&self, row: &[Cell], scope: &Scope<'_>, budget: &mut Budget) -> Result<bool> {
         let Some(condition) = &self.project.condition else {
             return Ok(true);
         };
@@ -132,7 +131,7 @@ impl<'p> Projection<'p> {
     }
 
     /// Sorts rows, and cuts them as `SKIP` and `LIMIT` say.
-    fn cut(&self, rows: &mut Vec<(Row, Row)>, scope: &Scope<'_>) -> Result<(), Error> {
+    fn cut(&self, rows: &mut Vec<(Row, Row)>, scope: &Scope<'_>) -> Result<()> {
         let order = &self.project.order;
         if !order.is_empty() {
             rows.sort_by(|(a, _), (b, _)| {
@@ -146,13 +145,11 @@ impl<'p> Projection<'p> {
                     .unwrap_or(Ordering::Equal)
             });
         }
-        let count = |value: &Option<Expr>| -> Result<Option<usize>, Error> {
+        let count = |value: &Option<Expr>| -> Result<Option<usize>> {
             let Some(value) = value else { return Ok(None) };
             match scope.eval(value, &[])? {
                 Cell::Int(number) if number >= 0 => Ok(Some(number as usize)),
-                _ => Err(Error::Type(
-                    "expected a count that is not negative".to_owned(),
-                )),
+                _ => Err(Error::Type("expected a count that is not negative".to_owned()).into()),
             }
         };
         if let Some(skip) = count(&self.project.skip)? {
@@ -166,29 +163,33 @@ impl<'p> Projection<'p> {
 }
 
 impl Run<'_> {
-    /// Gives a row to a stage and those behind it.
+    /// Gives so many equal rows to a stage and those behind it: more than one only to a projection that
+    /// counts and sums.
     fn push(
         &mut self,
         stages: &mut [Stage<'_>],
         row: &mut [Cell],
+        weight: u32,
         budget: &mut Budget,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let Some((stage, rest)) = stages.split_first_mut() else {
             return Ok(());
         };
         match stage {
             Stage::Match(pattern, plan) => {
                 let scope = self.scope;
-                let mut next = |row: &mut [Cell], budget: &mut Budget| self.push(rest, row, budget);
+                let mut next = |row: &mut [Cell], weight: u32, budget: &mut Budget| {
+                    self.push(rest, row, weight, budget)
+                };
                 if !matching::rows(scope, pattern, plan, row, budget, &mut next)?
                     && pattern.optional
                 {
                     budget.row()?;
-                    self.push(rest, row, budget)?;
+                    self.push(rest, row, 1, budget)?;
                 }
                 Ok(())
             }
-            Stage::Project(projection) => self.take(projection, rest, row, budget),
+            Stage::Project(projection) => self.take(projection, rest, row, weight, budget),
         }
     }
 
@@ -198,18 +199,19 @@ impl Run<'_> {
         projection: &mut Projection<'_>,
         rest: &mut [Stage<'_>],
         row: &mut [Cell],
+        weight: u32,
         budget: &mut Budget,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         budget.step()?;
         let (scope, project) = (self.scope, projection.project);
         if let Taken::Groups(groups) = &mut projection.taken {
-            return groups.add(&project.items, row, scope, budget);
+            return groups.add(row, weight, scope, budget);
         }
         let is_plain = !project.distinct && matches!(projection.taken, Taken::None);
         if rest.is_empty() && is_plain {
             let items = project.items.iter();
             let cells = items.map(|item| budget.hold(scope.eval(&item.value, row)?));
-            self.rows.push(cells.collect::<Result<Row, Error>>()?);
+            self.rows.push(cells.collect::<Result<Row>>()?);
             return Ok(());
         }
         for item in &project.items {
@@ -239,7 +241,7 @@ impl Run<'_> {
         projection: &mut Projection<'_>,
         rest: &mut [Stage<'_>],
         budget: &mut Budget,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let (scope, project) = (self.scope, projection.project);
         let mut rows = match std::mem::replace(&mut projection.taken, Taken::None) {
             Taken::None => return Ok(()),
@@ -247,7 +249,7 @@ impl Run<'_> {
             Taken::Groups(groups) => {
                 let mut rows = Vec::new();
                 let mut row = vec![Cell::Null; projection.next.len()];
-                for cells in groups.rows(&project.items, scope, budget)? {
+                for cells in groups.rows(scope, budget)? {
                     for (item, cell) in project.items.iter().zip(cells) {
                         row[item.variable] = cell;
                     }
@@ -279,7 +281,7 @@ impl Run<'_> {
         rest: &mut [Stage<'_>],
         cells: impl IntoIterator<Item = Cell>,
         budget: &mut Budget,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         if rest.is_empty() {
             self.rows.push(cells.into_iter().collect());
             return Ok(());
@@ -287,6 +289,6 @@ impl Run<'_> {
         for (item, cell) in projection.project.items.iter().zip(cells) {
             projection.next[item.variable] = cell;
         }
-        self.push(rest, &mut projection.next, budget)
+        self.push(rest, &mut projection.next, 1, budget)
     }
 }
