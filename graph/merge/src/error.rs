@@ -21,6 +21,24 @@ pub enum Error {
     /// A stamp has a count or a sequence of 0.
     #[error("the delta is damaged: a change of writer {0} has no number")]
     NoNumber(u64),
+    /// A name of a type or an attribute is empty, too long, or has control characters.
+    #[error(
+        "a name in a change of writer {0} is empty, longer than {most} bytes, or has control characters",
+        most = crate::bounds::MOST_NAME
+    )]
+    Name(u64),
+    /// A value is one that no graph holds.
+    #[error("a value in a change of writer {0} is not finite, or too long")]
+    Value(u64),
+    /// The delta has more elements than the replica keeps.
+    #[error("a replica keeps at most {0} elements")]
+    TooManyElements(usize),
+    /// The delta has more attributes of one element than the replica keeps.
+    #[error("an element has at most {0} attributes")]
+    TooManyAttributes(usize),
+    /// The delta has more writers than the replica knows.
+    #[error("a replica knows at most {0} writers: give a restarted process the writer that it had")]
+    TooManyWriters(usize),
     /// The replica has no number left for a change.
     #[error("no numbers are left for changes")]
     Exhausted,

@@ -7,14 +7,18 @@
 //! what loses is listed as a conflict, and stays. A running graph takes a view over by
 //! [`property_graph::Graph::adopt`].
 
+mod bounds;
 mod digest;
 mod error;
+mod hidden;
 mod record;
 mod replica;
 mod sound;
 mod view;
 
+pub use bounds::MOST_ELEMENTS;
 pub use error::Error;
+pub use hidden::Hidden;
 pub use record::{Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
 pub use sound::{allows, has_attribute, missing};

@@ -1,5 +1,6 @@
 //! One replica: its elements, what it has seen, and what others have seen.
 
+use crate::bounds::{MOST_AHEAD, MOST_ELEMENTS, check_name, check_value};
 use crate::digest::range_of;
 use crate::error::Error;
 use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
@@ -11,10 +12,6 @@ mod tombstones;
 
 /// How many removals a replica remembers at most. It forgets the others, whoever lacks them.
 pub const MOST_TOMBSTONES: usize = 1 << 14;
-
-/// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
-/// a replica is ahead by this after nine years.
-const MOST_AHEAD: u64 = 1 << 48;
 
 /// What an element is made of.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,8 +40,9 @@ pub struct Replica {
     writer: u64,
     count: u64,
     most_tombstones: usize,
+    pub(crate) most_elements: usize,
     /// Whether it has made a change. Before, it may take back what an earlier run has changed.
-    has_changed: bool,
+    pub(crate) has_changed: bool,
     /// The changes that this replica makes, while they are recorded.
     made: Option<Vec<Record>>,
     pub(crate) elements: BTreeMap<Id, Element>,
@@ -62,7 +60,7 @@ pub struct Replica {
     /// the whole graph; it then removes each of its elements that the graph lacks.
     forgotten: Vector,
     /// What other replicas have seen, as far as they told.
-    others: BTreeMap<u64, Vector>,
+    pub(crate) others: BTreeMap<u64, Vector>,
     /// How many changes the replicas for which this one waits no longer had seen then. What a replica has
     /// seen only grows, so a message with no more is an earlier one.
     left: BTreeMap<u64, u128>,
@@ -77,6 +75,7 @@ impl Replica {
             writer,
             count: 0,
             most_tombstones: MOST_TOMBSTONES,
+            most_elements: MOST_ELEMENTS,
             has_changed: false,
             made: None,
             elements: BTreeMap::new(),
@@ -95,6 +94,14 @@ impl Replica {
     #[must_use]
     pub fn with_most_tombstones(mut self, most: usize) -> Self {
         self.most_tombstones = most;
+        self
+    }
+
+    /// The same replica, which takes no delta that makes it keep more elements, removed ones and those that
+    /// are not known yet among them.
+    #[must_use]
+    pub fn with_most_elements(mut self, most: usize) -> Self {
+        self.most_elements = most;
         self
     }
 
@@ -162,8 +169,9 @@ impl Replica {
     /// Adds a node.
     ///
     /// # Errors
-    /// No numbers are left for changes.
+    /// No type has this name, or no numbers are left for changes.
     pub fn add_node(&mut self, kind: &str) -> Result<Id, Error> {
+        check_name(kind, self.writer)?;
         let record = Record::Node {
             stamp: self.stamp()?,
             kind: kind.to_owned(),
@@ -175,8 +183,9 @@ impl Replica {
     /// Adds an edge. An end of which nothing is known may arrive later.
     ///
     /// # Errors
-    /// An end was removed, or no numbers are left for changes.
+    /// No type has this name, an end was removed, or no numbers are left for changes.
     pub fn add_edge(&mut self, kind: &str, from: Id, to: Id) -> Result<Id, Error> {
+        check_name(kind, self.writer)?;
         for end in [from, to] {
             if self.is_removed(end) {
                 return Err(Error::EndRemoved(end));
@@ -201,8 +210,12 @@ impl Replica {
     /// Sets an attribute, or removes it. Returns whether there is such an element.
     ///
     /// # Errors
-    /// No numbers are left for changes.
+    /// No attribute has this name, no graph holds the value, or no numbers are left for changes.
     pub fn set(&mut self, of: Id, name: &str, value: Option<Value>) -> Result<bool, Error> {
+        check_name(name, self.writer)?;
+        if let Some(value) = &value {
+            check_value(value, self.writer)?;
+        }
         let there = self.has(of);
         if there {
             let stamp = self.stamp()?;
@@ -452,8 +465,9 @@ impl Replica {
     /// removes without naming them.
     ///
     /// # Errors
-    /// The delta is damaged, or another replica has the same writer. Then nothing is changed. A
-    /// delta that is well formed is believed: accept deltas only from replicas that you trust.
+    /// The delta is damaged, has more than a replica keeps, or another replica has the same writer. Then
+    /// nothing is changed. What else it says of the changes of others is believed, also that they
+    /// were removed: accept deltas only from replicas that you trust.
     pub fn merge(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
         self.check(delta)?;
         let mut touched: BTreeSet<Id> = delta.records.iter().map(Record::of).collect();
@@ -488,43 +502,25 @@ impl Replica {
         Ok(touched)
     }
 
-    /// Refuses what no replica sends.
-    fn check(&self, delta: &Delta) -> Result<(), Error> {
-        let own = count(&self.seen, self.writer);
-        let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
-            && count(&delta.since, self.writer) <= own;
-        let most_own = if is_complete && !self.has_changed {
-            own.max(count(&delta.upto, self.writer))
-        } else {
-            own
+    /// Whether a change with a stamp of this replica is not the one that it has made.
+    pub(crate) fn contradicts(&self, record: &Record) -> bool {
+        let stamp = record.stamp();
+        let Some(element) = self.elements.get(&record.of()) else {
+            return false;
         };
-        let is_far = |number: u64, known: u64| number.saturating_sub(known) > MOST_AHEAD;
-        let sequence = |writer: u64, sequence: u64| {
-            if is_far(sequence, count(&self.seen, writer)) {
-                return Err(Error::TooFar(writer));
-            }
-            if writer == self.writer && sequence > most_own {
-                return Err(Error::SameWriter(writer));
-            }
-            Ok(())
+        let made = |made: &Made| {
+            let known = element.made.as_ref();
+            known.is_some_and(|(known, own)| *known != stamp || own != made)
         };
-        for vector in [&delta.upto, &delta.seen, &delta.forgotten] {
-            for (writer, number) in vector {
-                sequence(*writer, *number)?;
+        match record {
+            Record::Node { kind, .. } => made(&Made::Node(kind.clone())),
+            Record::Edge { kind, from, to, .. } => made(&Made::Edge(kind.clone(), *from, *to)),
+            Record::Attribute { name, value, .. } => {
+                let known = element.attributes.get(name);
+                known.is_some_and(|(known, own)| *known == stamp && own != value)
             }
+            Record::Removed { .. } => false,
         }
-        for record in &delta.records {
-            let (stamp, id) = (record.stamp(), record.of());
-            if stamp.sequence == 0 || stamp.count == 0 {
-                return Err(Error::NoNumber(stamp.writer));
-            }
-            if is_far(stamp.count, self.count) {
-                return Err(Error::TooFar(stamp.writer));
-            }
-            sequence(stamp.writer, stamp.sequence)?;
-            sequence(id.writer(), id.count())?;
-        }
-        Ok(())
     }
 
     /// Drops what `seen` decides by now, and what is too much to wait with.

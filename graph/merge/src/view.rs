@@ -88,8 +88,21 @@ impl Replica {
 
     /// Whether an edge starts or ends at an element.
     pub fn is_end(&self, id: Id) -> bool {
-        let mut edges = self.edges.get(&id).into_iter().flatten();
-        edges.any(|edge| self.has(*edge))
+        self.edges_at(id).next().is_some()
+    }
+
+    /// The edges that start or end at an element.
+    pub(crate) fn edges_at(&self, id: Id) -> impl Iterator<Item = Id> {
+        let edges = self.edges.get(&id).into_iter().flatten().copied();
+        edges.filter(|edge| self.has(*edge))
+    }
+
+    /// Where an edge that was made starts and ends. `None` for a node.
+    pub(crate) fn ends_of(&self, id: Id) -> Option<(Id, Id)> {
+        match &self.elements.get(&id)?.made.as_ref()?.1 {
+            Made::Node(_) => None,
+            Made::Edge(_, from, to) => Some((*from, *to)),
+        }
     }
 
     /// How many elements were made and are not removed.

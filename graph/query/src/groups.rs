@@ -259,13 +259,16 @@ impl Seen {
             Aggregate::Sum | Aggregate::Average => {
                 self.whole = match (self.whole, &cell) {
                     (Some(sum), Cell::Int(number)) => {
-                        Some(sum.checked_add(*number).ok_or(Error::Overflow)?)
+                        let all = number.checked_mul(weight.into());
+                        let sum = all.and_then(|all| sum.checked_add(all));
+                        Some(sum.ok_or(Error::Overflow)?)
                     }
                     _ => None,
                 };
-                let number = cell.number();
-                self.total +=
-                    number.ok_or_else(|| Error::Type("a sum is of numbers".to_owned()))?;
+                let Some(number) = cell.number() else {
+                    return Err(Error::Type("a sum is of numbers".to_owned()).into());
+                };
+                self.total += number * f64::from(weight);
             }
             Aggregate::Least => {
                 let best = self.best.as_ref();

@@ -2,7 +2,9 @@
 
 mod digests;
 mod dsr;
+mod hidden;
 mod histories;
+mod hostile;
 mod removals;
 mod repair;
 mod schema;

@@ -3,6 +3,7 @@
 mod named;
 mod promotion;
 mod random;
+mod shared;
 mod tck;
 mod texts;
 mod traversals;

@@ -1,0 +1,146 @@
+//! What no replica sends, and how much one may send: a delta beyond that is refused whole.
+
+use crate::error::Error;
+use crate::record::{Delta, Record, Stamp, count};
+use crate::replica::Replica;
+use property_graph::{Id, MOST_BYTES, Value};
+use std::collections::{BTreeMap, HashSet};
+
+/// How long a name of a type or of an attribute is at most, in bytes.
+pub(crate) const MOST_NAME: usize = 256;
+/// The longest text or array of a value, in bytes.
+const MOST_VALUE: usize = 1 << 24;
+/// How many elements a replica keeps at most, removed ones and those that are not known yet among them.
+pub const MOST_ELEMENTS: usize = 1 << 22;
+/// How many attributes an element has at most.
+const MOST_ATTRIBUTES: usize = 1 << 12;
+/// How many writers a replica knows at most.
+const MOST_WRITERS: usize = 1 << 14;
+/// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
+/// a replica is ahead by this after nine years.
+pub(crate) const MOST_AHEAD: u64 = 1 << 48;
+/// The greatest number that a delta may have. What replicas count themselves never comes near; the rest
+/// is left for them, whatever a message has said.
+const GREATEST: u64 = 1 << 62;
+
+/// Refuses a name that no schema has: an empty or long one, or one with control characters.
+pub(crate) fn check_name(name: &str, writer: u64) -> Result<(), Error> {
+    let is_sound = (1..=MOST_NAME).contains(&name.len()) && !name.chars().any(char::is_control);
+    is_sound.then_some(()).ok_or(Error::Name(writer))
+}
+
+/// Refuses a value that no graph holds.
+pub(crate) fn check_value(value: &Value, writer: u64) -> Result<(), Error> {
+    let most = match value {
+        Value::Bytes(_) => MOST_BYTES,
+        _ => MOST_VALUE,
+    };
+    let is_sound = value.is_finite() && value.size() <= most;
+    is_sound.then_some(()).ok_or(Error::Value(writer))
+}
+
+fn is_far(number: u64, known: u64) -> bool {
+    number > GREATEST || number.saturating_sub(known) > MOST_AHEAD
+}
+
+impl Replica {
+    /// Refuses what no replica sends.
+    pub(crate) fn check(&self, delta: &Delta) -> Result<(), Error> {
+        let own = count(self.seen(), self.writer());
+        let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
+            && count(&delta.since, self.writer()) <= own;
+        let most_own = if is_complete && !self.has_changed {
+            own.max(count(&delta.upto, self.writer()))
+        } else {
+            own
+        };
+        let sequence = |writer: u64, sequence: u64| {
+            if is_far(sequence, count(self.seen(), writer)) {
+                return Err(Error::TooFar(writer));
+            }
+            if writer == self.writer() && sequence > most_own {
+                return Err(Error::SameWriter(writer));
+            }
+            Ok(())
+        };
+        let vectors = [&delta.upto, &delta.seen, &delta.forgotten];
+        for (writer, number) in vectors.into_iter().flatten() {
+            sequence(*writer, *number)?;
+        }
+        for record in &delta.records {
+            let (stamp, id) = (record.stamp(), record.of());
+            if stamp.sequence == 0 || stamp.count == 0 {
+                return Err(Error::NoNumber(stamp.writer));
+            }
+            if is_far(stamp.count, self.count()) {
+                return Err(Error::TooFar(stamp.writer));
+            }
+            sequence(stamp.writer, stamp.sequence)?;
+            sequence(id.writer(), id.count())?;
+            if let Record::Edge { from, to, .. } = record {
+                for end in [from, to] {
+                    sequence(end.writer(), end.count())?;
+                }
+            }
+            self.check_record(record, stamp)?;
+        }
+        self.check_counts(delta)
+    }
+
+    fn check_record(&self, record: &Record, stamp: Stamp) -> Result<(), Error> {
+        match record {
+            Record::Node { kind, .. } | Record::Edge { kind, .. } => {
+                check_name(kind, stamp.writer)?;
+            }
+            Record::Attribute { name, value, .. } => {
+                check_name(name, stamp.writer)?;
+                if let Some(value) = value {
+                    check_value(value, stamp.writer)?;
+                }
+            }
+            Record::Removed { .. } => {}
+        }
+        // Nobody else knows better what this replica has changed.
+        if stamp.writer == self.writer() && self.contradicts(record) {
+            return Err(Error::SameWriter(stamp.writer));
+        }
+        Ok(())
+    }
+
+    /// Refuses more than a replica keeps.
+    fn check_counts(&self, delta: &Delta) -> Result<(), Error> {
+        let mut new: HashSet<Id> = HashSet::new();
+        let mut names: BTreeMap<Id, HashSet<&str>> = BTreeMap::new();
+        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
+        for record in &delta.records {
+            let id = record.of();
+            writers.insert(record.stamp().writer);
+            let element = self.elements.get(&id);
+            if element.is_none() {
+                new.insert(id);
+            }
+            if let Record::Attribute { name, .. } = record {
+                let known = element.is_some_and(|e| e.attributes.contains_key(name));
+                if !known {
+                    let names = names.entry(id).or_default();
+                    names.insert(name);
+                    let known = element.map_or(0, |element| element.attributes.len());
+                    if names.len() + known > MOST_ATTRIBUTES {
+                        return Err(Error::TooManyAttributes(MOST_ATTRIBUTES));
+                    }
+                }
+            }
+        }
+        if !new.is_empty() && self.kept() + new.len() > self.most_elements {
+            return Err(Error::TooManyElements(self.most_elements));
+        }
+        writers.retain(|writer| !self.seen().contains_key(writer));
+        let is_new = delta.sender != self.writer() && !self.others.contains_key(&delta.sender);
+        if !writers.is_empty() && self.seen().len() + writers.len() > MOST_WRITERS
+            || is_new && self.others.len() >= MOST_WRITERS
+        {
+            return Err(Error::TooManyWriters(MOST_WRITERS));
+        }
+        Ok(())
+    }
+}
