@@ -52,7 +52,6 @@ fn counts_and_sums_are_those_of_the_rows() {
         "-[:to|at]-",
         "-[e {w: 1}]->",
     ];
-    let mut errors = 0;
     for round in 0..400 {
         let graph = random(&mut rng);
         let now = graph.snapshot();
@@ -80,23 +79,15 @@ fn counts_and_sums_are_those_of_the_rows() {
                 "{pattern}count(*), count(c.x), sum(c.x), max(c.x), count(DISTINCT c), size(collect(1))"
             ),
         );
-        match (shared, listed) {
-            (Ok(mut shared), Ok(mut listed)) => {
-                for row in &mut listed {
-                    let size = row.pop();
-                    assert_eq!(size.as_ref(), row.get(usize::from(!key.is_empty())));
-                }
-                shared.sort();
-                listed.sort();
-                assert_eq!(shared, listed, "round {round}: {pattern}");
-            }
-            (shared, listed) => {
-                errors += 1;
-                assert_eq!(shared.is_err(), listed.is_err(), "round {round}: {pattern}");
-            }
+        let (mut shared, mut listed) = (shared.expect("rows"), listed.expect("rows"));
+        for row in &mut listed {
+            let size = row.pop();
+            assert_eq!(size.as_ref(), row.get(usize::from(!key.is_empty())));
         }
+        shared.sort();
+        listed.sort();
+        assert_eq!(shared, listed, "round {round}: {pattern}");
     }
-    assert!(errors > 0 && errors < 200, "{errors}");
 }
 
 /// A hub with a thousand ways to it and a thousand from it has a million paths, and takes thousands of
