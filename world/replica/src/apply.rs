@@ -2,7 +2,7 @@
 
 use crate::core::Core;
 use crate::local::attributes;
-use graph_merge::{Shown, allows};
+use graph_merge::{Hidden, Shown, allows};
 use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -31,10 +31,29 @@ impl Core {
         let shown = if self.is_whole {
             graph.change(time, |edit| self.show_in(edit, touched))
         } else {
-            Err(Refused::NotWhole)
+            self.show_beside(graph, time, touched)
         };
         // That takes a time in proportion to the graph: once for all messages of a turn.
         self.is_stale = matches!(shown, Err(Refused::NotWhole | Refused::Wrong));
+    }
+
+    /// Shows elements while others stay out: those that decide about no other one.
+    fn show_beside(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        touched: &BTreeSet<Id>,
+    ) -> Result<(), Refused> {
+        if self.fault.is_some() {
+            return Err(Refused::NotWhole);
+        }
+        let now = graph.snapshot();
+        let shown = self
+            .hidden
+            .update(&self.replica, &self.schema, &now, touched);
+        let shown = shown.ok_or(Refused::NotWhole)?;
+        self.conflicts = self.hidden.conflicts();
+        graph.change(time, |edit| self.show_in(edit, &shown))
     }
 
     fn show_in(&self, edit: &mut Edit, touched: &BTreeSet<Id>) -> Result<(), Refused> {
@@ -171,6 +190,7 @@ impl Core {
         self.is_whole = self.fault.is_none()
             && view.conflicts.is_empty()
             && count == self.replica.element_count();
+        self.hidden = Hidden::of(&view, &self.replica);
         self.conflicts = view.conflicts;
     }
 }

@@ -6,7 +6,7 @@ use crate::rights::Rights;
 use crate::streams::Streams;
 use crate::token::Token;
 use crate::world::Setup;
-use graph_merge::{Conflict, Replica};
+use graph_merge::{Conflict, Hidden, Replica};
 use graph_schema::Schema;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -25,6 +25,8 @@ pub(crate) struct Core {
     pub(crate) is_whole: bool,
     /// Whether the whole replica is to be shown at the next turn.
     pub(crate) is_stale: bool,
+    /// What stays out of the graph, and what a change does to it.
+    pub(crate) hidden: Hidden,
     pub(crate) conflicts: Vec<Conflict>,
     pub(crate) fault: Option<String>,
     /// Values that lost against those of this replica, until the component takes them.
@@ -42,6 +44,7 @@ impl Core {
             streams: Streams::default(),
             is_whole: true,
             is_stale: false,
+            hidden: Hidden::default(),
             conflicts: Vec::new(),
             fault: None,
             overruled: VecDeque::new(),
