@@ -1,65 +1,34 @@
-//! Generated clients, publishers and servers in Rust, with a generated component in C++ at the other
-//! end: every pattern, every type and every error, over each middleware.
+//! A generated component in C++ conforms over each middleware.
 
-// The suite is that of components in Python.
-#[path = "../../../python/tests/conformance/calls.rs"]
-mod calls;
-mod other_end;
-#[path = "../../../python/tests/conformance/topics.rs"]
-mod topics;
-#[path = "../../../python/tests/conformance/values.rs"]
-mod values;
+mod package;
 
 use interfaces::rc_types::types::FailError;
-use other_end::{Network, OtherEnd, Over};
 use rc_middleware::CallError;
+use rc_other_end::{Network, OtherEnd, Over};
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
-/// Longest wait for an event.
-const LIMIT: Duration = Duration::from_secs(30);
-/// The pause between two looks.
-const LOOK: Duration = Duration::from_millis(5);
-
-fn until(what: &str, mut holds: impl FnMut() -> bool) {
-    let end = Instant::now() + LIMIT;
-    while !holds() {
-        assert!(Instant::now() < end, "waited {LIMIT:?} until {what}");
-        std::thread::sleep(LOOK);
+/// Returns whether the component could be built.
+fn conforms(over: Over) -> bool {
+    let package = package::package(over);
+    let is_built = package.is_some();
+    if let Some(package) = package {
+        rc_other_end::conforms(
+            Network::new("cpp", over),
+            package,
+            faults_stay_in_the_worker,
+        );
     }
-}
-
-fn conforms(over: &'static Over) {
-    let Some(package) = other_end::package(over) else {
-        return;
-    };
-    let network = Network::new(over);
-    let earlier = topics::Earlier::publish(&network, &package);
-    let other = OtherEnd::start(network, package);
-    topics::earlier_values_arrive(&other);
-    drop(earlier);
-    calls::values_are_equal_at_both_ends(&other);
-    calls::errors_reach_the_caller(&other);
-    faults_stay_in_the_worker(&other);
-    calls::commands_keep_their_order(&other);
-    calls::replies_travel_in_place(&other);
-    calls::calls_are_made(&other);
-    topics::samples_are_repeated(&other);
-    topics::pictures_travel_in_place(&other);
-    calls::a_call_ends_with_its_server(other);
-    if over.domain == 0 {
-        a_crash_names_its_function(over);
-    }
+    is_built
 }
 
 /// A worker that crashes says where, and its callers hear of it.
-fn a_crash_names_its_function(over: &'static Over) {
+fn a_crash_names_its_function(over: Over) {
     const CRASHES: i32 = 12;
-    let package = other_end::package(over).expect("it was there before");
-    let mut other = OtherEnd::start(Network::new(over), package);
+    let package = package::package(over).expect("it was built before");
+    let mut other = OtherEnd::start(Network::new("cpp", over), package);
     let backend = other.network.join("crash");
-    let answer = calls::client(&other, &*backend).fail(CRASHES);
+    let answer = rc_other_end::client(&other, &*backend).fail(CRASHES);
     assert!(
         matches!(answer, Err(FailError::Call(CallError::ServerDied(_)))),
         "{answer:?}"
@@ -80,7 +49,7 @@ fn faults_stay_in_the_worker(other: &OtherEnd) {
     const THROWS_AN_INT: i32 = 10;
     const ASKS_A_THREAD: i32 = 11;
     let backend = other.network.join("faults");
-    let mut client = calls::client(other, &*backend);
+    let mut client = rc_other_end::client(other, &*backend);
     let thrown = client.fail(THROWS_AN_INT);
     let Err(FailError::Call(CallError::Refused(reason))) = &thrown else {
         panic!("{thrown:?}");
@@ -101,7 +70,7 @@ fn a_program_of_another_version_does_not_start() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("version");
     let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let library = other_end::native();
+    let library = package::native();
     let built = Command::new("cc")
         .args([
             "-std=c99",
@@ -141,27 +110,17 @@ fn the_headers_name_their_release() {
 
 #[test]
 fn a_component_in_cpp_conforms_over_iceoryx2() {
-    conforms(&Over {
-        backend: rc_cdsl::model::Middleware::Iceoryx2,
-        domain: 0,
-        connect: |environment| rc_iceoryx2::connect(environment).expect("the network"),
-    });
+    if conforms(Over::iceoryx2()) {
+        a_crash_names_its_function(Over::iceoryx2());
+    }
 }
 
 #[test]
 fn a_component_in_cpp_conforms_over_dds() {
-    conforms(&Over {
-        backend: rc_cdsl::model::Middleware::Dds,
-        domain: 178,
-        connect: |environment| rc_dds::connect(environment).expect("the domain"),
-    });
+    conforms(Over::dds(178));
 }
 
 #[test]
 fn a_component_in_cpp_conforms_over_ros2() {
-    conforms(&Over {
-        backend: rc_cdsl::model::Middleware::Ros2,
-        domain: 179,
-        connect: |environment| rc_ros2::connect(environment, &[]).expect("the domain"),
-    });
+    conforms(Over::ros2(179));
 }

@@ -1,5 +1,7 @@
 //! The state machine of a component in simulated time, and events that tools fire.
 
+// Also a module of the program `rc-test-component`: a program and a test of a crate share only its
+// library.
 #[path = "../programs/charts.rs"]
 mod charts;
 

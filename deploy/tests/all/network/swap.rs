@@ -151,6 +151,7 @@ fn stage(workspace: &Path, component: &str) {
             && !test_only
         {
             let path = folder.join("src").join(format!("{module}.rs"));
+            // The worker as it is must compile against another generated layer.
             lib.push_str(&format!(
                 "#[path = {:?}]\nmod {module};\n",
                 path.display().to_string()

@@ -4,6 +4,7 @@
 mod policy {
     include!(concat!(env!("OUT_DIR"), "/policy.rs"));
 }
+// A worker is compiled against the policy of the crate that it is in.
 #[path = "../../../../../components/avoider/src/specific_worker.rs"]
 mod specific_worker;
 

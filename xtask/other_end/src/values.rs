@@ -1,4 +1,4 @@
-//! A value of every type. `values.py` of the component in Python makes the same ones.
+//! A value of every type. The components make the same ones in their languages.
 
 use interfaces::rc_types::{
     Arrays, Bare, Bounded, Broken, Defaults, Dictionaries, Everything, Kind, Names, Numbers,

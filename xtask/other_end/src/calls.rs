@@ -1,6 +1,6 @@
 //! Calls in both directions: values of every type, and every error.
 
-use crate::other_end::OtherEnd;
+use crate::process::OtherEnd;
 use crate::values::{LEAST, MOST, SOME, broken, outline, picture, sample, very_broken};
 use crate::{LIMIT, LOOK, topics, until};
 use interfaces::rc_types::mirror::FailError as MirrorError;
@@ -20,7 +20,11 @@ const IS_SLOW: i32 = 5;
 /// Milliseconds of a call of `wait` that only the end of the component ends.
 const LONG: i32 = 60_000;
 
-pub(crate) fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
+/// A client of the slot `Types` of the component.
+///
+/// # Panics
+/// The component is not found.
+pub fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
     let endpoint = other
         .network
         .calls(&other.package, "Types", types::OPERATIONS);

@@ -1,6 +1,7 @@
 //! Topics in both directions: samples of every type, in place, and for late subscribers.
 
-use crate::other_end::{Network, OtherEnd, Package};
+use crate::network::Network;
+use crate::process::{OtherEnd, Package};
 use crate::values::{LEAST, MOST, SOME, outline, picture, sample};
 use crate::{LIMIT, LOOK, until};
 use interfaces::rc_types::earlier::{self, EarlierPublisher};

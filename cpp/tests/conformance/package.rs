@@ -1,0 +1,100 @@
+//! The component `every_type` in C++.
+
+use rc_codegen::{FileLoader, Project, generate};
+use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_other_end::{Over, Package};
+use rc_test_support::cmake;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+
+/// The component.
+const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type");
+
+/// Held by the test that builds. The programs for all middlewares have the same worker and the same
+/// interfaces, which the first build compiles.
+static BUILD: Mutex<()> = Mutex::new(());
+
+/// Where the program is built.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("every type")
+}
+
+/// Generates and builds the component. `None` without cmake or a compiler: the test is listed as
+/// skipped.
+pub(crate) fn package(over: Over) -> Option<Package> {
+    let test = format!("conformance of C++ over {}", over.name());
+    let cmake = cmake::folder(&test)?;
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+    let cdsl = Path::new(COMPONENT).join("every_type.cdsl");
+    let right = |found: Diagnostics| assert!(!found.has_errors(), "{found:?}");
+    let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
+    right(found);
+    let project = project.expect("a component");
+    let (files, found) = generate::component(&project, over.backend, "").expect("templates");
+    right(found);
+    let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
+    // A path with a space.
+    let folder = folder();
+    files.write(&folder).expect("to write");
+    for file in ["specificworker.h", "specificworker.cpp", "values.h"] {
+        let from = Path::new(COMPONENT).join("src").join(file);
+        copy(&from, &folder.join("src").join(file));
+    }
+    let run = |args: &[&std::ffi::OsStr]| {
+        let output = Command::new(cmake.join("cmake")).args(args).output();
+        let output = output.expect("cmake");
+        let text = String::from_utf8_lossy(&output.stdout);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}{errors}");
+    };
+    let set = |name: &str, value: &Path| {
+        let mut option = std::ffi::OsString::from(format!("-D{name}="));
+        option.push(value);
+        option
+    };
+    let build = folder.join("build");
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("cmake");
+    let strict = "-Wall -Wextra -Wpedantic -Werror";
+    run(&[
+        "-S".as_ref(),
+        folder.as_os_str(),
+        "-B".as_ref(),
+        build.as_os_str(),
+        &set("robocomp_DIR", &config),
+        &set("ROBOCOMP_LIBRARY", &native()),
+        &set("CMAKE_CXX_FLAGS", Path::new(strict)),
+    ]);
+    // The linker must not write into a program that runs, which is the same file.
+    let linked = build.join("every_type");
+    let _ = std::fs::remove_file(&linked);
+    run(&["--build".as_ref(), build.as_os_str()]);
+    let main = std::fs::read_to_string(folder.join("generated/main.cpp")).expect("a program");
+    let description = main.split("R\"rc_json(").nth(1).expect("a description");
+    let description = description.split(")rc_json\"").next().expect("its end");
+    let mut description: Value = serde_json::from_str(description).expect("JSON");
+    let program = build.join(format!("every_type_{}", over.name()));
+    // An earlier test may still run it.
+    let _ = std::fs::remove_file(&program);
+    // A copy could not be started while another thread starts a program: its child has the file open.
+    std::fs::hard_link(&linked, &program).expect("a link");
+    Some(Package {
+        command: Command::new(program),
+        slots: description["slots"].take(),
+        folder: None,
+    })
+}
+
+/// Copies a file if it is another one: cmake goes by the times of files.
+fn copy(from: &Path, to: &Path) {
+    let text = std::fs::read(from).expect("a file");
+    if std::fs::read(to).ok().as_ref() != Some(&text) {
+        std::fs::write(to, text).expect("to write");
+    }
+}
+
+pub(crate) fn native() -> PathBuf {
+    let own = std::env::current_exe().expect("this program");
+    own.with_file_name("librobocomp_cpp.so")
+}
