@@ -55,18 +55,21 @@ pub enum Decl {
     Require(Box<rc_pdsl::ast::Rule>),
 }
 
-/// `World NAME { schema "kitchen.gdsl"; start "home.graph"; keep "home.graph" 30s; };`
+/// A declaration with fields in a block.
 #[derive(Clone, Debug, PartialEq)]
-pub struct World {
+pub struct FieldBlock<F> {
     /// The name as declared.
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Fields, each with its keyword.
-    pub fields: Vec<(Name, WorldField)>,
+    pub fields: Vec<(Name, F)>,
     /// Whether input was skipped, with an error.
     pub incomplete: bool,
 }
+
+/// `World NAME { schema "kitchen.gdsl"; start "home.graph"; keep "home.graph" 30s; };`
+pub type World = FieldBlock<WorldField>;
 
 /// A file, and the time of `keep`.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,17 +81,7 @@ pub struct WorldField {
 }
 
 /// `Chain NAME { from lidar.LaserPub.scan; to base.Motor.set; within 80ms; };`
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chain {
-    /// The name as declared.
-    pub name: Name,
-    /// The lines of its documentation.
-    pub doc: Vec<String>,
-    /// Fields, each with its keyword.
-    pub fields: Vec<(Name, ChainField)>,
-    /// Whether input was skipped, with an error.
-    pub incomplete: bool,
-}
+pub type Chain = FieldBlock<ChainField>;
 
 /// One field of a chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,30 +118,10 @@ pub struct Middleware {
 }
 
 /// `Host NAME { … };`
-#[derive(Clone, Debug, PartialEq)]
-pub struct Host {
-    /// The name as declared.
-    pub name: Name,
-    /// The lines of its documentation.
-    pub doc: Vec<String>,
-    /// Fields: keyword and string.
-    pub fields: Vec<(Name, Name)>,
-    /// Whether input was skipped, with an error.
-    pub incomplete: bool,
-}
+pub type Host = FieldBlock<Name>;
 
 /// `Component NAME { … };`
-#[derive(Clone, Debug, PartialEq)]
-pub struct Component {
-    /// The name as declared.
-    pub name: Name,
-    /// The lines of its documentation.
-    pub doc: Vec<String>,
-    /// Fields, each with its keyword.
-    pub fields: Vec<(Name, Field)>,
-    /// Whether input was skipped, with an error.
-    pub incomplete: bool,
-}
+pub type Component = FieldBlock<Field>;
 
 /// One field of a component.
 #[derive(Clone, Debug, PartialEq)]

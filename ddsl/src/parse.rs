@@ -5,7 +5,7 @@ mod chain;
 mod world;
 
 use crate::ast::{
-    Component, Decl, Deployment, Field, File, Group, Host, Middleware, Parameter, ParameterValue,
+    Component, Decl, Deployment, Field, FieldBlock, File, Group, Host, Middleware, Parameter, ParameterValue,
     Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
@@ -167,8 +167,15 @@ fn slot_path(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SlotPath>
     Some(SlotPath { path, slot })
 }
 
-fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
-    let mut host = Host {
+/// A declaration with fields of the rule `rule`, which `read` reads: `words` are their keywords, and
+/// `what` is one of them, for people.
+fn field_block<F>(
+    r: &mut ParseContext<'_>,
+    pair: Pair<'_, Rule>,
+    (rule, words, what): (Rule, &Keywords, &str),
+    read: impl Fn(&mut ParseContext<'_>, Pair<'_, Rule>) -> Vec<(Name, F)>,
+) -> FieldBlock<F> {
+    let mut block = FieldBlock {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
         fields: Vec::new(),
@@ -176,20 +183,25 @@ fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
     };
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::name => host.name = r.name(&part),
-            Rule::host_field => {
-                let word = r.first_word(&part);
-                let text = r.texts(part).into_iter().next();
-                host.fields.extend(text.map(|text| (word, text)));
-            }
+            Rule::name => block.name = r.name(&part),
             Rule::skipped => {
-                host.incomplete = true;
-                report_skipped(r, &part, &HOST, "a field of a host");
+                block.incomplete = true;
+                report_skipped(r, &part, words, what);
             }
+            of if of == rule => block.fields.extend(read(r, part)),
             _ => {}
         }
     }
-    host
+    block
+}
+
+fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
+    let fields = (Rule::host_field, &HOST[..], "a field of a host");
+    field_block(r, pair, fields, |r, part| {
+        let word = r.first_word(&part);
+        let text = r.texts(part).into_iter().next();
+        text.map(|text| (word, text)).into_iter().collect()
+    })
 }
 
 fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
@@ -247,32 +259,25 @@ fn process(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Process {
 
 /// A field, with its keyword.
 fn fields(r: &mut ParseContext<'_>, part: Pair<'_, Rule>) -> Vec<(Name, Field)> {
+    fields_by(r, part, field)
+}
+
+/// The fields that `read` reads, with their keyword.
+fn fields_by<F>(
+    r: &mut ParseContext<'_>,
+    part: Pair<'_, Rule>,
+    read: impl Fn(&mut ParseContext<'_>, Pair<'_, Rule>, &Name) -> Option<F>,
+) -> Vec<(Name, F)> {
     let word = r.first_word(&part);
     let found = part.into_inner();
     found
-        .filter_map(|pair| Some((word.clone(), field(r, pair, &word)?)))
+        .filter_map(|pair| Some((word.clone(), read(r, pair, &word)?)))
         .collect()
 }
 
 fn component(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Component {
-    let mut component = Component {
-        name: Name::new("", r.span(&pair)),
-        doc: r.doc(&pair),
-        fields: Vec::new(),
-        incomplete: false,
-    };
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::name => component.name = r.name(&part),
-            Rule::field => component.fields.extend(fields(r, part)),
-            Rule::skipped => {
-                component.incomplete = true;
-                report_skipped(r, &part, &COMPONENT, "a field of a component");
-            }
-            _ => {}
-        }
-    }
-    component
+    let of = (Rule::field, &COMPONENT[..], "a field of a component");
+    field_block(r, pair, of, fields)
 }
 
 fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<Field> {

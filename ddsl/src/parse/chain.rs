@@ -1,6 +1,6 @@
 //! Chains.
 
-use super::{Rule, report_skipped, values};
+use super::{Rule, field_block, fields_by, values};
 use crate::ast::{Chain, ChainField, Late};
 use pest::iterators::Pair;
 use rc_syntax::{Name, ParseContext};
@@ -16,34 +16,13 @@ const CHAIN: [(&str, Rule); 7] = [
 ];
 
 pub(super) fn chain(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Chain {
-    let mut chain = Chain {
-        name: Name::new("", r.span(&pair)),
-        doc: r.doc(&pair),
-        fields: Vec::new(),
-        incomplete: false,
-    };
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::name => chain.name = r.name(&part),
-            Rule::chain_field => {
-                let word = r.first_word(&part);
-                let fields = part.into_inner();
-                let fields = fields.filter_map(|field| chain_field(r, field));
-                chain
-                    .fields
-                    .extend(fields.map(|field| (word.clone(), field)));
-            }
-            Rule::skipped => {
-                chain.incomplete = true;
-                report_skipped(r, &part, &CHAIN, "a field of a chain");
-            }
-            _ => {}
-        }
-    }
-    chain
+    let fields = (Rule::chain_field, &CHAIN[..], "a field of a chain");
+    field_block(r, pair, fields, |r, part| {
+        fields_by(r, part, |r, field, _| chain_field(r, field))
+    })
 }
 
-pub(super) fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainField> {
+fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainField> {
     if pair.as_rule() == Rule::chain_time {
         return values(r, pair).into_iter().next().map(ChainField::Time);
     }

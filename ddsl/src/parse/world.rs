@@ -1,9 +1,9 @@
 //! Worlds.
 
-use super::{Rule, report_skipped};
+use super::{Rule, field_block, fields_by};
 use crate::ast::{World, WorldField};
 use pest::iterators::Pair;
-use rc_syntax::{Literal, Name, ParseContext, home_in_path};
+use rc_syntax::{Literal, ParseContext, home_in_path};
 
 const WORLD: [(&str, Rule); 3] = [
     ("schema", Rule::world_file),
@@ -12,29 +12,10 @@ const WORLD: [(&str, Rule); 3] = [
 ];
 
 pub(super) fn world(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> World {
-    let mut world = World {
-        name: Name::new("", r.span(&pair)),
-        doc: r.doc(&pair),
-        fields: Vec::new(),
-        incomplete: false,
-    };
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::name => world.name = r.name(&part),
-            Rule::world_field => {
-                let word = r.first_word(&part);
-                let fields = part.into_inner().filter_map(|field| world_field(r, field));
-                let fields = fields.map(|field| (word.clone(), field));
-                world.fields.extend(fields);
-            }
-            Rule::skipped => {
-                world.incomplete = true;
-                report_skipped(r, &part, &WORLD, "a field of a world");
-            }
-            _ => {}
-        }
-    }
-    world
+    let fields = (Rule::world_field, &WORLD[..], "a field of a world");
+    field_block(r, pair, fields, |r, part| {
+        fields_by(r, part, |r, field, _| world_field(r, field))
+    })
 }
 
 fn world_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<WorldField> {
