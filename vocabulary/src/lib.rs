@@ -23,6 +23,7 @@
 //! - [`Role`]: the ends of a connection.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
 //! - [`Type`]: types where they are used, over any form of names.
+//! - [`WORLD_SLOTS`]: the topics by which the replicas of a world meet.
 
 pub mod address;
 pub mod duration;
@@ -46,6 +47,7 @@ mod target;
 mod types;
 mod value;
 mod word;
+mod world;
 
 pub use key::{Key, key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
@@ -62,3 +64,4 @@ pub use scalar::Scalar;
 pub use types::Type;
 pub use value::Value;
 pub use word::listed;
+pub use world::{WORLD_MODULE, WORLD_SLOTS, WorldSlot};

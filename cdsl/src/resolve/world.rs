@@ -6,7 +6,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
 use rc_idsl::model::{InterfaceId, ModuleId};
 use rc_syntax::Name;
-use rc_vocabulary::qos::{Policies, Policy, Reliability};
+use rc_vocabulary::qos::{Policies, Policy};
+use rc_vocabulary::{WORLD_MODULE, WORLD_SLOTS};
 use std::collections::HashMap;
 use std::time::Duration;
 
@@ -20,14 +21,13 @@ pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
     }
 }
 
-/// The file with the interfaces by which replicas meet, and its module.
+/// The file with the interfaces by which replicas meet.
 pub(super) const FILE: &str = "World.idsl";
-const MODULE: &str = "RcWorld";
 
 /// A finding about another file with the name of [`FILE`], which is found before it.
 pub(super) fn other(tree: &ast::World, library: &Library, module: ModuleId) -> Option<Diagnostic> {
     let module = library.module(module);
-    let is_other = module.name.text != MODULE;
+    let is_other = module.name.text != WORLD_MODULE;
     is_other.then(|| {
         let message = format!(
             "a world needs the `{FILE}` that comes with the tools, and another file has this name"
@@ -38,14 +38,6 @@ pub(super) fn other(tree: &ast::World, library: &Library, module: ModuleId) -> O
     })
 }
 
-/// The topics by which replicas meet: interface, role, the end of the name of their slot.
-const SLOTS: [(&str, Role, &str); 4] = [
-    ("World", Role::Publishes, ""),
-    ("WorldStream", Role::Publishes, "_stream"),
-    ("World", Role::SubscribesTo, "_peers"),
-    ("WorldStream", Role::SubscribesTo, "_streams"),
-];
-
 /// The slots by which the replicas of a world meet. `own` are those of the component.
 pub(super) fn slots(
     world: &World,
@@ -54,39 +46,37 @@ pub(super) fn slots(
     found: &mut Diagnostics,
 ) -> Vec<Slot> {
     let module = library.modules.iter();
-    let module = module.filter(|module| module.name.text == MODULE);
+    let module = module.filter(|module| module.name.text == WORLD_MODULE);
     let ids: Vec<InterfaceId> = module.flat_map(|m| m.interfaces.iter().copied()).collect();
     let interface = |name: &str| {
         let mut ids = ids.iter();
         ids.find(|id| library.interface(**id).name.text == name)
     };
     let mut all = Vec::new();
-    for (name, role, end) in SLOTS {
+    for of in WORLD_SLOTS {
         // Without the file, there is a finding already.
-        let Some(interface) = interface(name) else {
+        let Some(interface) = interface(of.interface) else {
             continue;
         };
-        let slot = format!("{}{end}", world.name.text);
+        let slot = format!("{}{}", world.name.text, of.suffix);
         if let Some(taken) = own.iter().find(|own| own.name.eq_ignore_ascii_case(&slot)) {
             let message = format!("the world has the slot `{slot}`, which is there already");
             let error = Diagnostic::error("duplicate-slot", world.name.span, message);
             let error = error.label(taken.span, "the other one");
             found.push(error.help("write another name behind `as`"));
         }
-        let reliability = if name == "World" {
-            Reliability::Reliable
-        } else {
-            Reliability::BestEffort
-        };
         let mut qos = Policies::default();
-        qos.extend([Policy::Reliability(reliability), Policy::Depth(64)]);
+        qos.extend([
+            Policy::Reliability(of.qos.reliability),
+            Policy::Depth(of.qos.depth),
+        ]);
         all.push(Slot {
             name: slot,
-            role,
+            role: of.role,
             interface: *interface,
             is_array: false,
             backend: None,
-            optional: role == Role::SubscribesTo,
+            optional: of.role == Role::SubscribesTo,
             qos,
             in_place: false,
             asynchronous: false,

@@ -13,7 +13,6 @@ use crate::view;
 use crate::view::component::Time;
 use rc_vocabulary::Middleware;
 use serde::Serialize;
-use std::collections::BTreeSet;
 
 /// A component as its templates see it.
 #[derive(Debug, Serialize)]
@@ -72,8 +71,8 @@ pub(crate) struct Component<'a> {
     /// Whether a slot calls or publishes, or receives.
     sends: bool,
     receives: bool,
-    /// Types of the quality of service that slots name.
-    qos_types: BTreeSet<String>,
+    /// Imports of the module that describes the slots.
+    description_imports: Vec<String>,
 }
 
 /// A middleware that a component uses.
@@ -156,7 +155,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         testing: testing::of(view),
         sends,
         receives,
-        qos_types: qos::types(view),
+        description_imports: description_imports(view),
         implemented,
         slots,
     }
@@ -193,6 +192,21 @@ fn modules(view: &view::Component, receives: bool) -> Vec<&'static str> {
         ("pub mod world", view.world.is_some()),
     ];
     those(&all)
+}
+
+/// Imports of the module that describes the slots.
+fn description_imports(view: &view::Component) -> Vec<String> {
+    if view.slots.is_empty() {
+        return Vec::new();
+    }
+    // The library knows the slots of a world.
+    if view.slots.iter().all(|slot| slot.of_world) {
+        return vec!["rc_runtime::Slot".to_owned()];
+    }
+    let qos = qos::types(view).into_iter();
+    let qos = std::iter::once("Qos".to_owned()).chain(qos);
+    let qos = qos.map(|ty| format!("rc_runtime::middleware::{ty}"));
+    qos.chain(["rc_runtime::{Role, Slot}".to_owned()]).collect()
 }
 
 /// Imports of the module of the context.

@@ -27,9 +27,10 @@ fn time(time: Duration) -> String {
     format!("Duration::new({}, {})", time.as_secs(), time.subsec_nanos())
 }
 
-/// The types whose variants the slots of a component name.
+/// The types whose variants the slots of a component name, but for those of a world.
 pub(crate) fn types(view: &view::Component) -> BTreeSet<String> {
-    let policies = view.slots.iter().flat_map(|slot| slot.qos.0.iter());
+    let own = view.slots.iter().filter(|slot| !slot.of_world);
+    let policies = own.flat_map(|slot| slot.qos.0.iter());
     let words = policies.filter(|policy| matches!(policy.kind(), PolicyValue::Word(_)));
     words.map(ty).collect()
 }

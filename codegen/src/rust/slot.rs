@@ -40,15 +40,10 @@ pub(crate) struct Slot<'a> {
     open: String,
     peers: String,
     interface: &'a str,
-    path: String,
     /// The module of the interface below `interfaces`.
     pub(super) module: String,
-    type_hash: &'a str,
-    /// The expression for its middleware.
-    backend: String,
-    /// The constant with the default quality of service of its role, and fields that differ.
-    default_qos: &'static str,
-    qos: Vec<String>,
+    /// The expression that describes it to the runtime.
+    description: String,
     types: String,
     external_types: &'a [String],
 }
@@ -157,11 +152,11 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
         peers = format!("peers[{index}] = self.{field}.subscribers()");
     }
     let shout = names::shout(&slot.name);
-    let (role, default_qos) = match slot.role {
-        Role::Implements => ("Implements", "CALL"),
-        Role::Requires => ("Requires", "CALL"),
-        Role::Publishes => ("Publishes", "PUBLISHER"),
-        Role::SubscribesTo => ("SubscribesTo", "SUBSCRIBER"),
+    let types = format!("TYPES_{shout}");
+    let description = if slot.of_world {
+        description_of_world(view, index, &module, &types)
+    } else {
+        description(slot, &module, &types)
     };
     Slot {
         name: &slot.name,
@@ -173,7 +168,7 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
             (false, true) => end,
             (false, false) => String::new(),
         },
-        role,
+        role: variant(slot.role),
         role_word: slot.role.word(),
         receives: slot.receives,
         sends: slot.sends,
@@ -194,18 +189,77 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
         open,
         peers,
         interface: &slot.interface,
-        path: format!("{}::{}", slot.module, slot.interface),
         module,
-        type_hash: &slot.type_hash,
-        backend: slot.middleware.map(Middleware::word).map_or_else(
-            || "backend::MIDDLEWARE".to_owned(),
-            |word| format!("{word:?}"),
-        ),
-        default_qos,
-        qos: slot.qos.0.iter().map(qos::field).collect(),
-        types: format!("TYPES_{shout}"),
+        description,
+        types,
         external_types: &slot.external_types,
     }
+}
+
+fn variant(role: Role) -> &'static str {
+    match role {
+        Role::Implements => "Implements",
+        Role::Requires => "Requires",
+        Role::Publishes => "Publishes",
+        Role::SubscribesTo => "SubscribesTo",
+    }
+}
+
+/// The expression that describes a slot: `types` is the constant with the names of its types.
+fn description(slot: &view::Slot, module: &str, types: &str) -> String {
+    let default = match slot.role {
+        Role::Implements | Role::Requires => "CALL",
+        Role::Publishes => "PUBLISHER",
+        Role::SubscribesTo => "SUBSCRIBER",
+    };
+    let policies = slot.qos.0.iter().map(qos::field);
+    let policies: Vec<String> = policies
+        .map(|field| format!("        {field},\n"))
+        .collect();
+    let qos = match policies.concat().as_str() {
+        "" => format!("Qos::{default}"),
+        policies => format!("Qos {{\n{policies}        ..Qos::{default}\n    }}"),
+    };
+    let fields = [
+        ("name", format!("{:?}", slot.name)),
+        ("role", format!("Role::{}", variant(slot.role))),
+        ("interface", format!("{:?}", slot.interface)),
+        (
+            "type_name",
+            format!("\"{}::{}\"", slot.module, slot.interface),
+        ),
+        ("type_hash", format!("0x{}", slot.type_hash)),
+        ("backend", backend(slot.middleware)),
+        ("qos", qos),
+        ("is_array", slot.is_array.to_string()),
+        ("operations", format!("interfaces::{module}::OPERATIONS")),
+        ("external_types", format!("backend::{types}")),
+    ];
+    let fields = fields.map(|(name, value)| format!("    {name}: {value},\n"));
+    format!("Slot {{\n{}}}", fields.concat())
+}
+
+/// The expression that describes a slot of a world, which the library knows.
+fn description_of_world(view: &view::Component, index: usize, module: &str, types: &str) -> String {
+    let slot = &view.slots[index];
+    let number = view.slots[..index]
+        .iter()
+        .filter(|slot| slot.of_world)
+        .count();
+    format!(
+        "rc_world_typed::slot({number}, {:?}, 0x{}, {}, interfaces::{module}::OPERATIONS, backend::{types})",
+        slot.name,
+        slot.type_hash,
+        backend(slot.middleware),
+    )
+}
+
+/// The expression for the middleware of a slot.
+fn backend(middleware: Option<Middleware>) -> String {
+    middleware.map(Middleware::word).map_or_else(
+        || "backend::MIDDLEWARE".to_owned(),
+        |word| format!("{word:?}"),
+    )
 }
 
 /// The type of the client or the publisher of a slot.

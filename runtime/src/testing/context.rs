@@ -90,19 +90,16 @@ macro_rules! test_context {
     };
 }
 
-/// Declares the function `embed_with_defaults` of a component, over its context and the calls of
-/// its fake servers with the numbers of their slots. Generated code calls it.
+/// Declares the function `embed_with_defaults` of a component, over its context, the trait of its
+/// worker, and the calls of its fake servers with the numbers of their slots. Generated code calls it.
 #[macro_export]
 macro_rules! embed_with_defaults {
-    ($context:ty; $($slot:literal: $call:ty),+ $(,)?) => {
+    ($context:ty, $handlers:path; $($slot:literal: $call:ty),+ $(,)?) => {
         /// Runs the whole component on a thread of this process, as `embed` does. A call that no
         /// server takes gets default values, and a slot without a server counts as connected.
-        pub fn embed_with_defaults<W: 'static>(
+        pub fn embed_with_defaults<W: $handlers>(
             args: &[&str],
-        ) -> ::std::result::Result<$crate::Embedded, $crate::StartError>
-        where
-            $context: $crate::Serving<W>,
-        {
+        ) -> ::std::result::Result<$crate::Embedded, $crate::StartError> {
             const DEFAULTS: &[(usize, $crate::testing::DefaultReply)] =
                 &[$(($slot, <$call as $crate::testing::FakeCall>::default_reply)),+];
             $crate::testing::embed_with_defaults::<W, $context>(DEFAULTS, args)

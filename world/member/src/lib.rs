@@ -5,6 +5,10 @@
 //! arrives. Generated code opens it in the context, calls [`Member::turn`] in each turn of the event
 //! loop, and [`Member::leave`] at the end.
 
+mod slot;
+mod watch;
+
+pub use slot::slot;
 use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};

@@ -24,7 +24,7 @@ pub use property_graph::{
     Transform, Value,
 };
 pub use rc_world::{News, Rights, Token};
-pub use rc_world_member::Member;
+pub use rc_world_member::{Member, slot};
 pub use schema::schema;
 pub use view::{End, View};
 pub use world::{change, transform};
