@@ -5,6 +5,7 @@ mod counts;
 mod early;
 mod endpoints;
 mod frames;
+mod receiver;
 
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
@@ -32,30 +33,16 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Address, Backend, Client, Counter, Endpoint, Environment, ExternalType, LogQueue, Member,
-    OpenError, QueueGauge, Server, Settings, Subscriber, TypeIdentity, WakeEvent, fan_out,
+    Backend, Client, Counter, Endpoint, Environment, LogQueue, Member,
+    OpenError, QueueGauge, Settings, TypeIdentity, WakeEvent, fan_out,
     network_time,
 };
+pub(crate) use receiver::Receiver;
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
-
-/// A receiving end, which the event loop serves.
-pub(crate) enum Receiver {
-    Server {
-        port: Box<dyn Server>,
-        /// Counts requests.
-        counter: Counter,
-    },
-    Subscriber {
-        port: Box<dyn Subscriber>,
-        operation: usize,
-        /// The longest time between two samples.
-        deadline: Option<Duration>,
-    },
-}
 
 /// The connections of a component. Its slot arrays share them, to open members.
 pub type Ports = Rc<Connections>;
@@ -569,37 +556,5 @@ impl Connections {
             qos,
             external_types: external.into_iter().collect(),
         })
-    }
-}
-
-impl OpenSlot {
-    fn address(&self) -> Result<&Address, OpenError> {
-        self.address.as_ref().ok_or_else(|| OpenError::Backend {
-            address: self.name.to_string(),
-            reason: "it is an array; open its members".to_owned(),
-        })
-    }
-}
-
-impl OpenSlot {
-    /// The operations, for a middleware that has types of its own.
-    fn external_types(&self) -> impl Iterator<Item = ExternalType> {
-        let operations = self.operations.iter().zip(self.external_types);
-        operations.map(|(operation, type_name)| ExternalType {
-            slot: self.path(),
-            operation: operation.name.to_owned(),
-            id: operation.id,
-            type_name: (*type_name).to_owned(),
-        })
-    }
-}
-
-impl Receiver {
-    /// Clears readiness. `woken` says whether the descriptor was readable.
-    pub(crate) fn acknowledge(&mut self, woken: bool) {
-        match self {
-            Self::Server { port, .. } => port.acknowledge(woken),
-            Self::Subscriber { port, .. } => port.acknowledge(woken),
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::slots::OpenSlot;
 use rc_management::component::ClockKind;
-use rc_middleware::{Endpoint, Linked, OpenError, TypeIdentity};
+use rc_middleware::{Address, Endpoint, ExternalType, Linked, OpenError, TypeIdentity};
 use std::collections::BTreeSet;
 
 /// Whether a component opens a middleware beside its own one: for its slots, or for its clock. One
@@ -33,4 +33,24 @@ pub(super) fn call_endpoint(slot: &OpenSlot) -> Result<Endpoint, OpenError> {
         qos: slot.qos,
         external_types: slot.external_types().collect(),
     })
+}
+
+impl OpenSlot {
+    pub(super) fn address(&self) -> Result<&Address, OpenError> {
+        self.address.as_ref().ok_or_else(|| OpenError::Backend {
+            address: self.name.to_string(),
+            reason: "it is an array; open its members".to_owned(),
+        })
+    }
+
+    /// The operations, for a middleware that has types of its own.
+    pub(super) fn external_types(&self) -> impl Iterator<Item = ExternalType> {
+        let operations = self.operations.iter().zip(self.external_types);
+        operations.map(|(operation, type_name)| ExternalType {
+            slot: self.path(),
+            operation: operation.name.to_owned(),
+            id: operation.id,
+            type_name: (*type_name).to_owned(),
+        })
+    }
 }
