@@ -1,6 +1,7 @@
 //! Compatibility of the endpoints of a connection: types, middleware and quality of service.
 
 use crate::conversion::Conversion;
+use crate::end::End;
 use crate::endpoint::{Endpoint, slot};
 use crate::meaning::Meanings;
 use crate::model::{Deployment, Setting};
@@ -133,7 +134,7 @@ impl<'a> CompatibilityChecker<'a> {
         let end = |end: Endpoint, name| {
             let component = self.components.get(end.instance).copied().flatten()?;
             let slot = component.slots.get(end.slot)?;
-            Some(units::End {
+            Some(End {
                 name,
                 library: &component.library,
                 prototypes: &component.prototypes,

@@ -1,8 +1,8 @@
 //! The plan for values that travel in place, as memory images.
 
-use crate::conversion::{ChosenPair, Known, Marks, Pair, between, numbers, unmark};
 use crate::meaning::chosen;
 use crate::moves::Moves;
+use crate::pair::{ChosenPair, Known, Marks, Pair, between, numbers, unmark};
 use rc_conversion::{Item, Move};
 use rc_idsl::model::{Layout, Member, Type, TypeDeclKind, TypeId};
 use rc_quantity::Conversion as Factor;

@@ -1,7 +1,7 @@
 //! What the values of the two ends of a connection mean, where prototypes say it, and the formula
 //! that takes those of one end to those of the other one.
 
-use crate::units::End;
+use crate::end::End;
 use rc_conversion::{Formula, Operand, is_frame};
 use rc_idsl::model::{Member, TypeId};
 use rc_plans::{Kind, Plan, Refusal};

@@ -5,8 +5,8 @@ mod chain;
 mod world;
 
 use crate::ast::{
-    Component, Decl, Deployment, Field, FieldBlock, File, Group, Host, Middleware, Parameter, ParameterValue,
-    Process, Restart, SlotPath, Slots,
+    Component, Decl, Deployment, Field, FieldBlock, File, Group, Host, Middleware, Parameter,
+    ParameterValue, Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
 use bind::{bind, external};

@@ -1,31 +1,21 @@
 //! Whether the two ends of a connection mean the same. The wire and its hashes know no units and no
 //! prototypes, so ends whose types are equal can differ in them.
 
-use crate::conversion::{Conversion, NoPlan, effort, plan};
+use crate::conversion::{Conversion, plan};
+use crate::converted::effort;
+use crate::end::End;
 use crate::meaning::{
     Ambiguous, Chosen, Meanings, NotConverted, chosen, described, has_prefix, prototype,
 };
 use crate::moves::NoMove;
+use crate::pair::NoPlan;
 use rc_conversion::TREE;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_idsl::Library;
-use rc_idsl::model::{InterfaceId, Member, Primitive, Type, TypeDeclKind, TypeId};
+use rc_idsl::model::{Member, Primitive, Type, TypeDeclKind, TypeId};
 use rc_plans::Refusal;
 use rc_quantity::Unit;
 use std::collections::{BTreeSet, HashSet};
-
-/// One end of a connection.
-#[derive(Clone, Copy)]
-pub(crate) struct End<'a> {
-    /// `INSTANCE.SLOT`
-    pub(crate) name: &'a str,
-    pub(crate) library: &'a Library,
-    /// What its types mean.
-    pub(crate) prototypes: &'a rc_prototypes::model::Library,
-    pub(crate) interface: InterfaceId,
-    /// Whether it is a consumer of topics, which receives all values.
-    pub(crate) subscribes: bool,
-}
 
 /// The `bind` of a connection.
 #[derive(Clone, Copy)]

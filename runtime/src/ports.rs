@@ -33,9 +33,8 @@ use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::parameters::ParameterService;
 use rc_middleware::typed::{Gate, TypedClient, TypedPublisher};
 use rc_middleware::{
-    Backend, Client, Counter, Endpoint, Environment, LogQueue, Member,
-    OpenError, QueueGauge, Settings, TypeIdentity, WakeEvent, fan_out,
-    network_time,
+    Backend, Client, Counter, Endpoint, Environment, LogQueue, Member, OpenError, QueueGauge,
+    Settings, TypeIdentity, WakeEvent, fan_out, network_time,
 };
 pub(crate) use receiver::Receiver;
 use std::cell::{OnceCell, RefCell};
