@@ -6,9 +6,9 @@
 //! loop, and [`Member::leave`] at the end.
 
 mod slot;
-mod watch;
 
 pub use slot::slot;
+
 use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
