@@ -32,7 +32,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// An adaptor of a network.
 #[derive(Debug)]
 pub struct Adaptor {
-    /// Whose meaning and files it has.
+    /// The slot that gives it its meaning and its files.
     pub of: Origin,
     /// Its component, of which there is no file.
     pub component: Component,

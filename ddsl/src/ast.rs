@@ -95,7 +95,7 @@ pub enum ChainField {
     Late(Late),
 }
 
-/// What is done if a chain is late.
+/// The action if a chain is late.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Late {
     /// `warn`, `event`, `stop`, `emergency` or `fire`.

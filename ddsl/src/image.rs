@@ -25,7 +25,7 @@ pub(crate) fn image_items<'a>(
 struct Image {
     items: Vec<Item>,
     at: usize,
-    /// Those of the structure that is converted as a whole.
+    /// Marks of the structure that is converted as a whole.
     marks: Option<Marks>,
     moves: Moves,
 }

@@ -279,11 +279,11 @@ pub struct Chain {
     pub age: Option<Duration>,
     /// The most time that a message needs from one component to the next one.
     pub transport: Option<Duration>,
-    /// What is done if it is late.
+    /// The action if it is late.
     pub late: Late,
 }
 
-/// What is done if a chain is late. Instances are indices into [`Deployment::instances`].
+/// The action if a chain is late. Instances are indices into [`Deployment::instances`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Late {
     /// A warning.

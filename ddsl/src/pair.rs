@@ -46,7 +46,7 @@ pub(crate) type ChosenPair<'a> = (Chosen<'a>, Chosen<'a>);
 pub(crate) struct Members<'o> {
     pub(crate) out: &'o mut Vec<Converted>,
     pub(crate) left: &'o mut usize,
-    /// Those of the structure that is converted as a whole.
+    /// Marks of the structure that is converted as a whole.
     pub(crate) marks: Option<Marks>,
     pub(crate) moves: Moves,
 }
@@ -400,10 +400,7 @@ fn element(library: &Library, ty: &Type) -> Option<TypeId> {
                 | Type::Dictionary { .. } => None,
             }
         }
-        Type::Primitive(_)
-        | Type::Text { .. }
-        | Type::Dictionary { .. }
-        | Type::Named(_) => None,
+        Type::Primitive(_) | Type::Text { .. } | Type::Dictionary { .. } | Type::Named(_) => None,
     }
 }
 

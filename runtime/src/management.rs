@@ -153,7 +153,7 @@ impl Management {
         self.taps.clone()
     }
 
-    /// What is noted of messages on chains.
+    /// Notes about messages on chains.
     pub(crate) fn hops(&self) -> Arc<SharedHops> {
         self.hops.clone()
     }

@@ -112,7 +112,7 @@ struct Server {
     folders: Folders,
     /// Files to check.
     waiting: Queue,
-    /// Those of them whose own text has changed.
+    /// Of these, the files whose own text has changed.
     dirty: BTreeSet<PathBuf>,
     /// Whether all files of the folders were checked once.
     settled: bool,

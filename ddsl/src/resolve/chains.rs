@@ -103,7 +103,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// What is done if a chain is late.
+    /// The action if a chain is late.
     fn late(&mut self, tree: &ast::Late, group: Option<usize>) -> Option<Late> {
         const ACTIONS: [(&str, &str); 5] = [
             ("warn", "warn"),

@@ -42,7 +42,7 @@ pub(crate) struct Program {
 /// Refuses to build where cmake or a compiler is missing.
 ///
 /// # Errors
-/// What is needed.
+/// A program is missing, or too old; the error names what is needed.
 pub(crate) fn check() -> Result<(), Error> {
     let missing = |what: &str| Err(Error::Workspace(format!("{what}; {NEEDED}")));
     match Command::new("cmake").arg("--version").output() {

@@ -116,7 +116,7 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Those of a component of the workspace `root`.
+    /// The places of a component of the workspace `root`.
     pub(crate) fn of(
         project: &Project,
         root: &Path,

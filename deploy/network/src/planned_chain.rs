@@ -16,7 +16,7 @@ pub struct PlannedChain {
     pub within: Option<Duration>,
     /// The most age of the data in an effect.
     pub age: Option<Duration>,
-    /// What is done if it is late.
+    /// The action if it is late.
     #[serde(default)]
     pub late: LateAction,
     /// The message that begins it, if a component of the network sends it.
@@ -25,7 +25,7 @@ pub struct PlannedChain {
     pub hops: Vec<PlannedHop>,
 }
 
-/// What is done if a chain is late.
+/// The action if a chain is late.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LateAction {

@@ -53,7 +53,7 @@ pub(crate) struct Built<'n> {
     pub(crate) project: &'n Project,
     /// The middlewares that it needs.
     pub(crate) needed: Middlewares,
-    /// Those of its variant, if its program is one.
+    /// The middlewares of its variant, if its program is one.
     pub(crate) variant: Option<Middlewares>,
 }
 

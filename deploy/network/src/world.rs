@@ -23,7 +23,7 @@ impl Member<'_> {
         self.instance.path != other.instance.path
     }
 
-    /// What it says that it does. `None` for everything.
+    /// Its declared access; `None` for any.
     fn access(&self) -> Option<&Access> {
         self.clause.access.as_ref()
     }

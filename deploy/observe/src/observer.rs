@@ -65,7 +65,7 @@ struct Feed {
     gaps: Gaps,
     /// Messages that the component has not copied, as far as they were counted.
     dropped: u64,
-    /// Those of them that no message has told.
+    /// Dropped messages that are not reported yet.
     lost: u64,
     errors: Vec<String>,
     ended: bool,

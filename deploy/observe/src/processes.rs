@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 pub struct Processes(BTreeSet<(String, u32)>);
 
 impl Processes {
-    /// Those of the components that describe themselves now.
+    /// The processes of the components that describe themselves now.
     pub fn of(network: &Network) -> Self {
         let all = network.components.iter();
         let all = all.map(|component| (component.name.clone(), component.described.pid));

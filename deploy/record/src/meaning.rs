@@ -51,9 +51,9 @@ const MOST_KNOWN: usize = 4096;
 /// Which names the members of a prototype have in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Naming {
-    /// Those of the prototype.
+    /// Names of the prototype.
     Own,
-    /// Those of the definition for ROS 2, as recordings have them.
+    /// Names of the definition for ROS 2, as in recordings.
     Ros,
 }
 

@@ -185,7 +185,7 @@ fn name_of(of: &Struct) -> String {
 }
 
 impl Definitions {
-    /// Those of the message `full`, whose name no other one gets.
+    /// Reserves the name of the message `full`.
     fn of(full: &str) -> Self {
         let mut definitions = Self::default();
         definitions.claim(&short(full));

@@ -172,7 +172,7 @@ pub(super) struct Echo {
 struct Decoded {
     kind: &'static str,
     operation: String,
-    /// Who has sent it, for people.
+    /// Name of the sender, for people.
     sender: String,
     value: Value,
 }

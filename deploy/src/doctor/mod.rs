@@ -26,7 +26,7 @@ pub(crate) enum Grade {
 /// What one check found.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Finding {
-    /// What was looked at.
+    /// The subject of the check.
     pub(crate) check: String,
     pub(crate) grade: Grade,
     pub(crate) found: String,

@@ -64,7 +64,7 @@ pub(crate) struct Lock {
     name: Option<OwnedFd>,
 }
 
-/// Who has the abstract socket of a network.
+/// Owner of the abstract socket of a network.
 enum Name {
     Acquired(Listener),
     Supervisor(i32),

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// The longest pause between two readings of the memory.
 const LONGEST_PAUSE: Duration = Duration::from_hours(1);
 
-/// What was told of this machine.
+/// Reported conditions of this machine, and what they are judged by.
 pub(super) struct Health {
     /// The conditions that hold.
     told: BTreeSet<&'static str>,

@@ -222,7 +222,7 @@ fn lost(error: &io::Error) -> String {
 mod tests {
     use super::*;
 
-    /// What is heard of a login that prints this, and then ends.
+    /// The result of a login that prints this, and then ends.
     fn heard(printed: &str) -> Result<String, String> {
         let (ours, mut theirs) = UnixStream::pair().expect("a pair");
         ours.set_nonblocking(true).expect("a mode");

@@ -59,7 +59,7 @@ impl Stamp {
 pub(crate) struct KnownHashes {
     place: PathBuf,
     before: HashMap<PathBuf, (Stamp, String)>,
-    /// Those that were asked for.
+    /// Hashes that were requested in this run.
     now: HashMap<PathBuf, (Stamp, String)>,
     begun: SystemTime,
 }

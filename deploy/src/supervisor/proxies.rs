@@ -24,8 +24,8 @@ pub(super) fn watch(units: &mut [Unit], report: &Reporter) {
         let proxy = &units[at];
         let behind = proxy.component.behind.iter();
         let behind = behind.filter_map(|name| units.iter().find(|unit| unit.name() == name));
-        let worst = behind.max_by_key(|unit| badness(unit.state()));
-        let worst = worst.filter(|unit| badness(unit.state()) >= badness(ComponentState::Waiting));
+        let worst = behind.max_by_key(|unit| severity(unit.state()));
+        let worst = worst.filter(|unit| severity(unit.state()) >= severity(ComponentState::Waiting));
         let text = worst.map(|unit| format!("`{}` is {}", unit.name(), unit.state()));
         let proxy = &mut units[at];
         match text {
@@ -74,11 +74,11 @@ pub(super) fn take_states(components: &mut [ComponentStatus]) {
     for (at, proxy) in components.iter().enumerate() {
         let behind = proxy.behind.iter();
         let behind = behind.filter_map(|name| known.get(name.as_str()).copied());
-        let Some((state, _)) = behind.clone().max_by_key(|(state, _)| badness(*state)) else {
+        let Some((state, _)) = behind.clone().max_by_key(|(state, _)| severity(*state)) else {
             continue;
         };
         let ready = proxy.ready && behind.clone().all(|(_, ready)| ready);
-        let worse = badness(state) > badness(proxy.state);
+        let worse = severity(state) > severity(proxy.state);
         taken.push((at, ready, worse.then_some(state)));
     }
     for (at, ready, worse) in taken {
@@ -88,8 +88,8 @@ pub(super) fn take_states(components: &mut [ComponentStatus]) {
     }
 }
 
-/// How bad a state is for those who use a group.
-fn badness(state: ComponentState) -> u8 {
+/// Severity of a state for the users of a group, from 0.
+fn severity(state: ComponentState) -> u8 {
     match state {
         ComponentState::Running | ComponentState::Done => 0,
         ComponentState::Emergency => 1,

@@ -194,7 +194,7 @@ impl Unit {
         self.component.process()
     }
 
-    /// What it appends to, with names: its log, and that of its process.
+    /// Its log and that of its process, with names.
     pub(crate) fn logs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let process = self.process_log.as_deref();
         let process = process.map(|log| (self.process_name(), log));

@@ -172,7 +172,7 @@ pub(crate) struct Figures {
 pub(crate) struct Traffic {
     pub(crate) values_in: f64,
     pub(crate) values_out: f64,
-    /// Those that it makes and those that it answers.
+    /// Calls that it makes or answers.
     pub(crate) calls: f64,
 }
 
@@ -239,7 +239,7 @@ impl Component {
 }
 
 impl Figures {
-    /// Those of several components together; the longest of the times.
+    /// Sums over several components, and the longest of their times.
     pub(crate) fn of<'c>(components: impl IntoIterator<Item = &'c Component>) -> Self {
         let longer =
             |a: Option<Timing>, b: Option<Timing>| a.into_iter().chain(b).max_by_key(|w| w.p99_us);

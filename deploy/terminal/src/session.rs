@@ -62,7 +62,7 @@ pub(crate) struct Session<'s> {
     /// None if all components were started by hand.
     supervisor: Option<Connection>,
     pub(super) components: BTreeMap<String, Connection>,
-    /// Those of `components` that have not answered yet and that the supervisor does not know.
+    /// Components without an answer so far, unknown to the supervisor.
     unknown: BTreeSet<String>,
     /// Commands to the supervisor in progress, each on its own connection.
     pub(super) actions: Vec<Connection>,

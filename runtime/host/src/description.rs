@@ -24,7 +24,7 @@ struct Text {
     name: String,
     model: String,
     middleware: String,
-    /// Those over which a network may connect its slots, too.
+    /// Further middlewares over which a network may connect its slots.
     #[serde(default)]
     further_middlewares: Vec<String>,
     period_ns: u64,

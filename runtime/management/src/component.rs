@@ -469,7 +469,7 @@ pub struct ConvertedStatus {
     /// The messages that were refused: no transform between their frames was known.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unplaced: u64,
-    /// Those of the converted messages in which three turns are at a gimbal lock.
+    /// Converted messages in which three turns are at a gimbal lock.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub locked: u64,
 }

@@ -61,7 +61,7 @@ pub struct SlotDescription {
     /// The middleware that tools use.
     #[serde(deserialize_with = "foreign::text")]
     pub middleware: String,
-    /// Those over which it has connections, too.
+    /// Further middlewares over which it has connections.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub further: Vec<String>,

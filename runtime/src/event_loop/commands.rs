@@ -16,7 +16,7 @@ impl EventLoop<'_> {
     pub(super) fn execute_commands(&mut self) {
         let (emergencies, commands) = self.commands.take();
         for command in commands {
-            // Those about the emergency come first; others may take long.
+            // Commands about the emergency come first; others may take long.
             if !matches!(command, Command::Emergency(_)) {
                 self.commands.executed(emergencies);
             }

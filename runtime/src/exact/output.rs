@@ -283,7 +283,7 @@ mod tests {
         drop(output);
     }
 
-    /// What is written while so many bytes are free at one look after the other.
+    /// The output while `free` bytes are free at successive checks of the disk.
     fn written_with(free: &[u64]) -> Vec<u8> {
         let (told, written) = channel();
         let looks = Mutex::new(free.iter().copied().collect::<VecDeque<u64>>());

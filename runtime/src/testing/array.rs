@@ -15,7 +15,7 @@ struct Fakes<F> {
     /// The number of the array.
     slot: usize,
     members: RefCell<BTreeMap<String, F>>,
-    /// What is done with each new one.
+    /// Functions that prepare each new member.
     prepare: RefCell<Vec<fn(&F)>>,
 }
 

@@ -12,7 +12,7 @@ const FOUND: usize = 200;
 /// The most steps of a search. A network with more ways has several.
 const STEPS: usize = 20_000;
 
-/// What is searched.
+/// State of a search.
 pub(super) struct Search<'a> {
     pub(super) flow: &'a Flow,
     pub(super) from: Port,
@@ -39,7 +39,7 @@ pub(super) struct Reached {
     pub(super) is_complete: bool,
     /// The components that receive them.
     pub(super) instances: Vec<usize>,
-    /// What is sent, and nobody receives.
+    /// Topics that are published without a subscriber.
     pub(super) loose: Vec<Port>,
 }
 

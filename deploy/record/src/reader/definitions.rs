@@ -25,7 +25,7 @@ struct Schema {
 /// The channels of a recording. A channel that several files have, or that a file repeats, is one.
 #[derive(Default)]
 pub(super) struct Definitions {
-    /// Those of the present file, by their numbers in it.
+    /// Schemas of the present file, by their numbers in it.
     schemas: BTreeMap<u16, Arc<Schema>>,
     channels: BTreeMap<u16, Arc<Channel>>,
     /// Those of all files.

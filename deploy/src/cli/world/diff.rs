@@ -14,7 +14,7 @@ use std::path::Path;
 /// How many characters of a value are printed for people.
 const MOST_VALUE: usize = 200;
 
-/// What is different.
+/// The differences of two worlds.
 #[derive(Serialize)]
 struct Differences {
     /// The elements that only the first world has, that only the second one has, and those with other

@@ -62,7 +62,7 @@ struct State {
     rates: Vec<Rate>,
     /// The bytes of all messages in a second.
     bytes_per_s: f64,
-    /// What is not shown, with what it loses against.
+    /// Values that lost against others, with the winners.
     conflicts: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is done about a chain that is late.
+//! Actions against a late chain.
 
 use super::join::Change;
 use super::{CONDITIONS, ChainWatch, News, NewsSender};

@@ -403,7 +403,7 @@ impl Collector {
         }
     }
 
-    /// What was measured.
+    /// The measurements of all chains.
     pub(super) fn status(&self) -> Chains {
         let chains = self
             .joiners

@@ -158,7 +158,7 @@ impl Joiner {
         }
     }
 
-    /// What was measured, for tools. `coverage`: the part of the messages that was followed.
+    /// Status for tools. `coverage`: the part of the messages that was followed.
     pub(super) fn status(&self, coverage: f64, missing: Vec<String>) -> ChainStatus {
         let conditions = self.conditions().map(str::to_owned).collect();
         let measured = &self.measured;
@@ -170,7 +170,7 @@ impl Joiner {
         self.conditions.iter().map(|condition| condition.code)
     }
 
-    /// What has begun and ended since the last time.
+    /// Conditions that have begun or ended since the last call.
     pub(super) fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
     }

@@ -39,7 +39,7 @@ pub(super) struct ChainWatch {
 enum News {
     /// A condition of the chain with this number begins or ends.
     Changed(usize, Change),
-    /// What was done about a late chain.
+    /// The action against a late chain.
     Done(Event),
 }
 
@@ -94,7 +94,7 @@ impl ChainWatch {
             .send(News::Changed(chain, Change::Begun { code, text }));
     }
 
-    /// What was measured.
+    /// The measurements of all chains.
     pub(super) fn status(&self) -> Chains {
         let collector = self.collector.lock();
         collector.unwrap_or_else(PoisonError::into_inner).status()

@@ -1,4 +1,4 @@
-//! What was measured of a chain.
+//! Measurements of a chain.
 
 use rc_deploy_network::planned_chain::PlannedChain;
 use rc_management::chains::{ChainStatus, HopStatus, Times};
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// The messages of which medians and percentiles are made.
 const LAST: usize = 4096;
 
-/// What was measured of a chain. Times are nanoseconds.
+/// Measurements of a chain. Times are nanoseconds.
 #[derive(Debug)]
 pub(super) struct Measured {
     pub(super) begun: u64,
@@ -26,7 +26,7 @@ pub(super) struct Measured {
     pub(super) last: VecDeque<(i64, Box<[[i64; 3]]>)>,
 }
 
-/// What was counted at one component.
+/// Counts at one component.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HopCounts {
     pub(super) lost: u64,
@@ -84,8 +84,8 @@ impl Measured {
         })
     }
 
-    /// What was measured of the chain of `plan`, for tools. `coverage`: the part of the messages that
-    /// was followed.
+    /// Status of the chain of `plan`, for tools. `coverage`: the part of the messages that was
+    /// followed.
     pub(super) fn status(
         &self,
         plan: &PlannedChain,
