@@ -291,7 +291,7 @@ fn a_component_that_is_not_active_asks_no_tree() {
 
 #[test]
 fn the_query_is_that_of_the_interface() {
-    let generated = include_str!("../../../components/interfaces/generated/src/rc_inner_model.rs");
+    let generated = include_str!("../../../../components/interfaces/generated/src/rc_inner_model.rs");
     let (name, hash) = rc_conversion::QUERY;
     let own = format!("\"name\":\"{name}\",");
     let line = generated.lines().find(|line| line.contains(&own));
@@ -309,7 +309,7 @@ fn the_query_is_that_of_the_interface() {
 
 #[test]
 fn the_transforms_are_those_of_the_interface() {
-    let generated = include_str!("../../../components/interfaces/generated/src/transforms.rs");
+    let generated = include_str!("../../../../components/interfaces/generated/src/transforms.rs");
     let (name, hash) = rc_conversion::TRANSFORMS;
     let own = format!("{{\"name\":\"{name}\",\"id\":1271285859,\"hash\":\"{hash:016x}\"");
     assert!(generated.contains(&own));
