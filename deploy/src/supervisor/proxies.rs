@@ -53,7 +53,7 @@ fn group(units: &[Unit], at: usize) -> GroupStatus {
         .filter_map(|name| units.iter().find(|unit| unit.name() == name))
         .collect();
     let all = behind.iter().copied().chain([proxy]);
-    let worst = all.map(Unit::state).max_by_key(|state| badness(*state));
+    let worst = all.map(Unit::state).max_by_key(|state| severity(*state));
     GroupStatus {
         state: worst.unwrap_or_else(|| proxy.state()),
         ready: behind.iter().all(|unit| unit.is_ready()),
