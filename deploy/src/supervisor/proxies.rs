@@ -56,7 +56,7 @@ fn group(units: &[Unit], at: usize) -> GroupStatus {
     let worst = all.map(Unit::state).max_by_key(|state| severity(*state));
     GroupStatus {
         state: worst.unwrap_or_else(|| proxy.state()),
-        ready: behind.iter().all(|unit| unit.is_ready()),
+        ready: behind.iter().all(|unit| unit.is_ready() && unit.is_alive()),
         components: behind
             .iter()
             .map(|unit| (unit.name().to_owned(), unit.state()))

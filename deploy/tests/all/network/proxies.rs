@@ -61,9 +61,14 @@ fn a_group_with_a_proxy_is_one_component() {
     let (code, pose) = call(&site);
     assert!(code == 0 && pose.contains("alpha"), "{pose}");
     // The tools of an operator look behind the proxy.
-    let inside = "robot.simulator.DifferentialRobot.getBasePose";
-    let called = site.rcdeploy(&["call", &site.network, inside], false);
-    assert_eq!(called.code, 0, "{called:?}");
+    let inside = "robot-simulator.DifferentialRobot.getBasePose";
+    for asks in [
+        ["call", &site.network, inside],
+        ["params", &site.network, "robot.simulator"],
+    ] {
+        let asked = site.rcdeploy(&asks, false);
+        assert_eq!(asked.code, 0, "{asked:?}");
+    }
     let group = |state: &str| {
         serde_json::json!({
             "state": state, "ready": state == "running", "components": {"robot.simulator": state},
