@@ -83,7 +83,12 @@ fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure
     if elements.is_empty() {
         let nodes = world.nodes().map(|node| Element::Node(node.node_id()));
         let edges = world.edges().map(|edge| Element::Edge(edge.edge_id()));
-        let all: Vec<Element> = nodes.chain(edges).collect();
+        let mut all: Vec<Element> = nodes.chain(edges).collect();
+        // Ids have no order that means something.
+        all.sort_by_cached_key(|element| {
+            let is_edge = matches!(element, Element::Edge(_));
+            (is_edge, kind(&world, *element).to_owned(), word(&world, *element))
+        });
         let documents: Vec<_> = all
             .iter()
             .map(|element| document(&world, *element))

@@ -8,7 +8,7 @@ use rc_diagnostics::SourceMap;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::Reader;
 use rc_record::bag::{self, Selection};
-use rc_record::{RecordError, definition};
+use rc_record::{Channel, RecordError, definition, keys};
 use rc_world::property_graph::{Snapshot, Time};
 use rc_world::{Message, STATE, STREAM, Setup, Topic, World};
 use std::path::Path;
@@ -17,15 +17,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// The topic of a world on which a channel has messages.
-fn topic(channel: &str) -> Option<Topic> {
-    let mut parts = channel.rsplit('/');
-    let (operation, interface) = (parts.next()?, parts.next()?);
+fn topic(channel: &Channel) -> Option<Topic> {
+    let operation = channel.get(keys::OPERATION)?;
     let names = ["change", "digest", "ask", "chunk"];
-    match interface {
-        "World" => STATE
-            .get(names.iter().position(|name| *name == operation)?)
-            .copied(),
-        "WorldStream" => STREAM.first().copied().filter(|_| operation == "samples"),
+    match channel.get(keys::INTERFACE)? {
+        "RcWorld::World" => {
+            let at = names.iter().position(|name| *name == operation)?;
+            STATE.get(at).copied()
+        }
+        "RcWorld::WorldStream" => STREAM.first().copied(),
         _ => None,
     }
 }
@@ -61,7 +61,7 @@ pub(super) fn world(
     };
     let (mut count, mut now) = (0_u64, Duration::ZERO);
     let faults = bag::each(file, selection, &mut |message, at| {
-        let Some(topic) = topic(&message.channel.topic) else {
+        let Some(topic) = topic(&message.channel) else {
             return Ok(true);
         };
         let body = definition::body(&message.data).map_err(RecordError::Value)?;

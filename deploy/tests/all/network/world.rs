@@ -3,7 +3,6 @@
 use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// The network of `components/networks/home.ddsl`.
 const HOME: &str = include_str!("../../../../components/networks/home.ddsl");
@@ -163,44 +162,6 @@ fn commands_read_change_ask_and_compare_a_world() {
     let at = site.rcdeploy(&["world", "at", "2s", &record, "--schema", &schema], false);
     let text = "lacks changes that were made before it began";
     assert!(at.code == 1 && at.stderr.contains(text), "{at:?}");
-
-    // A world that begins while it is recorded is whole at each time.
-    let all = ["stop", network, "door_finder", "room_keeper"];
-    assert_eq!(site.rcdeploy(&all, false).code, 0);
-    let record = site.path("whole.mcap").display().to_string();
-    let mut recorder = site.command(&rc_test_site::site::rcdeploy());
-    recorder.args(["record", network, "-o", &record]);
-    let mut recorder = recorder.spawn().expect("a recorder");
-    Site::until("the recording", || Path::new(&record).exists());
-    let doors = site.count_in_log("room_keeper", "door front of");
-    let all = ["start", network, "door_finder", "room_keeper"];
-    assert_eq!(site.rcdeploy(&all, false).code, 0);
-    Site::until("another door", || {
-        site.count_in_log("room_keeper", "door front of") > doors
-    });
-    let changed = done("set", &["kitchen.length=7"]);
-    assert_eq!(changed, "kitchen.length = 7.0, was 4.0\n");
-    let pid = Pid::from_raw(recorder.id() as i32).expect("a pid");
-    kill_process(pid, Signal::INT).expect("it runs");
-    assert!(recorder.wait().expect("an end").success());
-    let at = |time: &str, more: &[&str]| {
-        let args = ["world", "at", time, &record, "--schema", &schema];
-        site.rcdeploy(&[&args, more].concat(), false)
-    };
-    let end = at("1h", &["kitchen.length", "front.width"]);
-    let wanted = "kitchen.length = 7.0\nfront.width = 0.8\n";
-    assert_eq!(end.stdout, wanted, "{end:?}");
-    let begin = at("10ms", &[]);
-    assert!(
-        begin.code == 1 && begin.stderr.contains("no messages of a world"),
-        "{begin:?}"
-    );
-    let saved = at("1h", &["--save", &file]);
-    assert_eq!(
-        saved.stdout,
-        format!("{file}: 2 nodes, 1 edge\n"),
-        "{saved:?}"
-    );
 
     for (action, more, code, text) in [
         (
