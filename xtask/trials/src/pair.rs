@@ -107,6 +107,16 @@ impl Drop for Network {
     }
 }
 
+/// Of two slots of one interface, the second one has an address of its own: `awake` of both, and
+/// `onward` of pong.
+fn binds(network: &Network) -> [String; 2] {
+    let name = &network.name;
+    [
+        format!("awake={name}/Awake"),
+        format!("onward={name}/Onward"),
+    ]
+}
+
 /// Two programs. On drop, `ping` ends first, the network last.
 pub(crate) struct Pair {
     ping: Program,
@@ -139,10 +149,11 @@ impl Pair {
     /// subscriber and server, then the publisher and client.
     pub(crate) fn generated_with(what: &str, [pong, ping]: [&[&str]; 2]) -> Result<Self, Failure> {
         let network = Network::new(what)?;
-        let awake = format!("awake={}/Awake", network.name);
+        let [awake, onward] = binds(&network);
         let name = network.name.clone();
         let own = ["--network", &name, "--log", "error", "--bind", &awake];
-        let arguments = [[&own, pong].concat(), [&own, ping].concat()];
+        let onward = ["--bind", &onward];
+        let arguments = [[&own[..], &onward, pong].concat(), [&own, ping].concat()];
         let arguments = arguments.each_ref().map(|words| &words[..]);
         let folder = target()?.join("release");
         let programs = [folder.join("pong"), folder.join("ping")];
@@ -171,7 +182,8 @@ impl Pair {
         Self::components_under([&tools[0], &tools[1]], programs, more)
     }
 
-    fn components_under(
+    /// A pong and a ping under tools, as [`Pair::generated_under`], with further arguments.
+    pub(crate) fn components_under(
         tools: [&[String]; 2],
         programs: &[PathBuf; 2],
         more: &[&str],
@@ -185,12 +197,12 @@ impl Pair {
         programs: &[PathBuf; 2],
         more: &[&str],
     ) -> Result<Self, Failure> {
-        // Two slots of one interface, so the second one needs an address of its own.
-        let awake = format!("awake={}/Awake", network.name);
+        let [awake, onward] = binds(&network);
         let name = network.name.clone();
         let own = ["--network", &name, "--log", "error", "--bind", &awake];
-        let arguments = [&own, more].concat();
-        Self::start(tools, programs, [&arguments, &arguments], Some(network))
+        let onward = ["--bind", &onward];
+        let (pong, ping) = ([&own[..], &onward, more].concat(), [&own, more].concat());
+        Self::start(tools, programs, [&pong, &ping], Some(network))
     }
 
     /// Starts both, each under a tool, with its command line.

@@ -48,13 +48,18 @@ pub(crate) fn built(
     profile: Profile,
 ) -> Result<[PathBuf; 2], Failure> {
     let programs = pair(name, middleware, profile, false)?;
-    match programs.iter().find(|program| !program.exists()) {
-        Some(missing) => {
-            let missing = missing.display();
-            Err(format!("{missing} is missing; `cargo xtask test` builds it").into())
-        }
-        None => Ok(programs),
+    programs
+        .iter()
+        .try_for_each(|program| check_built(program))?;
+    Ok(programs)
+}
+
+fn check_built(program: &Path) -> Result<(), Failure> {
+    if program.exists() {
+        return Ok(());
     }
+    let missing = program.display();
+    Err(format!("{missing} is missing; `cargo xtask test` builds it").into())
 }
 
 fn pair(
@@ -70,12 +75,15 @@ fn pair(
         .map_err(|_| format!("{} has more or less than two components", path.display()).into())
 }
 
-/// Builds the program of the process in `xtask/bench/NAME.ddsl`.
-pub(crate) fn program(name: &str, profile: Profile) -> Result<PathBuf, Failure> {
+/// The program of the process in `xtask/bench/NAME.ddsl`. `builds` says whether it is built; if not,
+/// an earlier call has.
+pub(crate) fn program(name: &str, profile: Profile, builds: bool) -> Result<PathBuf, Failure> {
     let path = root().join("xtask/bench").join(name).with_extension("ddsl");
-    let programs = network(&path, None, profile, true, |_| true)?;
+    let programs = network(&path, None, profile, builds, |_| true)?;
     let first = programs.into_iter().next();
-    first.ok_or_else(|| format!("{} has no component", path.display()).into())
+    let program = first.ok_or_else(|| format!("{} has no component", path.display()))?;
+    check_built(&program)?;
+    Ok(program)
 }
 
 /// Builds the program of proxies. Returns it with the description of the proxy `name` in
@@ -120,6 +128,8 @@ pub(crate) fn build_for_tests() -> Result<(), Failure> {
     for middleware in [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2] {
         build("bench_python", middleware, Profile::Dev)?;
     }
+    program("place", Profile::Dev, true)?;
+    build("bench", Middleware::Dds, Profile::Dev)?;
     build_of_process("shared.ddsl")?;
     build_in_one()
 }

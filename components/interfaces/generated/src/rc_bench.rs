@@ -3,7 +3,7 @@
 
 /// The types and interfaces of this module for tools, see `rc_values::description`.
 pub const RC_DESCRIPTION: &str = r#"{"module":"RcBench","types":[
-{"name":"Picture","struct":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8,1048576>"}]},
+{"name":"Picture","struct":[{"name":"sent","type":"int64"},{"name":"data","type":"sequence<uint8,4194304>"}]},
 {"name":"Point","struct":[{"name":"x","type":"float32"},{"name":"y","type":"float32"},{"name":"z","type":"float32"}]}
 ],"interfaces":[
 {"name":"Echo","operations":[
@@ -16,7 +16,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcBench","types":[
 {"name":"cloud","id":827007905,"hash":"a712d7c40271bbec","pattern":"command","inputs":[{"name":"sent","type":"int64"},{"name":"points","type":"sequence<RcBench::Point>"}]}
 ]},
 {"name":"Pictures","operations":[
-{"name":"picture","id":1425823316,"hash":"3c6e22ebb6bf2104","pattern":"command","inputs":[{"name":"picture","type":"RcBench::Picture"}]}
+{"name":"picture","id":1425823316,"hash":"f782c886855deafe","pattern":"command","inputs":[{"name":"picture","type":"RcBench::Picture"}]}
 ]}
 ]}"#;
 /// A value that travels in place.
@@ -30,7 +30,7 @@ pub struct Picture {
 impl rc_middleware::Cdr for Picture {
     fn encode(&self, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(&self.sent);
-        writer.bound("Picture.data", self.data.len(), 1048576);
+        writer.bound("Picture.data", self.data.len(), 4194304);
         writer.put(&self.data);
     }
 
@@ -39,7 +39,7 @@ impl rc_middleware::Cdr for Picture {
             sent: reader.get()?,
             data: reader.get()?,
         };
-        reader.bound("Picture.data", value.data.len(), 1048576)?;
+        reader.bound("Picture.data", value.data.len(), 4194304)?;
         Ok(value)
     }
 }
@@ -52,7 +52,7 @@ pub struct PictureInPlace {
     /// In nanoseconds of the monotonic clock.
     pub sent: i64,
     data_length: u32,
-    data: [u8; 1048576],
+    data: [u8; 4194304],
     _gap0: [u8; 4],
 }
 
@@ -289,7 +289,7 @@ pub mod pictures {
 
                 fn picture(picture: crate::rc_bench::Picture) {
                     PICTURE.command(read_picture)
-                    Picture on_picture one_way("picture", 1425823316, 0x3c6e22ebb6bf2104)
+                    Picture on_picture one_way("picture", 1425823316, 0xf782c886855deafe)
                 }
             }
         };

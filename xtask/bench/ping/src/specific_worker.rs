@@ -3,7 +3,9 @@
 
 use ping_generated::{Context, Point, Worker, WorkerError};
 
-use bench_protocol::{Kind, LARGEST, keep_pace, next_command, now, pause, ready, report};
+use bench_protocol::{
+    Kind, LARGEST, LARGEST_IN_PLACE, keep_pace, next_command, now, pause, ready, report,
+};
 
 pub struct SpecificWorker {
     data: Vec<u8>,
@@ -15,7 +17,7 @@ impl Worker<Context> for SpecificWorker {
     fn initialize(_ctx: &mut Context) -> Result<Self, WorkerError> {
         ready()?;
         Ok(Self {
-            data: vec![7; LARGEST],
+            data: vec![7; LARGEST_IN_PLACE],
             points: vec![
                 Point {
                     x: 1000.0,
@@ -56,9 +58,10 @@ impl Worker<Context> for SpecificWorker {
                     picture.send()?;
                 }
                 Kind::Lent => {
-                    pause(command.size);
                     let mut picture = ctx.pictures.loan_picture()?;
                     picture.resize_data(data.len())?.copy_from_slice(data);
+                    // Whatever the size, the receiver has slept as long.
+                    pause(command.size);
                     picture.sent = now();
                     picture.send()?;
                 }

@@ -49,7 +49,13 @@ impl Awake<Context, AwakeSlot> for SpecificWorker {
 }
 
 impl Sample<Context> for SpecificWorker {
-    fn sample(&mut self, _ctx: &mut Context, sent: i64, data: Vec<u8>) {
+    fn sample(&mut self, ctx: &mut Context, sent: i64, data: Vec<u8>) {
+        if ctx.params.relays {
+            if let Err(error) = ctx.onward.sample(sent, &data) {
+                error!("a value is not passed on: {error}");
+            }
+            return;
+        }
         if !data.is_empty() {
             self.times.push(now() - sent);
             return;

@@ -27,8 +27,10 @@ const LONG_PAUSE: Duration = Duration::from_millis(2);
 const STEP: Duration = Duration::from_micros(100);
 /// The size of a large value, in bytes.
 const LARGE: usize = 64 * 1024;
-/// The largest size of data, in bytes.
+/// The largest size of data that are copied, in bytes.
 pub const LARGEST: usize = 1024 * 1024;
+/// The largest size of data in place, in bytes.
+pub const LARGEST_IN_PLACE: usize = 4 * LARGEST;
 
 /// The command for one block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +54,7 @@ pub enum Kind {
     /// In place: from before the data are written into the loan until the receiver's handler reads
     /// them there.
     InPlace,
-    /// [`Kind::InPlace`] from after the data are written.
+    /// [`Kind::InPlace`] from after the data are written, and a pause.
     Lent,
     /// From the call to the reply.
     Query,
@@ -95,7 +97,17 @@ impl FromStr for Command {
         let (Some(size), Some(count)) = (number(), number()) else {
             return Err(bad());
         };
-        if size == 0 || size > LARGEST {
+        let largest = match kind {
+            Kind::InPlace | Kind::Lent => LARGEST_IN_PLACE,
+            Kind::Publish
+            | Kind::Cloud
+            | Kind::Query
+            | Kind::Rested
+            | Kind::Awake
+            | Kind::Flood
+            | Kind::Steady => LARGEST,
+        };
+        if size == 0 || size > largest {
             return Err(bad());
         }
         Ok(Self { kind, size, count })

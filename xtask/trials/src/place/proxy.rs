@@ -1,6 +1,7 @@
 //! What a proxy adds, beside one more hop: the same two processes, directly and through a proxy.
 
-use super::{BLOCKS, Row, arguments, row};
+use super::placed::{SLOTS as SLOTS_OF_PING, SLOTS_OF_PONG, arguments};
+use super::{BLOCKS, Row, row};
 use crate::compare::Ratio;
 use crate::figure::mark;
 use crate::pair::{Network, Pair, Times};
@@ -107,12 +108,15 @@ impl Pair {
         program: &Path,
         more: &[String],
     ) -> Result<Self, Failure> {
-        let own = arguments(&network.name, "iceoryx2");
-        let of = |name: &str, more: &[String]| {
+        let of = |name: &str, slots: &[&str], more: &[String]| {
             let member = ["--member".to_owned(), name.to_owned()];
+            let own = arguments(&network.name, "iceoryx2", slots, &[]);
             [&member[..], &own, more].concat()
         };
-        let of = [of("pong", &[]), of("ping", more)];
+        let of = [
+            of("pong", &SLOTS_OF_PONG, &[]),
+            of("ping", &SLOTS_OF_PING, more),
+        ];
         let of: [Vec<&str>; 2] = of
             .each_ref()
             .map(|all| all.iter().map(String::as_str).collect());

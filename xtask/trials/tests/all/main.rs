@@ -6,6 +6,7 @@ mod deploy;
 mod editor;
 mod experiment;
 mod manifests;
+mod place;
 mod python;
 mod soak;
 

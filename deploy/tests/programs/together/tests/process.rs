@@ -4,6 +4,7 @@ use rc_management::component::{Parameters, Request, State, Status};
 use rc_management::lines::{Line, Lines, Overlong};
 use rc_management::link::{ComponentMessage, Heartbeat};
 use rc_management::{Client, rpc};
+use rc_test_support::python::skipped;
 use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_getaffinity};
@@ -435,6 +436,37 @@ fn components_start_after_those_that_they_need() {
     let times = ["d", "a", "b", "c"].map(began);
     assert!(times.is_sorted(), "{times:?}");
     began("e");
+}
+
+/// The policy (1 is `SCHED_FIFO`) and the real-time priority of the thread of a component: fields 41
+/// and 40 of proc(5).
+fn scheduling(process: &Supervised, name: &str) -> (u32, u32) {
+    let tasks = format!("/proc/{}/task", process.child.id());
+    let tasks = std::fs::read_dir(tasks).expect("threads").flatten();
+    let mut stats = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("stat")).ok());
+    let stat = stats.find(|stat| stat.contains(&format!("({name})")));
+    let stat = stat.expect("its thread");
+    let (_, rest) = stat.rsplit_once(')').expect("a name");
+    let fields: Vec<&str> = rest.split_whitespace().collect();
+    let number = |field: usize| fields[field - 3].parse().expect("a number");
+    (number(41), number(40))
+}
+
+#[test]
+fn the_thread_of_a_component_has_its_own_priority() {
+    let test = "the_thread_of_a_component_has_its_own_priority";
+    let tried = Command::new("chrt").args(["-f", "7", "true"]).output();
+    if !tried.is_ok_and(|tried| tried.status.success()) {
+        return skipped(test, "this user may set no real-time priorities");
+    }
+    let process = Supervised::ready(&[
+        "neighbour | first | --priority 7",
+        "neighbour | second | --priority 5",
+        "neighbour | third",
+    ]);
+    assert_eq!(scheduling(&process, "first"), (1, 7));
+    assert_eq!(scheduling(&process, "second"), (1, 5));
+    assert_eq!(scheduling(&process, "third"), (0, 0));
 }
 
 #[test]

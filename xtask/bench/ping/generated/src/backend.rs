@@ -25,4 +25,4 @@ pub(crate) const TYPES_CLOUDS: &[&str] = &[];
 pub(crate) const TYPES_PICTURES: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"ping\",\"model\":\"b7515c1d67af264c\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"ping\",\"model\":\"89055524cce3206d\",\"middleware\":\"iceoryx2\"}\0";

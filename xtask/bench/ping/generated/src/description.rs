@@ -68,7 +68,7 @@ const SLOT_PICTURES: Slot = Slot {
     role: Role::Publishes,
     interface: "Pictures",
     type_name: "RcBench::Pictures",
-    type_hash: 0x3c6e22ebb6bf2104,
+    type_hash: 0xf782c886855deafe,
     backend: backend::MIDDLEWARE,
     qos: Qos::PUBLISHER,
     is_array: false,
@@ -79,7 +79,7 @@ const SLOT_PICTURES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "ping",
-    model_hash: 0xb7515c1d67af264c,
+    model_hash: 0x89055524cce3206d,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,

@@ -23,7 +23,7 @@ impl<W: Handlers> Serving<W> for Context {
         SlotEntry::serves(<W as interfaces::echo::ServeEcho<Context, crate::slots::AwakeSlot>>::serve),
         SlotEntry::receives(<W as interfaces::sample::ReceiveSample<Context>>::receive),
         SlotEntry::receives(<W as interfaces::clouds::ReceiveClouds<Context>>::receive),
-        SlotEntry::receives(<W as interfaces::pictures::ReceivePicturesInPlace<Context>>::receive),
+        SlotEntry::receives(<W as interfaces::pictures::ReceivePicturesInPlace<Context>>::receive), SlotEntry::sends(),
     ];
 }
 

@@ -24,5 +24,8 @@ pub(crate) const TYPES_CLOUDS: &[&str] = &[];
 /// The middleware's names for the types of `Pictures`, if it has its own.
 pub(crate) const TYPES_PICTURES: &[&str] = &[];
 
+/// The middleware's names for the types of `onward`, if it has its own.
+pub(crate) const TYPES_ONWARD: &[&str] = &[];
+
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pong\",\"model\":\"90e9dc7863dc2301\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"pong\",\"model\":\"2125ca460b31cd44\",\"middleware\":\"iceoryx2\"}\0";

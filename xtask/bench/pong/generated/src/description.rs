@@ -69,7 +69,7 @@ const SLOT_PICTURES: Slot = Slot {
     role: Role::SubscribesTo,
     interface: "Pictures",
     type_name: "RcBench::Pictures",
-    type_hash: 0x3c6e22ebb6bf2104,
+    type_hash: 0xf782c886855deafe,
     backend: backend::MIDDLEWARE,
     qos: Qos::SUBSCRIBER,
     is_array: false,
@@ -77,15 +77,28 @@ const SLOT_PICTURES: Slot = Slot {
     external_types: backend::TYPES_PICTURES,
 };
 
+const SLOT_ONWARD: Slot = Slot {
+    name: "onward",
+    role: Role::Publishes,
+    interface: "Sample",
+    type_name: "RcBench::Sample",
+    type_hash: 0xfd2cbc8cbf4fdcb5,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::PUBLISHER,
+    is_array: false,
+    operations: interfaces::sample::OPERATIONS,
+    external_types: backend::TYPES_ONWARD,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "pong",
-    model_hash: 0x90e9dc7863dc2301,
+    model_hash: 0x2125ca460b31cd44,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_CLOUDS, SLOT_PICTURES],
+    slots: &[SLOT_ECHO, SLOT_AWAKE, SLOT_SAMPLE, SLOT_CLOUDS, SLOT_PICTURES, SLOT_ONWARD],
     types: &[::interfaces::rc_bench::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,

@@ -5,3 +5,4 @@ pub use ::interfaces::rc_bench::clouds;
 pub use ::interfaces::rc_bench::echo;
 pub use ::interfaces::rc_bench::pictures;
 pub use ::interfaces::rc_bench::sample;
+pub use self::sample::{ SamplePublisher };

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"pong","parameters":[{"name":"sent","doc":["When the change was sent; 0 asks for what was measured."],"kind":{"scalar":{"type":"long"}},"default":{"int":0},"range":{"min":{"int":0}},"unit":"ns","editable":true},{"name":"name","doc":["Some more, as a component has them."],"kind":{"scalar":{"type":"string"}},"default":{"text":"pong"}},{"name":"gain","kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"editable":true},{"name":"limit","kind":{"scalar":{"type":"double"}},"default":{"float":5.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"editable":true},{"name":"mode","kind":{"scalar":{"type":"string"}},"default":{"text":"fast"},"choices":[{"text":"slow"},{"text":"fast"}],"editable":true},{"name":"weights","kind":{"scalar":{"type":"double","array":{"min":1,"max":8}}},"default":{"array":[{"float":0.25},{"float":0.5},{"float":0.25}]},"range":{"min":{"float":0.0},"max":{"float":1.0}},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["gain"]}},{"parameter":{"path":["limit"]}},{"compare":"<="}],"text":"gain <= limit","message":"the gain is above its limit"}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"pong","parameters":[{"name":"sent","doc":["When the change was sent; 0 asks for what was measured."],"kind":{"scalar":{"type":"long"}},"default":{"int":0},"range":{"min":{"int":0}},"unit":"ns","editable":true},{"name":"relays","doc":["Whether each value is passed on."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}},{"name":"name","doc":["Some more, as a component has them."],"kind":{"scalar":{"type":"string"}},"default":{"text":"pong"}},{"name":"gain","kind":{"scalar":{"type":"double"}},"default":{"float":1.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"editable":true},{"name":"limit","kind":{"scalar":{"type":"double"}},"default":{"float":5.0},"range":{"min":{"float":0.0},"max":{"float":10.0}},"editable":true},{"name":"mode","kind":{"scalar":{"type":"string"}},"default":{"text":"fast"},"choices":[{"text":"slow"},{"text":"fast"}],"editable":true},{"name":"weights","kind":{"scalar":{"type":"double","array":{"min":1,"max":8}}},"default":{"array":[{"float":0.25},{"float":0.5},{"float":0.25}]},"range":{"min":{"float":0.0},"max":{"float":1.0}},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["gain"]}},{"parameter":{"path":["limit"]}},{"compare":"<="}],"text":"gain <= limit","message":"the gain is above its limit"}]}"###;
 
 /// The parameters `pong`.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,10 @@ pub struct Params {
     ///
     /// Allowed: an integer of 64 bits, at least 0, in ns.
     pub sent: i64,
+    /// Whether each value is passed on.
+    ///
+    /// Allowed: `true` or `false`.
+    pub relays: bool,
     /// Some more, as a component has them.
     ///
     /// Allowed: a string.
@@ -32,6 +36,7 @@ impl Params {
     pub(crate) fn from_values(values: &Values) -> Self {
         Self {
             sent: values.int("sent"),
+            relays: values.bool("relays"),
             name: values.text("name"),
             gain: values.float("gain"),
             limit: values.float("limit"),

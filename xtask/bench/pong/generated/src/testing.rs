@@ -5,7 +5,11 @@ use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
 
+pub use crate::interfaces::sample::testing::Sample as OnwardSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
     Context, DESCRIPTION, Params;
+
+    /// The subscriber, which keeps the samples, of `onward`.
+    onward: FakeSubscriber<OnwardSample> = 5,
 }

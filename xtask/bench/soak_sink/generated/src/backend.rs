@@ -19,4 +19,4 @@ pub(crate) const TYPES_TICKS: &[&str] = &[];
 pub(crate) const TYPES_IMAGES: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_sink\",\"model\":\"4193989f1bc140c0\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_sink\",\"model\":\"b0dd64b634794df9\",\"middleware\":\"iceoryx2\"}\0";

@@ -58,7 +58,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_sink",
-    model_hash: 0x4193989f1bc140c0,
+    model_hash: 0xb0dd64b634794df9,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(1, 0),
     parameters: None,

@@ -19,4 +19,4 @@ pub(crate) const TYPES_TICKS: &[&str] = &[];
 pub(crate) const TYPES_IMAGES: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_source\",\"model\":\"0c1702926fe5853a\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"soak_source\",\"model\":\"c4620292fe5192d5\",\"middleware\":\"iceoryx2\"}\0";

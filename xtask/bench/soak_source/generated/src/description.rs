@@ -53,7 +53,7 @@ const SLOT_IMAGES: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "soak_source",
-    model_hash: 0x0c1702926fe5853a,
+    model_hash: 0xc4620292fe5192d5,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 1000000),
     parameters: None,
