@@ -27,7 +27,7 @@ fn id_cell(id: Id) -> Cell {
 }
 
 #[cold]
-fn wrong(what: &str, value: &Cell) -> Box<Error> {
+fn wrong(what: &str, value: &Cell) -> Error {
     let kind = match value {
         Cell::Null => "null",
         Cell::Bool(_) => "a truth value",
@@ -39,7 +39,7 @@ fn wrong(what: &str, value: &Cell) -> Box<Error> {
         Cell::Node(_) => "a node",
         Cell::Edge(_) => "an edge",
     };
-    Error::Type(format!("expected {what}, found {kind}")).into()
+    Error::Type(format!("expected {what}, found {kind}"))
 }
 
 /// A truth value, or nothing.
@@ -47,7 +47,7 @@ pub(crate) fn truth(value: &Cell) -> Result<Option<bool>> {
     match value {
         Cell::Null => Ok(None),
         Cell::Bool(yes) => Ok(Some(*yes)),
-        other => Err(wrong("a truth value", other)),
+        other => Err(wrong("a truth value", other).into()),
     }
 }
 
@@ -92,8 +92,8 @@ impl Scope<'_> {
                     let item = usize::try_from(at).ok().and_then(|at| all.get(at));
                     Ok(item.cloned().unwrap_or(Cell::Null))
                 }
-                (Cell::List(_), other) => Err(wrong("an integer", &other)),
-                (other, _) => Err(wrong("a list", &other)),
+                (Cell::List(_), other) => Err(wrong("an integer", &other).into()),
+                (other, _) => Err(wrong("a list", &other).into()),
             },
             Expr::List(all) => {
                 let all: Result<Vec<Cell>> = all.iter().map(|item| self.eval(item, row)).collect();
@@ -104,7 +104,7 @@ impl Scope<'_> {
                 Cell::Null => Ok(Cell::Null),
                 Cell::Int(number) => Ok(Cell::Int(number.checked_neg().ok_or(Error::Overflow)?)),
                 Cell::Float(number) => Ok(Cell::Float(-number)),
-                other => Err(wrong("a number", &other)),
+                other => Err(wrong("a number", &other).into()),
             },
             Expr::IsNull(of, wanted) => {
                 let is = self.eval(of, row)? == Cell::Null;
@@ -137,7 +137,7 @@ impl Scope<'_> {
             Cell::Null => Ok(Cell::Null),
             Cell::Node(node) => Ok(self.attribute((*node).into(), name)),
             Cell::Edge(edge) => Ok(self.attribute((*edge).into(), name)),
-            other => Err(wrong("a node or an edge", other)),
+            other => Err(wrong("a node or an edge", other).into()),
         }
     }
 
@@ -201,7 +201,7 @@ impl Scope<'_> {
                     }
                     Ok(if known { Cell::Bool(false) } else { Cell::Null })
                 }
-                other => Err(wrong("a list", other)),
+                other => Err(wrong("a list", other).into()),
             },
             Operator::StartsWith | Operator::EndsWith | Operator::Contains => {
                 let (Cell::Text(text), Cell::Text(part)) = (&left, &right) else {
@@ -238,7 +238,7 @@ impl Scope<'_> {
             return match (value, self.eval(&arguments[1], row)?) {
                 (_, Cell::Null) => Ok(Cell::Null),
                 (Cell::Node(to), Cell::Node(from)) => self.chain(function, to, from),
-                (Cell::Node(_), other) | (other, _) => Err(wrong("a node", &other)),
+                (Cell::Node(_), other) | (other, _) => Err(wrong("a node", &other).into()),
             };
         }
         let removed = |_| Error::Type("the element was removed".to_owned());
@@ -284,11 +284,11 @@ impl Scope<'_> {
                 Ok(Cell::Text(value.shown(self.graph).into()))
             }
             (Function::Id | Function::Type | Function::Domain, other) => {
-                Err(wrong("a node or an edge", other))
+                Err(wrong("a node or an edge", other).into())
             }
-            (Function::StartNode | Function::EndNode, other) => Err(wrong("an edge", other)),
-            (Function::Size, other) => Err(wrong("a list or a text", other)),
-            (_, other) => Err(wrong("a number", other)),
+            (Function::StartNode | Function::EndNode, other) => Err(wrong("an edge", other).into()),
+            (Function::Size, other) => Err(wrong("a list or a text", other).into()),
+            (_, other) => Err(wrong("a number", other).into()),
         }
     }
 }

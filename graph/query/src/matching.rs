@@ -17,7 +17,7 @@ struct Matcher<'a, 'f, 'p> {
     scope: &'a Scope<'a>,
     plan: &'a Plan<'p>,
     /// Why tests on the way could not be computed. They are errors of a row that all others accept.
-    doubts: Vec<Box<Error>>,
+    doubts: Vec<Error>,
     budget: &'a mut Budget,
     used: Vec<EdgeId>,
     /// Nodes from which the last step is still to be done, each with the number of rows that have come
@@ -104,7 +104,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         match plan.steps.get(at) {
             None => {
                 if let Some(error) = self.doubts.first() {
-                    return Err(error.clone());
+                    return Err(error.clone().into());
                 }
                 self.budget.row()?;
                 self.is_found = true;
@@ -303,7 +303,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
                 Ok(Some(true)) => {}
                 Ok(_) => return false,
                 // Another part may still say no: then this one is of no interest.
-                Err(error) => self.doubts.push(error),
+                Err(error) => self.doubts.push(*error),
             }
         }
         true

@@ -129,7 +129,7 @@ fn show(
             match own.attributes.get(name) {
                 Some(value) => edit.set(element, name, value.clone())?,
                 None if edit.snapshot().get(element, name).is_some() => {
-                    edit.unset(element, name)?
+                    edit.unset(element, name)?;
                 }
                 None => {}
             }

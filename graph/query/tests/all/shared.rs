@@ -56,7 +56,7 @@ fn counts_and_sums_are_those_of_the_rows() {
         let graph = random(&mut rng);
         let now = graph.snapshot();
         let hop = |rng: &mut fastrand::Rng| hops[rng.usize(0..hops.len())];
-        let (first, last) = (hop(&mut rng).replace("e", ""), hop(&mut rng));
+        let (first, last) = (hop(&mut rng).replace('e', ""), hop(&mut rng));
         let middle = ["", "(m)-[:to]->"][rng.usize(0..2)];
         let condition = [
             "",
