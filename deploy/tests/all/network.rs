@@ -58,3 +58,4 @@ mod track;
 mod variant;
 mod watched;
 mod world;
+mod world_tokens;

@@ -27,6 +27,7 @@ mod tf;
 mod time;
 mod tools;
 mod turning;
+mod world;
 
 use rc_test_site::site::{PATROL, Site};
 use serde_json::Value;

@@ -205,6 +205,15 @@ impl Driver {
         self.send(send);
     }
 
+    /// For tests: another replica, which is empty and may write everything. [`World::meet`] gives both what
+    /// the other one has.
+    pub fn others(&self) -> World {
+        let schema = Arc::clone(self.world.snapshot().schema());
+        let time = Arc::clone(&self.time);
+        let setup = Setup::new("others", schema);
+        World::new(setup.with_clock(move || Time::from_nanos(time.load(Ordering::Relaxed))))
+    }
+
     /// State of the replica.
     pub fn state(&self) -> Status {
         self.world.status(self.steady.time())

@@ -24,6 +24,9 @@ pub enum Error {
     /// A token is no token.
     #[error("expected a token like `1f:42`, found `{0}`")]
     Token(String),
+    /// Replicas of different schemas do not meet.
+    #[error("the other replica has another schema")]
+    OtherSchema,
     /// The start file cannot be taken.
     #[error("the start of the world: {0}")]
     Start(String),

@@ -293,6 +293,28 @@ impl Core {
         }
     }
 
+    /// What a replica lacks that has seen this, and the values of streams.
+    pub(crate) fn told(&self, seen: &graph_merge::Vector) -> (Delta, Vec<Sample>) {
+        let delta = self.replica.delta_since(seen);
+        (delta, self.streams.all())
+    }
+
+    /// Takes what another replica has told in a test.
+    pub(crate) fn be_told(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        delta: &Delta,
+        samples: &[Sample],
+    ) {
+        let time = between(time, graph.snapshot().time(), time);
+        self.merge(graph, time, delta);
+        self.take_samples(graph, time, Duration::ZERO, samples);
+        if self.is_stale {
+            self.show_all(graph, time);
+        }
+    }
+
     fn take_samples(&mut self, graph: &Graph, time: Time, now: Duration, samples: &[Sample]) {
         let newest = samples.iter().map(|sample| sample.count).max();
         if !newest.is_none_or(|newest| self.replica.count_from(newest)) {

@@ -119,6 +119,13 @@ impl Streams {
             .collect()
     }
 
+    /// All values.
+    pub(crate) fn all(&self) -> Vec<Sample> {
+        let all = self.latest.iter();
+        all.map(|((of, name), latest)| sample(*of, name, latest))
+            .collect()
+    }
+
     /// Equal if two replicas have the same newest values.
     pub(crate) fn digest(&self) -> u64 {
         let mut sum = 0_u64;

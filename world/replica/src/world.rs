@@ -252,6 +252,25 @@ impl World {
         self.wake(core);
     }
 
+    /// Gives two replicas of one schema what the other one has, at once and without messages: for tests.
+    ///
+    /// # Errors
+    /// The replicas have different schemas.
+    pub fn meet(&self, other: &Self) -> Result<(), Error> {
+        for (from, to) in [(other, self), (self, other)] {
+            let schemas = (from.core().protocol.schema, to.core().protocol.schema);
+            if schemas.0 != schemas.1 {
+                return Err(Error::OtherSchema);
+            }
+            let seen = to.core().replica.seen().clone();
+            let (delta, samples) = from.core().told(&seen);
+            let mut core = to.core();
+            core.be_told(&to.graph, (to.clock)(), &delta, &samples);
+            to.wake(core);
+        }
+        Ok(())
+    }
+
     /// Does what is due, and returns when something is due next, by the same clock.
     pub fn turn(&self, now: Duration) -> Duration {
         let mut core = self.core();

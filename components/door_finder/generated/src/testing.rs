@@ -8,3 +8,11 @@ pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
     Context, DESCRIPTION;
 }
+
+impl TestContext {
+    /// Lets the worker handle what has changed in its world, as its process does in each turn. Returns whether anything has
+    /// happened. `g.others()` is another component, and `g.meet(&others)` gives both what the other one has.
+    pub fn follow_world<W: crate::world::WorldHandlers>(&mut self, worker: &mut W) -> bool {
+        crate::world::turn(worker, self)
+    }
+}

@@ -1,0 +1,313 @@
+//! Agents of one world that change it at random, over each middleware and between two hosts, while
+//! some of them are killed, paused and cut off. In the end all have the same, which is what a plain
+//! replay of all their changes has.
+
+use crate::hosts::{Cable, cable, install, run};
+use crate::remote::Robot;
+use fastrand::Rng;
+use rc_test_site::site::Site;
+use rc_test_support::python::skipped;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+const REPLAY: &str = include_str!("world_replay.py");
+const AGENT: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/programs/world_agent/world_agent.cdsl"
+);
+
+/// How much happens.
+#[derive(Clone, Copy)]
+struct Size {
+    agents: usize,
+    /// Changes a second of each.
+    rate: u32,
+    lasts: Duration,
+    kills: usize,
+    pauses: usize,
+    /// How often the hosts are cut off from each other for five seconds.
+    cuts: usize,
+}
+
+/// That of every test run.
+const SMALL: Size = Size {
+    agents: 6,
+    rate: 20,
+    lasts: Duration::from_secs(8),
+    kills: 4,
+    pauses: 2,
+    cuts: 0,
+};
+
+/// That of the acceptance.
+const FULL: Size = Size {
+    agents: 20,
+    rate: 10,
+    lasts: Duration::from_mins(1),
+    kills: 30,
+    pauses: 10,
+    cuts: 2,
+};
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Trouble {
+    Kill,
+    Pause,
+    Cut,
+}
+
+struct Agents<'c> {
+    site: Site,
+    size: Size,
+    cable: Option<&'c Cable>,
+    up: Vec<String>,
+}
+
+impl Agents<'_> {
+    fn name(at: usize) -> String {
+        format!("agent{at}")
+    }
+
+    /// A network of agents. `head` says which middleware and hosts it has, `of` what each agent adds.
+    fn new<'c>(
+        site: Site,
+        size: Size,
+        cable: Option<&'c Cable>,
+        head: &str,
+        of: impl Fn(usize) -> String,
+    ) -> Agents<'c> {
+        let folder = site.path("agents");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let mut text = format!("Deployment patrol\n{{\n    {head}\n");
+        for at in 0..size.agents {
+            let (name, more) = (Self::name(at), of(at));
+            text += &format!(
+                "    Component {name} {{ cdsl \"{AGENT}\"; restart always backoff 100ms; {more}\n        \
+                parameters {{ folder \"{}\"; rate {}; }}; }};\n",
+                folder.display(),
+                size.rate
+            );
+        }
+        text += "};\n";
+        site.write_ddsl(&text);
+        Agents {
+            site,
+            size,
+            cable,
+            up: Vec::new(),
+        }
+    }
+
+    fn rcdeploy(&self, args: &[&str]) -> Command {
+        let mut command = self.site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+        command.args(args);
+        command.env("CARGO_NET_OFFLINE", "true");
+        command
+    }
+
+    fn start(&mut self) {
+        let file = self.site.ddsl();
+        let mut up = self.rcdeploy(&["up", "--build", "--detach", "--profile", "dev"]);
+        up.arg(file);
+        up.envs(self.up.iter().filter_map(|text| text.split_once('=')));
+        let up = self.site.run(up);
+        assert_eq!(up.code, 0, "{up:?}");
+    }
+
+    /// What the agents have, as they tell. `None` if some of them do not.
+    fn told(&self) -> Option<Value> {
+        let mut world = self.rcdeploy(&["world", &self.site.network, "--format", "json"]);
+        let output = world.output().expect("rcdeploy");
+        let told: Value = serde_json::from_slice(&output.stdout).ok()?;
+        let all = told["replicas"].as_array()?.len() == self.size.agents;
+        all.then_some(told)
+    }
+
+    fn pid(&self, at: usize) -> Option<Pid> {
+        let status = self.site.status();
+        let components = status["components"].as_array()?.clone();
+        let name = Self::name(at);
+        let own = components.iter().find(|own| own["name"] == name.as_str())?;
+        Pid::from_raw(i32::try_from(own["pid"].as_i64()?).ok()?)
+    }
+
+    /// One trouble.
+    fn make(&self, trouble: Trouble, random: &mut Rng) {
+        let at = random.usize(..self.size.agents);
+        match trouble {
+            Trouble::Kill => {
+                if let Some(pid) = self.pid(at) {
+                    let _ = kill_process(pid, Signal::KILL);
+                }
+            }
+            Trouble::Pause => {
+                if let Some(pid) = self.pid(at) {
+                    let _ = kill_process(pid, Signal::STOP);
+                    std::thread::sleep(Duration::from_millis(500));
+                    let _ = kill_process(pid, Signal::CONT);
+                }
+            }
+            Trouble::Cut => cut(self.cable.expect("a cable")),
+        }
+    }
+
+    /// Everything, and what the replay says.
+    fn run(mut self) {
+        self.start();
+        Site::until("all agents tell what they have", || self.told().is_some());
+        let seed = std::env::var("RC_WORLD_SEED").ok();
+        let seed = seed.and_then(|text| text.parse().ok()).unwrap_or(41);
+        let mut random = Rng::with_seed(seed);
+        let kinds = [
+            (Trouble::Kill, self.size.kills),
+            (Trouble::Pause, self.size.pauses),
+            (Trouble::Cut, self.size.cuts),
+        ];
+        let all = kinds.iter().flat_map(|(trouble, count)| vec![*trouble; *count]);
+        let mut all: Vec<Trouble> = all.collect();
+        random.shuffle(&mut all);
+        let (start, count) = (Instant::now(), all.len() as u32);
+        for (number, trouble) in (0_u32..).zip(all) {
+            let at = self.size.lasts * number / count.max(1);
+            std::thread::sleep(at.saturating_sub(start.elapsed()));
+            self.make(trouble, &mut random);
+        }
+        std::thread::sleep(self.size.lasts.saturating_sub(start.elapsed()));
+        std::fs::write(self.site.path("agents/stop"), "").expect("to write");
+        Site::until_within(Duration::from_secs(60), "all agents are equal", || {
+            self.told().is_some_and(|told| told["is_equal"] == true)
+        });
+        // The last values of streams, and the digest that has all of it.
+        std::thread::sleep(Duration::from_secs(4));
+        let memory = self.memory();
+        let down = self.site.rcdeploy(&["down", &self.site.network], false);
+        assert_eq!(down.code, 0, "{down:?}");
+        let script = self.site.path("world_replay.py");
+        std::fs::write(&script, REPLAY).expect("to write");
+        let replayed = Command::new("python3")
+            .arg(script)
+            .arg(self.site.path("agents"))
+            .arg(self.size.agents.to_string())
+            .output()
+            .expect("python3");
+        let text = String::from_utf8_lossy(&replayed.stdout).into_owned();
+        let errors = String::from_utf8_lossy(&replayed.stderr).into_owned();
+        println!("{text}at most {memory} kB a process");
+        assert!(replayed.status.success(), "{text}{errors}");
+        assert!(memory < 256 << 10, "{memory} kB");
+        self.site.assert_nothing_left();
+    }
+
+    /// The memory of the largest agent, in kB.
+    fn memory(&self) -> u64 {
+        let all = (0..self.size.agents).filter_map(|at| self.pid(at));
+        let all = all.filter_map(|pid| {
+            let status = format!("/proc/{}/status", pid.as_raw_nonzero());
+            let text = std::fs::read_to_string(status).ok()?;
+            let line = text.lines().find(|line| line.starts_with("RssAnon:"))?;
+            line.split_whitespace().nth(1)?.parse().ok()
+        });
+        all.max().unwrap_or_default()
+    }
+}
+
+#[test]
+fn agents_over_shared_memory_end_equal() {
+    let site = Site::new("world_ice");
+    Agents::new(site, SMALL, None, "middleware iceoryx2;", |_| String::new()).run();
+}
+
+#[test]
+fn agents_over_dds_end_equal() {
+    let site = Site::new("world_dds");
+    let head = "middleware dds { domain 211; };";
+    Agents::new(site, SMALL, None, head, |_| String::new()).run();
+}
+
+#[test]
+fn agents_over_ros_2_end_equal() {
+    let site = Site::new("world_ros");
+    let mut agents = Agents::new(site, SMALL, None, "middleware ros2;", |_| String::new());
+    agents.up = vec!["ROS_DOMAIN_ID=212".to_owned(), "ROS_LOCALHOST_ONLY=1".to_owned()];
+    agents.run();
+}
+
+/// Filters what arrives at both ends of the cable.
+fn filter(cable: &Cable, name: &str, rule: &str) -> Result<(), String> {
+    for host in [cable.name(0), cable.name(1)] {
+        let text = format!(
+            "add table inet {name}; \
+             add chain inet {name} input {{ type filter hook input priority 0; }}; \
+             add rule inet {name} input {rule}"
+        );
+        run("ip", &["netns", "exec", host, "nft", &text])?;
+    }
+    Ok(())
+}
+
+/// Lets the cable lose a tenth of the packets: by netem, or by a filter where the system has no netem.
+fn lose(cable: &Cable) -> Result<(), String> {
+    if run("nft", &["--version"]).is_err() {
+        install(&["nftables"])?;
+    }
+    let by_netem = [cable.name(0), cable.name(1)].map(|host| {
+        let within = ["netns", "exec", host, "tc", "qdisc", "add", "dev", host];
+        let how = ["root", "netem", "loss", "10%", "delay", "2ms", "1ms"];
+        run("ip", &[&within[..], &how].concat())
+    });
+    if by_netem.iter().all(Result::is_ok) {
+        return Ok(());
+    }
+    filter(cable, "loss", "numgen random mod 10 == 0 drop")
+}
+
+/// Cuts off what the agents say for five seconds. The link of `rcdeploy` stays, which would end the agents
+/// of a host that it has lost.
+fn cut(cable: &Cable) {
+    filter(cable, "cut", "meta l4proto udp drop").expect("a filter");
+    std::thread::sleep(Duration::from_secs(5));
+    for host in [cable.name(0), cable.name(1)] {
+        let delete = ["netns", "exec", host, "nft", "delete table inet cut"];
+        run("ip", &delete).expect("to remove a filter");
+    }
+}
+
+/// Half of the agents on another host: within a host over shared memory where that reaches all, else
+/// over DDS. The cable loses a tenth of the packets.
+fn on_two_hosts(test: &str, size: Size, domain: u32) {
+    let Some(cable) = cable(test) else { return };
+    if let Err(reason) = lose(&cable) {
+        return skipped(test, &reason);
+    }
+    let mut site = Site::new("world_hosts");
+    let robot = match Robot::start(&site, &cable) {
+        Ok(robot) => robot,
+        Err(reason) => return skipped(test, &reason),
+    };
+    site.within = ["ip", "netns", "exec", cable.name(0)]
+        .map(str::to_owned)
+        .to_vec();
+    let head = format!(
+        "middleware auto;\n    middleware dds {{ domain {domain}; }};\n    Host robot {{ address \"10.77.0.2\"; user \"root\"; }};"
+    );
+    let host = |at: usize| (at % 2 == 1).then(|| "host robot;".to_owned());
+    let mut agents = Agents::new(site, size, Some(&cable), &head, |at| host(at).unwrap_or_default());
+    agents.up = vec![format!("RC_SSH={}", robot.ssh())];
+    agents.run();
+}
+
+#[test]
+fn agents_on_two_hosts_end_equal() {
+    let test = "agents_on_two_hosts_end_equal";
+    on_two_hosts(test, Size { cuts: 1, ..SMALL }, 213);
+}
+
+/// `cargo xtask soak world` runs it.
+#[test]
+#[ignore = "it takes minutes"]
+fn twenty_agents_on_two_hosts_end_equal() {
+    on_two_hosts("twenty_agents_on_two_hosts_end_equal", FULL, 214);
+}

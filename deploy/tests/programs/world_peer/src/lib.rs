@@ -1,0 +1,5 @@
+//! The component `world_peer`.
+
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;
