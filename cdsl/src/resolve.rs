@@ -26,7 +26,8 @@ pub fn load(
     loader: &dyn Loader,
     source: SourceId,
 ) -> (Option<Component>, Diagnostics) {
-    let (file, mut found) = parse(sources, source);
+    let (mut file, mut found) = parse(sources, source);
+    file.component.iter_mut().for_each(world::share_dsr);
     let path = sources.path(source).to_path_buf();
     let mut session = Session::new(sources, loader);
     let mut imports: Vec<(ModuleId, Span)> = Vec::new();
@@ -83,7 +84,7 @@ const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 const VIEWER: &str = "InnerModelViewer";
 /// The option that gives slot arrays the devices of a scene.
 const SCENE_SLOTS: &str = "InnerModelSlots";
-const KNOWN_OPTIONS: [&str; 4] = ["dsr", "agmagent", VIEWER, SCENE_SLOTS];
+const KNOWN_OPTIONS: [&str; 4] = [world::DSR, "agmagent", VIEWER, SCENE_SLOTS];
 
 /// The file name of an import, without its extension.
 fn stem(import: &str) -> &str {
@@ -131,7 +132,10 @@ impl Resolver<'_> {
                 }
                 Clause::Language(name) => language = Some(self.language(name)),
                 Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
-                Clause::Options(names) => (viewer, scene_slots) = self.options(word, names),
+                Clause::Options(names) => {
+                    let shares_dsr = world::can_share_dsr(tree);
+                    (viewer, scene_slots) = self.options(word, names, shares_dsr);
+                }
                 Clause::StateMachine(file, visual, external) => {
                     state_machine = Some(StateMachine {
                         file: file.clone(),
@@ -344,9 +348,14 @@ impl Resolver<'_> {
         self.warn_not_generated(word, "`gui`");
     }
 
-    /// Where the options `InnerModelViewer` and `InnerModelSlots` stand. The other ones have no
-    /// effect yet.
-    fn options(&mut self, word: &Name, names: &[Name]) -> (Option<Span>, Option<Span>) {
+    /// Where the options `InnerModelViewer` and `InnerModelSlots` stand. Of the other ones, `dsr` has an
+    /// effect in some languages.
+    fn options(
+        &mut self,
+        word: &Name,
+        names: &[Name],
+        shares_dsr: bool,
+    ) -> (Option<Span>, Option<Span>) {
         for name in names.iter().filter(|n| {
             !KNOWN_OPTIONS
                 .iter()
@@ -364,7 +373,9 @@ impl Resolver<'_> {
             named.map(|name| name.span)
         };
         let (viewer, scene_slots) = (place(VIEWER), place(SCENE_SLOTS));
-        let has_effect = |name: &Name| [viewer, scene_slots].contains(&Some(name.span));
+        let is_dsr = |name: &Name| shares_dsr && name.text.eq_ignore_ascii_case(world::DSR);
+        let has_effect =
+            |name: &Name| [viewer, scene_slots].contains(&Some(name.span)) || is_dsr(name);
         if !names.iter().all(has_effect) {
             self.warn_not_generated(word, "`options`");
         }

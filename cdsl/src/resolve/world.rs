@@ -21,6 +21,39 @@ pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
     }
 }
 
+/// The option for a world with the types of DSR.
+pub(super) const DSR: &str = "dsr";
+
+/// Whether the option [`DSR`] has an effect: workers in other languages have no world.
+pub(super) fn can_share_dsr(tree: &ast::Component) -> bool {
+    tree.clauses.iter().any(|(_, clause)| match clause {
+        ast::Clause::Language(name) => name.text.eq_ignore_ascii_case("rust"),
+        _ => false,
+    })
+}
+
+/// Writes `options dsr;` as `world "dsr.gdsl" as g;`, which reads and writes everything.
+pub(super) fn share_dsr(tree: &mut ast::Component) {
+    let options = tree.clauses.iter().filter_map(|(_, clause)| match clause {
+        ast::Clause::Options(names) => Some(names),
+        _ => None,
+    });
+    let mut names = options.flatten();
+    let option = names.find(|name| name.text.eq_ignore_ascii_case(DSR));
+    let Some(span) = option.map(|name| name.span) else {
+        return;
+    };
+    if can_share_dsr(tree) {
+        let world = ast::World {
+            schema: Name::new("dsr.gdsl", span),
+            name: Name::new("g", span),
+            access: None,
+        };
+        let word = Name::new("world", span);
+        tree.clauses.push((word, ast::Clause::World(world)));
+    }
+}
+
 /// The file with the interfaces by which replicas meet.
 pub(super) const FILE: &str = "World.idsl";
 

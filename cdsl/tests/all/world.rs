@@ -138,3 +138,16 @@ fn another_file_of_the_name_is_no_world() {
         c.cdsl:3:7: error[unknown-interface]: a world needs the `World.idsl` that comes with the tools, and another file has this name; its module at World.idsl:1:8 (rename that file)
     "#]].assert_eq(&render(&sources, &found, Format::Short));
 }
+
+#[test]
+fn the_option_dsr_is_a_world_with_the_types_of_dsr() {
+    let world = check("options DSR;", &expect![[r#""#]]).expect("a world");
+    let names = (&*world.schema.text, &*world.name.text);
+    assert_eq!((names, world.access), (("dsr.gdsl", "g"), None));
+    check(
+        "world \"dsr.gdsl\" as g; options dsr;",
+        &expect![[r#"
+            c.cdsl:3:32: error[repeated-clause]: duplicate clause `world`; first used here at c.cdsl:3:1
+        "#]],
+    );
+}

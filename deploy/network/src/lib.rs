@@ -26,6 +26,7 @@ mod files;
 mod forwarder;
 mod generating;
 mod interpreters;
+mod keeper;
 mod launcher;
 mod load;
 mod model;

@@ -7,7 +7,7 @@ use crate::model::{Addresses, Network};
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{adaptors, chains, network_time, proxies, ros_names, rules, unsupported, world};
+use crate::{adaptors, chains, keeper, network_time, proxies, ros_names, rules, unsupported, world};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -52,6 +52,7 @@ pub fn load(
     let mut texts = HashMap::new();
     let mut projects = projects(&deployment, sources, loader, &mut texts, &mut found);
     let peers = projects.split_off(deployment.instances.len());
+    keeper::configure(&mut deployment, &projects, loader);
     check_members(&mut deployment, &projects, overrides.parameters, &mut found);
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);

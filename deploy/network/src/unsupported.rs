@@ -1,5 +1,6 @@
 //! Fields of a description that have no effect in this version.
 
+use crate::keeper::KEEPER;
 use crate::model::Network;
 use rc_codegen::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -51,14 +52,15 @@ fn warn_of_what_has_no_effect(network: &Network, found: &mut Diagnostics) {
         start.into_iter().chain(keep)
     });
     let mut projects = network.projects.iter().flatten();
-    if projects.any(|project| project.component.name.text == "world_keeper") {
+    if projects.any(|project| project.component.name.text == KEEPER) {
         return;
     }
     for (word, file) in files {
-        let message = format!("`{word}` is checked, but has no effect by itself in this version");
-        let warning = Diagnostic::warning("not-supported-yet", file.span, message);
+        let message =
+            format!("no component of the network is a `{KEEPER}`: `{word}` has no effect");
+        let warning = Diagnostic::warning("no-world-keeper", file.span, message);
         found.push(warning.help(format!(
-            "add the component `world_keeper`, whose parameter `{word}` names the file"
+            "add `Component keeper {{ cdsl \"…/{KEEPER}.cdsl\"; }};`, which gets its files from here"
         )));
     }
 }

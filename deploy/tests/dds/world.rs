@@ -166,7 +166,9 @@ impl Agents<'_> {
             (Trouble::Pause, self.size.pauses),
             (Trouble::Cut, self.size.cuts),
         ];
-        let all = kinds.iter().flat_map(|(trouble, count)| vec![*trouble; *count]);
+        let all = kinds
+            .iter()
+            .flat_map(|(trouble, count)| vec![*trouble; *count]);
         let mut all: Vec<Trouble> = all.collect();
         random.shuffle(&mut all);
         let (start, count) = (Instant::now(), all.len() as u32);
@@ -231,7 +233,10 @@ fn agents_over_dds_end_equal() {
 fn agents_over_ros_2_end_equal() {
     let site = Site::new("world_ros");
     let mut agents = Agents::new(site, SMALL, None, "middleware ros2;", |_| String::new());
-    agents.up = vec!["ROS_DOMAIN_ID=212".to_owned(), "ROS_LOCALHOST_ONLY=1".to_owned()];
+    agents.up = vec![
+        "ROS_DOMAIN_ID=212".to_owned(),
+        "ROS_LOCALHOST_ONLY=1".to_owned(),
+    ];
     agents.run();
 }
 
@@ -294,7 +299,9 @@ fn on_two_hosts(test: &str, size: Size, domain: u32) {
         "middleware auto;\n    middleware dds {{ domain {domain}; }};\n    Host robot {{ address \"10.77.0.2\"; user \"root\"; }};"
     );
     let host = |at: usize| (at % 2 == 1).then(|| "host robot;".to_owned());
-    let mut agents = Agents::new(site, size, Some(&cable), &head, |at| host(at).unwrap_or_default());
+    let mut agents = Agents::new(site, size, Some(&cable), &head, |at| {
+        host(at).unwrap_or_default()
+    });
     agents.up = vec![format!("RC_SSH={}", robot.ssh())];
     agents.run();
 }

@@ -300,13 +300,7 @@ impl Core {
     }
 
     /// Takes what another replica has told in a test.
-    pub(crate) fn be_told(
-        &mut self,
-        graph: &Graph,
-        time: Time,
-        delta: &Delta,
-        samples: &[Sample],
-    ) {
+    pub(crate) fn be_told(&mut self, graph: &Graph, time: Time, delta: &Delta, samples: &[Sample]) {
         let time = between(time, graph.snapshot().time(), time);
         self.merge(graph, time, delta);
         self.take_samples(graph, time, Duration::ZERO, samples);

@@ -38,6 +38,7 @@ mod soak;
 mod usage;
 mod variant;
 mod wake;
+mod world;
 
 use programs::Failure;
 use rc_deploy_network::Profile;
@@ -58,6 +59,9 @@ fn main() -> ExitCode {
         }
         ["bench", "counts"] => counts::run(false).map_err(|e| e.to_string()),
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
+        ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
+        ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
+        ["soak", "world"] => world::soak().map_err(|e| e.to_string()),
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
         ["bench", "place"] => place::run(false).map_err(|e| e.to_string()),
@@ -131,7 +135,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -152,3 +152,73 @@ fn replicas_of_three_processes_are_equal_and_outlive_a_killed_one() {
     agent.join().expect("an end in order");
     again.end();
 }
+
+/// A keeper whose file lies on a disk of 64 KiB of its own, and its log.
+fn on_a_small_disk(network: &str, folder: &Path) -> (Keeper, std::path::PathBuf) {
+    let script = "mount -t tmpfs -o size=64k none \"$1\" || exit 77; shift; exec \"$@\"";
+    let log = folder.join("keeper.log");
+    let disk = folder.join("disk");
+    std::fs::create_dir(&disk).expect("a folder");
+    let output = std::fs::File::create(&log).expect("a log");
+    let keep = format!("keep={}", disk.join("world.graph").display());
+    let mut command = Command::new("unshare");
+    command.args(["-m", "sh", "-c", script, "sh"]).arg(&disk);
+    command.arg(Site::executable("world_keeper"));
+    command.args(["--network", network, "--name", "keeper"]);
+    command.args(["--set", &keep, "--set", "each=100ms"]);
+    command
+        .stderr(output.try_clone().expect("a log"))
+        .stdout(output);
+    (Keeper(command.spawn().expect("unshare")), log)
+}
+
+#[test]
+fn a_full_disk_is_told_and_the_old_file_stays_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let network = "worldkeeper-full";
+    let (mut keeper, log) = on_a_small_disk(network, folder.path());
+    let disk = folder.path().join("disk/world.graph");
+    // As the keeper sees it.
+    let kept = format!("/proc/{}/root{}", keeper.0.id(), disk.display());
+    let read = || std::fs::read_to_string(&kept).unwrap_or_default();
+    let (agent, world) = agent::start(network, "a");
+    add(&world, 0..20);
+    let end = Instant::now() + Duration::from_secs(30);
+    while !read().contains("\"door 19\"") {
+        if keeper.0.try_wait().expect("a child").is_some() {
+            println!(
+                "skipped: a_full_disk_is_told_and_the_old_file_stays_whole: this user may not mount"
+            );
+            agent.stop();
+            return agent.join().expect("an end in order");
+        }
+        assert!(Instant::now() < end, "{}", read());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let before = read();
+    add(&world, 20..2000);
+    let said = || std::fs::read_to_string(&log).unwrap_or_default();
+    while !said().contains("cannot write") {
+        assert!(Instant::now() < end, "{}", said());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(read(), before, "the old file");
+    // With room again, it is kept.
+    let removed = world.change(|edit| {
+        for at in 20..2000 {
+            let door = edit.snapshot().named(&format!("door {at}")).next();
+            door.map_or(Ok(()), |door| edit.remove_node(door))?;
+        }
+        let door = edit.snapshot().named("door 0").next();
+        door.map_or(Ok(()), |door| Ok(edit.set(door, "name", "the last")?))
+    });
+    removed.expect("a sound change");
+    let end = Instant::now() + Duration::from_secs(30);
+    while !read().contains("\"the last\"") {
+        assert!(Instant::now() < end, "{}", said());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    agent.stop();
+    agent.join().expect("an end in order");
+    keeper.end();
+}

@@ -46,7 +46,10 @@ fn recorded_components_with_a_world_live_again_exactly() {
     Site::until("the new finder tells more", || {
         other.count_in_log("room_keeper", "is open by") > seen + 20
     });
-    for (site, names) in [(&site, ["writer", "reader"]), (&other, ["room_keeper", "door_finder"])] {
+    for (site, names) in [
+        (&site, ["writer", "reader"]),
+        (&other, ["room_keeper", "door_finder"]),
+    ] {
         let down = site.rcdeploy(&["down", &site.network], false);
         assert_eq!(down.code, 0, "{down:?}");
         site.assert_nothing_left();
@@ -70,11 +73,70 @@ fn a_question_with_a_token_reads_what_its_asker_has_written() {
     site.write_ddsl(&PEERS.replace("PEER", peer()).replace("ROUNDS", &rounds));
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
-    Site::until_within(Duration::from_mins(10), "all questions are answered", || {
-        site.count_in_log("writer", " changes were read, ") > 0
-    });
+    Site::until_within(
+        Duration::from_mins(10),
+        "all questions are answered",
+        || site.count_in_log("writer", " changes were read, ") > 0,
+    );
     let text = format!("{rounds} changes were read, 0 of them wrongly");
-    assert_eq!(site.count_in_log("writer", &text), 1, "{}", site.log("writer"));
+    assert_eq!(
+        site.count_in_log("writer", &text),
+        1,
+        "{}",
+        site.log("writer")
+    );
+    let down = site.rcdeploy(&["down", &site.network], false);
+    assert_eq!(down.code, 0, "{down:?}");
+    site.assert_nothing_left();
+}
+
+const START: &str = r#"{"nodes": [{"id": "1:1", "type": "room", "attributes": {"name": "hall", "length": 4.0}}]}"#;
+
+/// Two keepers of one world: what the network says of it is there once, and is kept.
+#[test]
+fn keepers_start_a_world_once_and_keep_it_as_their_network_says() {
+    let site = Site::new("world_kept");
+    let schema = "World g { schema \"../interfaces/home.gdsl\";";
+    let home = HOME.replace("Deployment home", "Deployment patrol");
+    let text = home.replace(
+        schema,
+        &format!("{schema} start \"start.graph\"; keep \"kept.graph\" 200ms;"),
+    );
+    assert_ne!(text, home);
+    site.write_ddsl(&text);
+    site.write("start.graph", START);
+    let check = site.rcdeploy(&["check", "--profile", "dev"], true);
+    let warning = "no component of the network is a `world_keeper`: `keep` has no effect";
+    assert!(check.stderr.contains("no-world-keeper"), "{check:?}");
+    assert!(check.stderr.contains(warning), "{check:?}");
+
+    let keeper = |name: &str, more: &str| {
+        format!("Component {name} {{ cdsl \"../world_keeper/world_keeper.cdsl\"; {more} }};\n")
+    };
+    let other = site.path("networks/other.graph").display().to_string();
+    let keepers = [
+        keeper("keeper", ""),
+        keeper("spare", &format!("parameters {{ keep \"{other}\"; }};")),
+    ];
+    let text = text.replacen("Component", &format!("{}Component", keepers.concat()), 1);
+    site.write_ddsl(&text);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    assert!(!up.stderr.contains("no-world-keeper"), "{up:?}");
+    site.await_in_log("room_keeper", "door front of 0.8 m");
+    let read = |name: &str| {
+        let path = site.path("networks").join(name);
+        std::fs::read_to_string(path).unwrap_or_default()
+    };
+    for name in ["kept.graph", "other.graph"] {
+        Site::until("the world is kept", || read(name).contains("\"front\""));
+        assert_eq!(
+            read(name).matches("\"hall\"").count(),
+            1,
+            "{}",
+            read(name)
+        );
+    }
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();

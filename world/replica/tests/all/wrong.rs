@@ -509,3 +509,94 @@ fn a_replica_goes_on_after_its_clock_was_set_back() {
     steady.follow(1003 * SECOND);
     assert_eq!(steady.time(), 5004 * SECOND);
 }
+
+/// A change that is too large for one message goes in chunks. Nobody shows a part of it.
+#[test]
+fn one_that_is_killed_in_the_middle_of_a_change_leaves_nothing_of_it() {
+    let mut network = Network::new(3, CALM, 7);
+    network.run(4 * SECOND);
+    let large = network.at(0).change(|edit| {
+        for number in 0..3000 {
+            let room = edit.add_node("room")?;
+            edit.set(room, "name", format!("room {number}"))?;
+        }
+        Ok(())
+    });
+    large.expect("a sound change");
+    // It tells that there is something, is asked, and sends some of the chunks.
+    let sent = |network: &Network| network.sent.get(&Topic::Chunk).copied().unwrap_or_default();
+    while sent(&network) == 0 {
+        network.run(Duration::from_millis(1));
+    }
+    network.kill(0);
+    network.converge(20 * SECOND);
+    for at in network.living() {
+        assert_eq!(network.at(at).snapshot().node_count(), 0, "agent{at}");
+        add(network.at(at), "room", &format!("of agent{at}"));
+    }
+    network.converge(10 * SECOND);
+    assert_eq!(network.at(1).snapshot().node_count(), 2);
+}
+
+/// Questions cost what an answer costs; what waits has a bound, and others are still served.
+#[test]
+fn a_flood_of_questions_takes_no_memory() {
+    let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+    for number in 0..40 {
+        let large = world.change(|edit| {
+            for room in 0..100 {
+                let node = edit.add_node("room")?;
+                edit.set(node, "name", format!("room {number} {room}"))?;
+            }
+            Ok(())
+        });
+        large.expect("a sound change");
+    }
+    while world.take().is_some() {}
+    let strangers: Vec<World> = (0..200_u64)
+        .map(|number| {
+            let setup = Setup::new("stranger", flat()).with_writer(1000 + number);
+            World::new(setup)
+        })
+        .collect();
+    world.turn(SECOND);
+    let digest = std::iter::from_fn(|| world.take())
+        .last()
+        .expect("a digest");
+    let mut now = SECOND;
+    for _ in 0..20 {
+        now += Duration::from_millis(400);
+        for stranger in &strangers {
+            stranger.receive(now, digest.clone());
+            stranger.turn(now);
+            while let Some(message) = stranger.take() {
+                world.receive(now, message);
+            }
+        }
+        world.turn(now);
+        let status = world.status(now);
+        assert!(status.queued <= 16 << 20, "{} bytes", status.queued);
+    }
+    assert!(world.status(now).counts.answered > 0);
+    // Its own changes still go.
+    while world.take().is_some() {}
+    add(&world, "room", "last");
+    let sent: Vec<_> = std::iter::from_fn(|| world.take()).collect();
+    assert!(sent.iter().any(|message| message.topic() == Topic::Change));
+}
+
+/// Names of instances are texts of others: they are cleaned, and cut.
+#[test]
+fn names_with_control_characters_are_shown_without_them() {
+    let name = format!("map\u{1b}[31mper\n{}", "x".repeat(1000));
+    let stranger = World::new(Setup::new(&name, flat()).with_writer(9));
+    let world = World::new(Setup::new("planner", flat()).with_writer(7));
+    stranger.turn(SECOND);
+    while let Some(message) = stranger.take() {
+        world.receive(SECOND, message);
+    }
+    let status = world.status(SECOND);
+    let shown = &status.peers[0].name;
+    assert!(!shown.chars().any(char::is_control), "{shown:?}");
+    assert!(shown.chars().count() <= 1024, "{shown:?}");
+}

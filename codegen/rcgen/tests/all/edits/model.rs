@@ -140,7 +140,7 @@ impl Model {
             _ => {
                 let clauses = [
                     "gui Qt(QDialog);",
-                    "options dsr;",
+                    "options agmagent;",
                     "statemachine \"a.smdsl\";",
                     "dependencies { };",
                 ];

@@ -104,7 +104,9 @@ impl Worker<Context> for SpecificWorker {
             return;
         }
         let text = self.state();
-        let file = self.folder.join(format!("{}.end", self.world.state().writer));
+        let file = self
+            .folder
+            .join(format!("{}.end", self.world.state().writer));
         if let Err(error) = std::fs::write(file, text) {
             warn!("its end cannot be written: {error}");
         }
@@ -199,7 +201,10 @@ impl SpecificWorker {
             let _ = writeln!(text, "N {} {}{values}", id(node.id()), node.type_name());
         }
         for edge in now.edges() {
-            let end = |node| now.node(node).map_or_else(|_| "?".to_owned(), |n| id(n.id()));
+            let end = |node| {
+                now.node(node)
+                    .map_or_else(|_| "?".to_owned(), |n| id(n.id()))
+            };
             let (from, to) = (end(edge.from()), end(edge.to()));
             let values = values(edge.attributes());
             let kind = edge.type_name();

@@ -1,0 +1,76 @@
+//! The keeper of a network's world: it gets what the clause `World` says as its parameters.
+
+use rc_codegen::{Project, paths};
+use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
+use rc_diagnostics::Span;
+use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use std::path::Path;
+use std::rc::Rc;
+
+/// The component that starts and keeps a world.
+pub(crate) const KEEPER: &str = "world_keeper";
+
+/// Gives each keeper the schema and the files of the world. What its own block sets, it keeps.
+pub(crate) fn configure(
+    deployment: &mut Deployment,
+    projects: &[Option<Rc<Project>>],
+    loader: &dyn Loader,
+) {
+    let Some(world) = deployment.world.clone() else {
+        return;
+    };
+    let wanted = parameters(&world, loader);
+    for (instance, project) in deployment.instances.iter_mut().zip(projects) {
+        let is_keeper = project
+            .as_deref()
+            .map(|own| own.component.name.text.as_str());
+        if is_keeper != Some(KEEPER) {
+            continue;
+        }
+        let own: Vec<String> = instance
+            .parameters
+            .iter()
+            .map(|p| p.path.text.clone())
+            .collect();
+        let missing = wanted.iter().filter(|p| !own.contains(&p.path.text));
+        instance.parameters.extend(missing.cloned());
+    }
+}
+
+fn parameters(world: &World, loader: &dyn Loader) -> Vec<Parameter> {
+    let one = |name: &str, kind: LiteralKind, span: Span| Parameter {
+        path: Name::new(name, span),
+        value: ParameterValue::One(Literal { kind, span }),
+    };
+    let file = |name: &str, text: &str, span: Span| {
+        let path = std::path::absolute(world.folder.join(text));
+        let path = path.unwrap_or_else(|_| world.folder.join(text));
+        one(name, LiteralKind::String(shown(&path)), span)
+    };
+    let mut all = Vec::new();
+    if let Some(schema) = &world.schema {
+        let found = loader.find(&world.folder.join("network.ddsl"), &schema.text, "gdsl");
+        // One that is found nowhere comes with the tools.
+        all.push(match found {
+            Ok(found) => file("schema", &shown(&found.path), schema.span),
+            Err(_) => one(
+                "schema",
+                LiteralKind::String(schema.text.clone()),
+                schema.span,
+            ),
+        });
+    }
+    if let Some(start) = &world.start {
+        all.push(file("start", &start.text, start.span));
+    }
+    if let Some((keep, each)) = &world.keep {
+        let each = u64::try_from(each.as_nanos()).unwrap_or(u64::MAX);
+        all.push(file("keep", &keep.text, keep.span));
+        all.push(one("each", LiteralKind::Duration(each), keep.span));
+    }
+    all
+}
+
+fn shown(path: &Path) -> String {
+    paths::normal(path).display().to_string()
+}

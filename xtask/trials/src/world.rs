@@ -1,0 +1,23 @@
+//! `cargo xtask bench world`: a world beside topics with the same bytes. `cargo xtask soak world`:
+//! twenty agents on two hosts, of which some are killed, paused and cut off.
+
+use crate::programs::{Failure, cargo, output};
+use std::time::Duration;
+
+/// The limit for a build and a run.
+const LIMIT: Duration = Duration::from_mins(15);
+
+pub(crate) fn bench(smoke: bool) -> Result<(), Failure> {
+    let profile = if smoke { "dev" } else { "release" };
+    let words = ["run", "--quiet", "--profile", profile, "-p", "bench_world"];
+    let more: &[&str] = if smoke { &["--", "--smoke"] } else { &[] };
+    print!("{}", output(cargo(&[&words, more].concat())?, LIMIT)?);
+    Ok(())
+}
+
+pub(crate) fn soak() -> Result<(), Failure> {
+    let words = "test -p rc-deploy --test dds world::twenty -- --ignored --nocapture";
+    let words: Vec<&str> = words.split(' ').collect();
+    print!("{}", output(cargo(&words)?, LIMIT)?);
+    Ok(())
+}
