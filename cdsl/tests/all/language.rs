@@ -146,7 +146,7 @@ fn errors_outside_clauses() {
 fn a_missing_semicolon_is_one_error_at_its_location() {
     check(
         "requires Laser // far\npublishes LaserPub { depth 3 }\n",
-        "language rust\nperiod 50ms\noptions dsr\ngui Qt(QWidget)\nparameters \"c.pdsl\"\ndependencies { libm \"0.2\" serde \"1\" }\nstatemachine \"x.smdsl\"",
+        "language rust\nperiod 50ms\noptions agmagent\ngui Qt(QWidget)\nparameters \"c.pdsl\"\ndependencies { libm \"0.2\" serde \"1\" }\nstatemachine \"x.smdsl\"",
         &expect![[r#"
             c.cdsl:3:15: error[missing-semicolon]: expected `;`
             c.cdsl:4:29: error[missing-semicolon]: expected `;`

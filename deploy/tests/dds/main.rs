@@ -48,6 +48,7 @@ fn built() {
     BUILT.get_or_init(|| {
         build();
         mixed::build();
+        world::build();
         inner_model::build();
     });
 }

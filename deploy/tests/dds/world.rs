@@ -2,15 +2,16 @@
 //! some of them are killed, paused and cut off. In the end all have the same, which is what a plain
 //! replay of all their changes has.
 
-use crate::hosts::{Cable, cable, install, run};
 use crate::remote::Robot;
 use fastrand::Rng;
 use rc_test_site::site::Site;
+use rc_test_support::cable::{Cable, cable, install, run};
 use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 const REPLAY: &str = include_str!("world_replay.py");
@@ -156,6 +157,7 @@ impl Agents<'_> {
 
     /// Everything, and what the replay says.
     fn run(mut self) {
+        build();
         self.start();
         Site::until("all agents tell what they have", || self.told().is_some());
         let seed = std::env::var("RC_WORLD_SEED").ok();
@@ -214,6 +216,23 @@ impl Agents<'_> {
         });
         all.max().unwrap_or_default()
     }
+}
+
+/// Builds the agents, so that no test of this program runs beside the compiler.
+pub(crate) fn build() {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    let size = Size { agents: 1, ..SMALL };
+    BUILT.get_or_init(|| {
+        for name in ["iceoryx2", "dds", "ros2"] {
+            let head = format!("middleware {name};");
+            let site = Site::new(&format!("world_build_{name}"));
+            let mut agents = Agents::new(site, size, None, &head, |_| String::new());
+            agents.up = vec!["ROS_DOMAIN_ID=215".to_owned()];
+            agents.start();
+            let site = &agents.site;
+            assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+        }
+    });
 }
 
 #[test]

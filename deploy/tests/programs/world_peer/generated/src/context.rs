@@ -20,7 +20,7 @@ pub struct Context {
 
 impl WorkerContext for Context {
     fn open(core: Core, ports: &Ports, values: &Values) -> Result<Self, StartError> {
-        let schema = rc_world_typed::schema(crate::world::SCHEMA).map_err(StartError::Configuration)?;
+        let schema = rc_world_typed::schema(&core, crate::world::SCHEMA).map_err(StartError::Configuration)?;
         let world = rc_world_typed::Member::open(&core, ports, [2, 3], schema, crate::world::rights())?;
         Ok(Self {
             core,
