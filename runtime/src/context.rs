@@ -42,6 +42,20 @@ impl WorldReport {
     }
 }
 
+/// The clock of [`Core::now`], for what a context owns.
+#[derive(Clone, Debug)]
+pub struct RecordedClock {
+    exact: Exact,
+    clock: Arc<dyn Clock>,
+}
+
+impl RecordedClock {
+    /// The time of the network. An exact recording keeps it, as that of [`Core::now`].
+    pub fn now(&self) -> Time {
+        self.exact.now(|| self.clock.now())
+    }
+}
+
 impl Core {
     /// A component whose life is neither recorded nor repeated.
     pub(crate) fn new(name: &str, network: &str, shared: Arc<Shared>, seed: u64) -> Self {
@@ -137,6 +151,14 @@ impl Core {
     /// know what they read.
     pub fn clock(&self) -> Arc<dyn Clock> {
         Arc::clone(&self.clock)
+    }
+
+    /// The clock of [`Core::now`], for what the context owns, on the thread of the worker.
+    pub fn recorded_clock(&self) -> RecordedClock {
+        RecordedClock {
+            exact: self.exact.clone(),
+            clock: Arc::clone(&self.clock),
+        }
     }
 
     /// The state of this component.

@@ -27,7 +27,10 @@ pub(super) const DSR: &str = "dsr";
 /// Whether the option [`DSR`] has an effect: workers in other languages have no world.
 pub(super) fn can_share_dsr(tree: &ast::Component) -> bool {
     tree.clauses.iter().any(|(_, clause)| match clause {
-        ast::Clause::Language(name) => name.text.eq_ignore_ascii_case("rust"),
+        ast::Clause::Language(name) => {
+            let mut languages = ["rust", "python"].iter();
+            languages.any(|own| name.text.eq_ignore_ascii_case(own))
+        }
         _ => false,
     })
 }

@@ -13,7 +13,7 @@ use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
 use rc_runtime::middleware::{OpenError, Reader, SendError};
-use rc_runtime::{Core, EarlySamples, Ports, WorldReport, WorldStatus};
+use rc_runtime::{Core, EarlySamples, Ports, RecordedClock, WorldReport, WorldStatus};
 use rc_world::{
     Error, Message, News, Rights, STATE, STREAM, Seen, Setup, Status, Steady, Token, Topic, Watch,
     World,
@@ -43,6 +43,8 @@ pub struct Driver {
     /// The time of the replica's protocol.
     steady: Steady,
     due: Duration,
+    /// What has come since the last turn: no more than the event loop hands out in one.
+    waiting: Vec<Message>,
     shown: u64,
     /// How many refused messages the log knows of.
     refused: u64,
@@ -81,6 +83,7 @@ impl Driver {
             time,
             steady: Steady::new(Duration::from_nanos(now)),
             due: Duration::ZERO,
+            waiting: Vec::new(),
             shown: 0,
             refused: 0,
             says_next: Duration::ZERO,
@@ -125,8 +128,9 @@ impl Driver {
     ) -> Result<(), HandlerError> {
         let topic = topic.ok_or_else(|| HandlerError("a world has no such topic".to_owned()))?;
         let message = Message::decode(*topic, reader)?;
-        self.world.receive(self.steady.time(), message);
-        // What it asks for is answered in this turn.
+        // A turn in which nothing is done is not recorded: only the time of the next one is known when a
+        // recording lives again.
+        self.waiting.push(message);
         self.due = Duration::ZERO;
         Ok(())
     }
@@ -137,6 +141,9 @@ impl Driver {
         let now = now.as_nanos();
         self.time.store(now, Ordering::Relaxed);
         self.steady.follow(Duration::from_nanos(now));
+        for message in self.waiting.drain(..) {
+            self.world.receive(self.steady.time(), message);
+        }
         let is_due = self.steady.time() >= self.due;
         if is_due {
             self.due = self.world.turn(self.steady.time());
@@ -254,6 +261,7 @@ fn status_of(seen: Seen) -> WorldStatus {
 pub struct Member {
     driver: Driver,
     early: EarlySamples,
+    clock: RecordedClock,
     state: Vec<TypedPublisher>,
     stream: Vec<TypedPublisher>,
 }
@@ -294,6 +302,7 @@ impl Member {
         Ok(Self {
             driver: Driver::new(core, schema, rights),
             early: ports.early_samples().clone(),
+            clock: core.recorded_clock(),
             state: open(slots[0], &STATE)?,
             stream: open(slots[1], &STREAM)?,
         })
@@ -318,6 +327,9 @@ impl Member {
         &mut self,
         make: impl FnOnce(&mut Edit) -> Result<T, Error>,
     ) -> Result<(T, Token), Error> {
+        // That of the last turn may not be recorded.
+        let now = self.clock.now().as_nanos();
+        self.driver.time.store(now, Ordering::Relaxed);
         let changed = self.driver.world.change_with(make)?;
         self.driver.due = Duration::ZERO;
         let (state, stream) = (&mut self.state, &mut self.stream);

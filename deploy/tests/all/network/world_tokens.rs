@@ -24,6 +24,46 @@ fn peer() -> &'static str {
     )
 }
 
+/// Everything that replicas send, their digests among it, is what it was.
+#[test]
+fn recorded_components_with_a_world_live_again_exactly() {
+    let site = Site::new("world_exact");
+    let exact = "record { exact; };";
+    let peers = PEERS.replace("\"PEER\";", &format!("\"{}\"; {exact}", peer()));
+    site.write_ddsl(&peers.replace("ROUNDS", "100"));
+    let home = HOME.replace("Deployment home", "Deployment patrol");
+    let other = Site::new("world_exact_home");
+    other.write_ddsl(&home.replace(".cdsl\";", &format!(".cdsl\"; {exact}")));
+    for site in [&site, &other] {
+        let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+        assert_eq!(up.code, 0, "{up:?}");
+    }
+    site.await_in_log("writer", "100 changes were read, 0 of them wrongly");
+    other.await_in_log("room_keeper", "door front is open by");
+    let killed = other.rcdeploy(&["restart", &other.network, "door_finder"], false);
+    assert_eq!(killed.code, 0, "{killed:?}");
+    let seen = other.count_in_log("room_keeper", "is open by");
+    Site::until("the new finder tells more", || {
+        other.count_in_log("room_keeper", "is open by") > seen + 20
+    });
+    for (site, names) in [
+        (&site, ["writer", "reader"]),
+        (&other, ["room_keeper", "door_finder"]),
+    ] {
+        let down = site.rcdeploy(&["down", &site.network], false);
+        assert_eq!(down.code, 0, "{down:?}");
+        site.assert_nothing_left();
+        for name in names {
+            let args = ["replay", "--check", "--format", "json", &site.network, name];
+            let ran = site.rcdeploy(&args, false);
+            assert_eq!(ran.code, 0, "{name}: {ran:?}");
+            let report: serde_json::Value = serde_json::from_str(&ran.stdout).expect("a report");
+            assert_eq!(report["equal"], true, "{name}: {ran:?}");
+            assert!(report["compared"].as_u64() > Some(5), "{name}: {ran:?}");
+        }
+    }
+}
+
 /// Each question has the token of a change of two elements: its answer has both, of this change.
 /// `RC_WORLD_READS` sets how many there are.
 #[test]

@@ -262,9 +262,9 @@ impl Member {
         let (bytes, at) = &mut self.sample;
         bytes[*at..*at + 8].copy_from_slice(&nanos().to_le_bytes());
         let topic = if self.role.stream {
-            ctx.world_stream.rc_topic(0)
+            ctx.values.rc_topic(0)
         } else {
-            ctx.world.rc_topic(0)
+            ctx.told.rc_topic(0)
         };
         let sent = topic.map_or(Ok(()), |topic| {
             topic.publish_with(|writer| writer.raw(bytes))
@@ -277,7 +277,7 @@ impl Member {
             return;
         }
         let now = ctx.now();
-        let (state, stream) = (&mut ctx.world, &mut ctx.world_stream);
+        let (state, stream) = (&mut ctx.told, &mut ctx.values);
         let asked = &mut self.asked;
         self.world.turn(now, &mut |message| {
             if message.topic() == Topic::Ask {
@@ -343,10 +343,10 @@ impl Member {
         } else {
             self.world.receive_state(topic.1, reader)?;
         }
+        self.turn(ctx);
         if self.role.receives {
             self.look();
         }
-        self.turn(ctx);
         Ok(())
     }
 }

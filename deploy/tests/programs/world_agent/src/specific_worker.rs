@@ -97,7 +97,7 @@ impl Worker<Context> for SpecificWorker {
     }
 
     fn finalize(&mut self, ctx: &mut Context) {
-        let (state, stream) = (&mut ctx.world, &mut ctx.world_stream);
+        let (state, stream) = (&mut ctx.told, &mut ctx.values);
         self.world
             .leave(&mut |message| send(state, stream, message));
         if !self.folder.join("stop").exists() {
@@ -116,7 +116,7 @@ impl Worker<Context> for SpecificWorker {
 impl SpecificWorker {
     fn turn(&mut self, ctx: &mut Context) {
         let now = ctx.now();
-        let (state, stream) = (&mut ctx.world, &mut ctx.world_stream);
+        let (state, stream) = (&mut ctx.told, &mut ctx.values);
         let log = &mut self.log;
         self.world.turn(now, &mut |message| {
             log.sent(message);

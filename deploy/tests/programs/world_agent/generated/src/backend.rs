@@ -9,11 +9,11 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// All middlewares of the component.
 pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 
-/// The middleware's names for the types of `World`, if it has its own.
-pub(crate) const TYPES_WORLD: &[&str] = &[];
+/// The middleware's names for the types of `told`, if it has its own.
+pub(crate) const TYPES_TOLD: &[&str] = &[];
 
-/// The middleware's names for the types of `WorldStream`, if it has its own.
-pub(crate) const TYPES_WORLD_STREAM: &[&str] = &[];
+/// The middleware's names for the types of `values`, if it has its own.
+pub(crate) const TYPES_VALUES: &[&str] = &[];
 
 /// The middleware's names for the types of `peers`, if it has its own.
 pub(crate) const TYPES_PEERS: &[&str] = &[];
@@ -22,4 +22,4 @@ pub(crate) const TYPES_PEERS: &[&str] = &[];
 pub(crate) const TYPES_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"d8d9cf97a484c827\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"cfb404dcefb9051c\",\"middleware\":\"iceoryx2\"}\0";

@@ -12,9 +12,9 @@ pub struct Context {
     /// The parameters of the configuration.
     pub params: Params,
     /// publishes `World`
-    pub world: interfaces::world::WorldPublisher,
+    pub told: interfaces::world::WorldPublisher,
     /// publishes `WorldStream`
-    pub world_stream: interfaces::world_stream::WorldStreamPublisher,
+    pub values: interfaces::world_stream::WorldStreamPublisher,
 }
 
 impl WorkerContext for Context {
@@ -22,8 +22,8 @@ impl WorkerContext for Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            world: interfaces::world::WorldPublisher::new(ports.publishers(0))?,
-            world_stream: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(1))?,
+            told: interfaces::world::WorldPublisher::new(ports.publishers(0))?,
+            values: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(1))?,
         })
     }
 
@@ -32,8 +32,8 @@ impl WorkerContext for Context {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        peers[0] = self.world.subscribers();
-        peers[1] = self.world_stream.subscribers();
+        peers[0] = self.told.subscribers();
+        peers[1] = self.values.subscribers();
     }
 }
 

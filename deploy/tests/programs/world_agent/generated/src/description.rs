@@ -10,8 +10,8 @@ use rc_runtime::middleware::Reliability;
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
-const SLOT_WORLD: Slot = Slot {
-    name: "World",
+const SLOT_TOLD: Slot = Slot {
+    name: "told",
     role: Role::Publishes,
     interface: "World",
     type_name: "RcWorld::World",
@@ -24,11 +24,11 @@ const SLOT_WORLD: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_WORLD,
+    external_types: backend::TYPES_TOLD,
 };
 
-const SLOT_WORLD_STREAM: Slot = Slot {
-    name: "WorldStream",
+const SLOT_VALUES: Slot = Slot {
+    name: "values",
     role: Role::Publishes,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -41,7 +41,7 @@ const SLOT_WORLD_STREAM: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_WORLD_STREAM,
+    external_types: backend::TYPES_VALUES,
 };
 
 const SLOT_PEERS: Slot = Slot {
@@ -81,15 +81,16 @@ const SLOT_STREAMS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "world_agent",
-    model_hash: 0xd8d9cf97a484c827,
+    model_hash: 0xcfb404dcefb9051c,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_WORLD, SLOT_WORLD_STREAM, SLOT_PEERS, SLOT_STREAMS],
+    slots: &[SLOT_TOLD, SLOT_VALUES, SLOT_PEERS, SLOT_STREAMS],
     types: &[::interfaces::rc_world::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };

@@ -5,14 +5,14 @@ use crate::context::Context;
 use crate::description::DESCRIPTION;
 use crate::parameters::Params;
 
-pub use crate::interfaces::world::testing::Sample as WorldSample;
-pub use crate::interfaces::world_stream::testing::Sample as WorldStreamSample;
+pub use crate::interfaces::world::testing::Sample as ToldSample;
+pub use crate::interfaces::world_stream::testing::Sample as ValuesSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
     Context, DESCRIPTION, Params;
 
-    /// The subscriber, which keeps the samples, of `World`.
-    world: FakeSubscriber<WorldSample> = 0,
-    /// The subscriber, which keeps the samples, of `WorldStream`.
-    world_stream: FakeSubscriber<WorldStreamSample> = 1,
+    /// The subscriber, which keeps the samples, of `told`.
+    told: FakeSubscriber<ToldSample> = 0,
+    /// The subscriber, which keeps the samples, of `values`.
+    values: FakeSubscriber<ValuesSample> = 1,
 }

@@ -120,5 +120,6 @@ pub(crate) static DESCRIPTION: Description = Description {
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,
+    converter: Some(&rc_runtime::CONVERTER),
     note: backend::NOTE,
 };
