@@ -63,7 +63,7 @@ mod worker_error;
 pub use adapter::Adapter;
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
 pub use component::{Body, CallEnd, Component, Sample};
-pub use context::{Core, WorldReport};
+pub use context::{Core, RecordedClock, WorldReport};
 pub use description::{Description, Slot};
 pub use dispatch::{
     Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
