@@ -439,7 +439,7 @@ fn component(deployment: &Deployment, found: &Found<'_>) -> Component {
     }
 }
 
-/// A slot as an adaptor has it: values and replies are copied, and one call follows the other.
+/// A slot as an adaptor has it: values and replies are copied.
 fn plain(slot: &Slot) -> Slot {
     Slot {
         is_array: false,

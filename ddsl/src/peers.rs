@@ -148,6 +148,20 @@ impl<'a> WithPeers<'a> {
             bound.push(end);
             if is_consumer {
                 all.slots.insert(end, external.address.clone());
+            } else if let Some(address) = external.address.as_ref()
+                && peer.convert.span.is_none()
+            {
+                let path = &deployment.instances[end.instance].path;
+                let message = format!(
+                    "without `convert`, programs outside have the address of `{path}.{}` itself, not `{}`",
+                    slot.name, address.text
+                );
+                let error = Diagnostic::error("missing-clause", address.span, message);
+                found.push(
+                    error.help(
+                        "add `convert;`, so that an adaptor serves them here, or remove `at`",
+                    ),
+                );
             }
             all.add((external, peer), (end, is_consumer), (known, of_peer));
         }

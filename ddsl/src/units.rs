@@ -96,7 +96,7 @@ pub(crate) fn compare(
                         "`{}` has an interface of too many members to convert",
                         consumer.name
                     ),
-                    "a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface",
+                    "a plan has at most 8192 values in 32 levels, and 64 KiB as a text: convert in a component, or divide the interface",
                 ),
                 NoPlan::Place(path) => (
                     format!(

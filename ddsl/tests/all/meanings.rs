@@ -503,7 +503,7 @@ fn the_numbers_of_an_array_are_counted_before_they_are_listed() {
         &of(LIDAR),
         "bind a.Laser -> b.Laser { convert; };",
         &expect![[r#"
-            n.ddsl:2:27: error[not-convertible]: `a.Laser` has an interface of too many members to convert (a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface)
+            n.ddsl:2:27: error[not-convertible]: `a.Laser` has an interface of too many members to convert (a plan has at most 8192 values in 32 levels, and 64 KiB as a text: convert in a component, or divide the interface)
             n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
         "#]],
     );

@@ -90,6 +90,19 @@ fn several_programs_outside_get_an_adaptor_each() {
 }
 
 #[test]
+fn an_address_needs_an_adaptor() {
+    // The units are equal: nothing has to be converted.
+    let (own, other) = (end("m", "implements Laser;"), end("m", "requires Laser;"));
+    network(
+        "external a.Laser at \"x\" { cdsl \"other\"; };\nComponent a { cdsl \"a\"; };",
+        &[("a", &own), ("other", &other)],
+        &expect![[r#"
+            n.ddsl:2:21: error[missing-clause]: without `convert`, programs outside have the address of `a.Laser` itself, not `x` (add `convert;`, so that an adaptor serves them here, or remove `at`)
+        "#]],
+    );
+}
+
+#[test]
 fn a_file_that_describes_no_peer_is_refused() {
     let text = "external a.Laser { cdsl \"other\"; convert; };";
     outside(

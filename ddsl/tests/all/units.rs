@@ -200,7 +200,7 @@ fn what_does_not_convert_stays_an_error() {
         &wide,
         &wide.replace("\"m\"", "\"mm\""),
         &expect![[r#"
-            n.ddsl:2:27: error[not-convertible]: `a.Laser` has an interface of too many members to convert (a plan has at most 8192 values in 32 levels: convert in a component, or divide the interface)
+            n.ddsl:2:27: error[not-convertible]: `a.Laser` has an interface of too many members to convert (a plan has at most 8192 values in 32 levels, and 64 KiB as a text: convert in a component, or divide the interface)
             n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
         "#]],
         &expect![[r#""#]],

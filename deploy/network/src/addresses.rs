@@ -71,6 +71,61 @@ pub(crate) fn check_topics(network: &Network, found: &mut Diagnostics) {
     }
 }
 
+/// Refuses adaptors that serve programs outside at an address that is in use: callers need one server,
+/// and converted samples must not come back to what converts them. Publishers share an address if the
+/// file gives it to both.
+pub(crate) fn check_outside(network: &Network, found: &mut Diagnostics) {
+    let externals = &network.connections.externals;
+    let slot = |end: &Endpoint| {
+        let slot = network.slot(*end)?;
+        let project = network.projects[end.instance].as_deref()?;
+        Some((
+            slot.role,
+            project.component.library.interface_path(slot.interface),
+        ))
+    };
+    for (end, named) in externals {
+        let Some((role @ (Role::Implements | Role::Publishes), interface)) = slot(end) else {
+            continue;
+        };
+        let address = network.addresses.of(*end);
+        let middlewares = network.middlewares(*end);
+        let conflicts = |other: &Endpoint| match externals.get(other) {
+            None => true,
+            Some(theirs) => {
+                let shared = role == Role::Publishes && named.is_some() && theirs.is_some();
+                other < end && !shared && slot(other).is_some_and(|(own, _)| own == role)
+            }
+        };
+        let mut same = network.addresses.iter().filter(|(other, own)| {
+            other != end
+                && *own == address
+                && slot(other).is_some_and(|(_, own)| own == interface)
+                && network
+                    .middlewares(*other)
+                    .iter()
+                    .any(|own| middlewares.contains(own))
+        });
+        let Some((other, _)) = same.find(|(other, _)| conflicts(other)) else {
+            continue;
+        };
+        let instance = |end: Endpoint| &network.deployment.instances[end.instance];
+        let own = instance(*end);
+        let span = named
+            .as_ref()
+            .map_or(own.adaptor.unwrap_or(own.name.span), |name| name.span);
+        let message = format!(
+            "`{}` would serve programs outside at `{address}`, which is the address of `{}`",
+            full_name(network, *end),
+            full_name(network, other)
+        );
+        let error = Diagnostic::error("bad-address", span, message)
+            .label(instance(other).name.span, "declared here")
+            .help("give it another one: `at \"ADDRESS\"` behind the external slot");
+        found.push(error);
+    }
+}
+
 /// The address of an external slot: that of its declaration, else that of the configuration, else
 /// the one of components that are started by hand.
 fn external(

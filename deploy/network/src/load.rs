@@ -1,13 +1,15 @@
 //! Reads a `.ddsl` with everything that it names, and checks it.
 
-use crate::addresses::{addresses, check_topics};
+use crate::addresses::{addresses, check_outside, check_topics};
 use crate::configuration::{Configured, configurations, settings};
 use crate::files::check_files;
 use crate::model::{Addresses, Network};
 use crate::parameters::{given, overridden};
 use crate::programs::Programs;
 use crate::scenes::check_members;
-use crate::{adaptors, chains, keeper, network_time, proxies, ros_names, rules, unsupported, world};
+use crate::{
+    adaptors, chains, keeper, network_time, proxies, ros_names, rules, unsupported, world,
+};
 use rc_cdsl::model::{DEFAULT_PERIOD, Middleware};
 use rc_codegen::paths::normal;
 use rc_codegen::{FileLoader, Project};
@@ -101,6 +103,7 @@ pub fn load(
     let bindings: Vec<_> = configured.into_iter().map(|c| c.bindings).collect();
     network.addresses = addresses(&network, &bindings);
     check_topics(&network, &mut found);
+    check_outside(&network, &mut found);
     network.time = network_time::check(&network, &mut found);
     network.clocks = network_time::clocks(&network);
     let needed = network.needed();

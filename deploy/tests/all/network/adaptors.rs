@@ -101,6 +101,35 @@ fn a_program_outside_is_served_at_its_address() {
 }
 
 #[test]
+fn a_program_outside_is_served_at_a_free_address() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let body = "middleware iceoryx2;\nComponent lidar { cdsl \"lidar/lidar.cdsl\"; };\n\
+                Component other { cdsl \"lidar/lidar.cdsl\"; };\n";
+    let outside = |end: &str, at: &str| {
+        format!("external {end}.scan {at} {{ cdsl \"mapper/mapper.cdsl\"; convert; }};\n")
+    };
+    let refused = |more: &[String]| {
+        planned(folder.path(), &format!("{body}{}", more.concat())).expect_err("an error")
+    };
+    // The adaptor would hear itself.
+    let said = refused(&[outside("lidar", "at \"n/lidar/scan\"")]);
+    assert!(
+        said.contains("error[bad-address]: `lidar_lidar_adaptor.consumer` would serve"),
+        "{said}"
+    );
+    assert!(said.contains("address of `lidar.scan`"), "{said}");
+    // Nothing says that both are meant to be one topic.
+    let said = refused(&[outside("lidar", ""), outside("other", "")]);
+    assert!(
+        said.contains("`n/ScanPub`, which is the address of `lidar_lidar_adaptor.consumer`"),
+        "{said}"
+    );
+    let at = "at \"field/metres\"";
+    let both = [outside("lidar", at), outside("other", at)].concat();
+    assert!(planned(folder.path(), &format!("{body}{both}")).is_ok());
+}
+
+#[test]
 fn a_group_is_ready_when_its_adaptors_are() {
     let folder = tempfile::tempdir().expect("a folder");
     let body = "middleware iceoryx2;\nGroup arm { Component mapper { cdsl \"mapper/mapper.cdsl\"; }; export lidar; };\n\
