@@ -43,7 +43,12 @@ impl<'d> Caller<'d> {
 
     /// Whether one more call may start.
     pub(crate) fn has_room(&self) -> bool {
-        self.waiting.len() < STARTED_CALLS
+        self.under_way() < STARTED_CALLS
+    }
+
+    /// How many calls have not ended.
+    pub(crate) fn under_way(&self) -> usize {
+        self.waiting.len()
     }
 
     pub(crate) fn awaiting(&self) -> Option<Awaiting<'_>> {

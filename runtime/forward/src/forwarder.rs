@@ -45,6 +45,13 @@ impl Sender<'_> {
             Self::Publishers(topics) => topics.iter().map(TypedPublisher::peers).max().unwrap_or(0),
         }
     }
+
+    fn under_way(&self) -> usize {
+        match self {
+            Self::Client(caller) => caller.under_way(),
+            Self::Publishers(_) => 0,
+        }
+    }
 }
 
 /// A slot of the description, and the name of the member of an array; `""` for a slot that is none.
@@ -58,12 +65,10 @@ pub struct Forwarder<'d> {
     senders: BTreeMap<Place, (usize, Sender<'d>)>,
     /// What was received and handed on.
     counts: BTreeMap<Place, ForwardCounts>,
-    /// Whether each call waits for its end. Simulated time would not: in which tick a reply comes
-    /// has to be the same in each run.
+    /// Whether each call waits for its end, as in simulated time: a reply has to come in the same tick
+    /// in each run.
     waits: bool,
-    /// How many calls have not ended.
-    under_way: usize,
-    /// What has sent the last call, in this turn.
+    /// The sender of the last call of this turn.
     last: Option<Place>,
 }
 
@@ -83,7 +88,6 @@ impl<'d> Forwarder<'d> {
             senders: BTreeMap::new(),
             counts: BTreeMap::new(),
             waits: ports.is_time_simulated(),
-            under_way: 0,
             last: None,
         };
         let program = &description.program;
@@ -136,6 +140,12 @@ impl<'d> Forwarder<'d> {
     fn place_after(&self, slot: usize, member: Option<&Member>) -> Option<Place> {
         let next = self.description.routes.get(slot).copied().flatten()?;
         Some(place(next, member))
+    }
+
+    /// How many calls have not ended.
+    fn under_way(&self) -> usize {
+        let senders = self.senders.values();
+        senders.map(|(_, sender)| sender.under_way()).sum()
     }
 
     /// What calls through a slot.
@@ -234,7 +244,6 @@ impl Component for Forwarder<'_> {
             return caller.call(operation, &arguments, counts, request);
         };
         caller.start(operation, &arguments, counts, later)?;
-        self.under_way += 1;
         self.last = last;
         Ok(())
     }
@@ -254,15 +263,13 @@ impl Component for Forwarder<'_> {
     /// Waits a moment for a single call, whose reply mostly comes at once: to sleep in the loop
     /// costs more.
     fn turn(&mut self) -> bool {
-        let Some((slot, name)) = self.last.take().filter(|_| self.under_way == 1) else {
+        let Some(last) = self.last.take().filter(|_| self.under_way() == 1) else {
             return false;
         };
-        let Some((_, Sender::Client(caller))) = self.senders.get_mut(&(slot, name)) else {
-            return false;
-        };
-        let ended = caller.end_within(MOMENT).is_some();
-        self.under_way -= usize::from(ended);
-        ended
+        match self.senders.get_mut(&last) {
+            Some((_, Sender::Client(caller))) => caller.end_within(MOMENT).is_some(),
+            _ => false,
+        }
     }
 
     fn starts_calls(&self, _slot: usize) -> bool {
@@ -270,9 +277,7 @@ impl Component for Forwarder<'_> {
     }
 
     fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
-        let ended = self.caller(slot, member)?.end()?;
-        self.under_way = self.under_way.saturating_sub(1);
-        Some(ended)
+        self.caller(slot, member)?.end()
     }
 
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
