@@ -73,8 +73,10 @@ fn is_one(shape: &Shape) -> bool {
         let Shape::Leaf(leaf) = part else {
             return false;
         };
-        let is_new = !seen.contains(&leaf.semantic);
-        seen.push(leaf.semantic.clone());
+        // A pose in one leaf is both a position and an orientation.
+        let meaning = vector_of(leaf).unwrap_or(leaf.semantic.as_str());
+        let is_new = meaning != "Pose" && !seen.contains(&meaning);
+        seen.push(meaning);
         is_new
     })
 }
