@@ -291,7 +291,8 @@ fn a_component_that_is_not_active_asks_no_tree() {
 
 #[test]
 fn the_query_is_that_of_the_interface() {
-    let generated = include_str!("../../../../components/interfaces/generated/src/rc_inner_model.rs");
+    let generated =
+        include_str!("../../../../components/interfaces/generated/src/rc_inner_model.rs");
     let (name, hash) = rc_conversion::QUERY;
     let own = format!("\"name\":\"{name}\",");
     let line = generated.lines().find(|line| line.contains(&own));

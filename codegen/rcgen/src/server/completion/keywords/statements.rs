@@ -300,7 +300,7 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
             ("cdsl", "The file that describes the peer."),
             (
                 "convert",
-                "Values are converted where the peer means them otherwise.",
+                "Converts values that mean something else at the peer.",
             ),
         ],
     ),
