@@ -8,7 +8,7 @@ change that the schema does not allow raises `ValueError`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,17 @@ import numpy.typing as npt
 from robocomp._graph import Edge as GraphEdge
 from robocomp._graph import Node as GraphNode
 from robocomp.graph import Snapshot
-from robocomp.world import World
+from robocomp.world import Call, World
 
 __all__ = ["Attribute", "DSRGraph", "Edge", "Node", "inner_api", "rt_api", "signals"]
 
 _RT = "RT"
 _TRANSLATION = "rt_translation"
 _ROTATION = "rt_rotation_euler_xyz"
+
+
+# The half of an id that counts the elements of a writer.
+_COUNT = (1 << 64) - 1
 
 
 def _id(text: str) -> int:
@@ -114,7 +118,7 @@ class DSRGraph:
                 if "several" not in str(error):
                     return None
             return next(node for node in now.nodes() if node.name == of)
-        return next((node for node in now.nodes() if _id(node.id) == of), None)
+        return now.find(f"{of >> 64}:{of & _COUNT}")
 
     def _edge(self, start: int | str, end: int | str, type: str) -> GraphEdge | None:
         first, last = self._node(start), self._node(end)
@@ -435,10 +439,9 @@ class _Listener:
         self._signal = signal
         self._function = function
 
-    def __call__(self, changes: Sequence[tuple[str, GraphNode | GraphEdge, list[str]]]) -> None:
+    def __call__(self, changes: Sequence[tuple[str, GraphNode | GraphEdge, list[str]]]) -> Iterator[Call]:
         for what, element, names in changes:
-            is_edge = isinstance(element, GraphEdge)
-            kind = "EDGE" if is_edge else "NODE"
+            kind = "EDGE" if isinstance(element, GraphEdge) else "NODE"
             signal = {
                 "added": f"UPDATE_{kind}",
                 "changed": f"UPDATE_{kind}_ATTR",
@@ -446,10 +449,10 @@ class _Listener:
             }[what]
             if signal != self._signal:
                 continue
+            more = (names,) if what == "changed" else ()
             if isinstance(element, GraphEdge):
-                ends = (_id(element.start.id), _id(element.end.id), element.type)
-                self._function(*ends, *([names] if what == "changed" else []))
+                yield self._function, (_id(element.start.id), _id(element.end.id), element.type, *more)
             elif what == "added":
-                self._function(_id(element.id), element.type)
+                yield self._function, (_id(element.id), element.type)
             else:
-                self._function(_id(element.id), *([names] if what == "changed" else []))
+                yield self._function, (_id(element.id), *more)

@@ -83,6 +83,10 @@ class Snapshot:
         """The only node with a name. Raises `KeyError` if there is none, or if there are several."""
         return self._now.node(name)
 
+    def find(self, id: str) -> Node | None:
+        """The node with an id, as of `Node.id`. `None` if there is none."""
+        return self._now.find(id)
+
     def edges(
         self, kind: str | None = None, start: Node | None = None, end: Node | None = None
     ) -> list[Edge]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import timedelta
 from types import TracebackType
 from typing import Any, ClassVar, Generic, TypeVar
@@ -42,6 +42,12 @@ Point = tuple[float, float, float]
 
 Pose = tuple[float, float, float, float, float, float]
 """x, y, z in the unit of the schema's translations, and the angles about x, y, z."""
+
+Call = tuple[Callable[..., Any], tuple[Any, ...]]
+"""A function of a user that is due, and its arguments."""
+
+Listener = Callable[[list[tuple[str, Any, list[str]]]], Iterable[Call]]
+"""Tells which functions are due after changes: what, the element, and its attributes that are others."""
 
 V = TypeVar("V", bound="View")
 E = TypeVar("E", bound="Edit")
@@ -215,11 +221,13 @@ class Edit:
     """A change that is being made: `with ctx.g.change() as edit:`. Its steps are done together at the end
     of the block. If the block raises, nothing has changed."""
 
-    __slots__ = ("_now", "_steps", "_world", "token")
+    __slots__ = ("_edges", "_now", "_steps", "_world", "token")
 
     def __init__(self, world: World[Any, Any]) -> None:
         self._world = world
         self._steps: list[tuple[Any, ...]] = []
+        # The edges that the change adds, by their types and ends.
+        self._edges: dict[tuple[str, Any, Any], int] = {}
         self._now: View = world.snapshot()
         self.token: str | None = None
         """Names the change once it is made, for `World.has` of any replica."""
@@ -247,7 +255,7 @@ class Edit:
 
     def add_edge(self, kind: str, start: str | Node | NodeEdit, end: str | Node | NodeEdit) -> EdgeEdit:
         """Adds an edge of a type."""
-        return EdgeEdit(self, self._add("edge", kind, self._end(start), self._end(end)))
+        return EdgeEdit(self, self._add_edge(kind, self._end(start), self._end(end)))
 
     def edge(self, edge: Edge) -> EdgeEdit:
         """Changes an edge."""
@@ -256,6 +264,11 @@ class Edit:
     def _add(self, *step: Any) -> int:
         self._steps.append(step)
         return len(self._steps) - 1
+
+    def _add_edge(self, kind: str, first: Any, last: Any) -> int:
+        at = self._add("edge", kind, first, last)
+        self._edges[kind, first, last] = at
+        return at
 
     def _end(self, end: str | Node | NodeEdit) -> Any:
         if isinstance(end, NodeEdit):
@@ -285,9 +298,12 @@ class Edit:
         if not isinstance(first, int) and not isinstance(last, int):
             for edge in self._now.graph.edges(kind.KIND, first, last):
                 return edit(self, edge)
+        new = self._edges.get((kind.KIND, first, last))
+        if new is not None:
+            return edit(self, new)
         if not adds:
             raise KeyError(f"there is no `{kind.KIND}` between these nodes, and the component adds none")
-        return edit(self, self._add("edge", kind.KIND, first, last))
+        return edit(self, self._add_edge(kind.KIND, first, last))
 
 
 class Change(Generic[K]):
@@ -352,7 +368,7 @@ class World(Generic[V, E]):
         rights = None if rights is None else list(rights)
         self._replica = Replica(link.name(), link.unique(), link.now_ns(), list(files), rights)
         self._send: Callable[[], None] = lambda: None
-        self._listeners: list[Callable[[list[tuple[str, Any, list[str]]]], None]] = []
+        self._listeners: list[Listener] = []
 
     def snapshot(self) -> V:
         """The present version. It never changes."""
@@ -408,8 +424,8 @@ class World(Generic[V, E]):
         now = self.snapshot().graph
         return now.pose(now.node(to), now.node(frame))
 
-    def _listen(self, listener: Callable[[list[tuple[str, Any, list[str]]]], None]) -> None:
-        """Hands all changes from now on to a function."""
+    def _listen(self, listener: Listener) -> None:
+        """Hands all changes from now on to a listener."""
         self._listeners.append(listener)
 
     def _make(self, steps: list[tuple[Any, ...]]) -> str:
@@ -428,7 +444,6 @@ class WorldContext(Context):
 
     def _open_world(self, world: World[Any, Any]) -> None:
         self._world = world
-        self._refused = 0
         world._send = self._send_world
 
     def _receive_world(self, is_stream: bool, topic: int, body: bytes) -> None:
@@ -452,23 +467,41 @@ class WorldContext(Context):
         told = replica.look()
         if told is not None:
             self._link.set_world_status(told)
+        # All run, also after one that fails: a change comes only once. The component may have to end by its error.
+        errors: list[Exception] = []
+        did = False
+        for function, arguments in self._due(worker):
+            did = True
+            try:
+                function(*arguments)
+            except Exception as error:
+                errors.append(error)
+        errors.sort(key=lambda error: not isinstance(error, WorkerError))
+        for error in errors[1:]:
+            logging.getLogger("robocomp").error(f"the world: {type(error).__name__}: {error}")
+        if errors:
+            raise errors[0]
+        return did
+
+    def _due(self, worker: Any) -> Iterator[Call]:
+        """The functions of the user that are due, in their order."""
+        replica = self._world._replica
         overruled = getattr(worker, "overruled", None)
         if overruled is not None:
             for value in self._overruled():
-                overruled(self, value)
+                yield overruled, (self, value)
         kinds = [kind.KIND for kind, _ in self._world_reads]
         news = replica.news(kinds, bool(self._world._listeners))
         if news is None:
-            return False
+            return
         for listener in self._world._listeners:
-            listener(news[3])
+            yield from listener(news[3])
         before, after = self._world._view(news[0]), self._world._view(news[1])
         for (kind, handler), of in zip(self._world_reads, news[2], strict=True):
             change = Change(before, after, kind, of)
             function = getattr(worker, handler)
             if change and not hasattr(function, "_robocomp_default"):
-                function(self, change)
-        return True
+                yield function, (self, change)
 
     def _overruled(self) -> Iterator[Overruled]:
         while (value := self._world._replica.overruled()) is not None:

@@ -55,17 +55,19 @@ pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
             schema,
             elements,
             save,
+            format,
         } => {
+            if let Some(to) = &save {
+                check_ending(to)?;
+            }
             let world = at::world(time, &file, &schema)?;
             let Some(to) = save else {
-                let text = at::text(&world, &elements)?;
-                crate::cli::output::print_line(format_args!("{}", text.trim_end()));
-                return Ok(0);
+                return show_elements(&world, &elements, format);
             };
             let name = schema
                 .file_name()
                 .map(|name| name.to_string_lossy().into_owned());
-            write(&to, &world, name, Format::Human)
+            write(&to, &world, name, format)
         }
         WorldAction::Diff {
             first,
@@ -79,7 +81,11 @@ fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure
     let Some(listener) = Listener::joined(network, None)? else {
         return Ok(0);
     };
-    let world = listener.world.snapshot();
+    show_elements(&listener.world.snapshot(), elements, format)
+}
+
+/// Prints the elements and attributes that words name, or a list of all.
+fn show_elements(world: &Snapshot, elements: &[String], format: Format) -> Result<u8, Failure> {
     if elements.is_empty() {
         let nodes = world.nodes().map(|node| Element::Node(node.node_id()));
         let edges = world.edges().map(|edge| Element::Edge(edge.edge_id()));
@@ -87,18 +93,22 @@ fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure
         // Ids have no order that means something.
         all.sort_by_cached_key(|element| {
             let is_edge = matches!(element, Element::Edge(_));
-            (is_edge, kind(&world, *element).to_owned(), word(&world, *element))
+            (
+                is_edge,
+                kind(world, *element).to_owned(),
+                word(world, *element),
+            )
         });
         let documents: Vec<_> = all
             .iter()
-            .map(|element| document(&world, *element))
+            .map(|element| document(world, *element))
             .collect();
         return show(format, &documents, |_| {
             let line = |element: &Element| {
                 format!(
                     "{} {}\n",
-                    rc_diagnostics::foreign::clean(kind(&world, *element)),
-                    word(&world, *element)
+                    rc_diagnostics::foreign::clean(kind(world, *element)),
+                    word(world, *element)
                 )
             };
             all.iter().map(line).collect()
@@ -106,18 +116,18 @@ fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure
     }
     let (mut documents, mut lines) = (Vec::new(), String::new());
     for wanted in elements {
-        let found = named(&world, wanted)?;
+        let found = named(world, wanted)?;
         let Some(attribute) = &found.attribute else {
-            documents.push(document(&world, found.element));
-            lines += &text(&world, found.element);
+            documents.push(document(world, found.element));
+            lines += &text(world, found.element);
             continue;
         };
-        if !attributes(&world, found.element).contains(attribute.as_str()) {
-            return Err(unknown_attribute(&world, found.element, attribute));
+        if !attributes(world, found.element).contains(attribute.as_str()) {
+            return Err(unknown_attribute(world, found.element, attribute));
         }
         let value = world.get(found.element, attribute.as_str());
         documents.push(json!({
-            "element": word(&world, found.element),
+            "element": word(world, found.element),
             "attribute": attribute,
             "value": value.map(json_of),
         }));
@@ -227,7 +237,6 @@ fn write(
     schema: Option<String>,
     format: Format,
 ) -> Result<u8, Failure> {
-    check_ending(file)?;
     let mut document = Document::of(world);
     document.schema = schema;
     let written = rc_files::write(file, graph_json::write(&document));

@@ -25,7 +25,8 @@ pub(super) fn watch(units: &mut [Unit], report: &Reporter) {
         let behind = proxy.component.behind.iter();
         let behind = behind.filter_map(|name| units.iter().find(|unit| unit.name() == name));
         let worst = behind.max_by_key(|unit| severity(unit.state()));
-        let worst = worst.filter(|unit| severity(unit.state()) >= severity(ComponentState::Waiting));
+        let worst =
+            worst.filter(|unit| severity(unit.state()) >= severity(ComponentState::Waiting));
         let text = worst.map(|unit| format!("`{}` is {}", unit.name(), unit.state()));
         let proxy = &mut units[at];
         match text {

@@ -188,6 +188,13 @@ impl Snapshot {
         }
     }
 
+    /// The node with an id, as of `Node.id`.
+    fn find(&self, id: &str) -> Option<Node> {
+        let (writer, count) = id.split_once(':')?;
+        let id = property_graph::Id::new(writer.parse().ok()?, count.parse().ok()?);
+        self.now.find_node(id).map(|node| self.node_of(node))
+    }
+
     /// All edges, or those of a relation, from a node, to a node.
     fn edges(
         &self,

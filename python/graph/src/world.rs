@@ -62,14 +62,18 @@ type Told = (
     Vec<String>,
 );
 
-/// A step of a change in Python: what, and its arguments.
+/// A step of a change: what, and its arguments. Nothing of it is Python's: a change keeps others out, and code
+/// in Python that runs meanwhile could make one, too, or wait for a thread that does.
 enum Step {
     AddNode(String),
     AddEdge(String, End, End),
-    Set(End, String, Py<PyAny>),
+    Set(End, String, Value),
     Unset(End, String),
     Remove(End),
 }
+
+/// The new elements of the steps so far, by the numbers of these: type, and whether it is an edge.
+type Kinds = BTreeMap<usize, (String, bool)>;
 
 /// An element that a step names: one of a version, or the result of an earlier step, by its number.
 #[derive(Clone, Copy)]
@@ -91,7 +95,7 @@ impl World {
         }
     }
 
-    fn end(&self, value: &Bound<'_, PyAny>) -> PyResult<End> {
+    fn end(&self, value: &Bound<'_, PyAny>, kinds: &Kinds) -> PyResult<End> {
         if let Ok(node) = value.cast::<Node>() {
             return Ok(End::Known(node.get().id_in(&self.inner.snapshot())?.into()));
         }
@@ -99,23 +103,72 @@ impl World {
             return Ok(End::Known(edge.get().id_in(&self.inner.snapshot())?.into()));
         }
         if let Ok(number) = value.extract::<usize>() {
-            return Ok(End::New(number));
+            let message = "the element is not made by this change";
+            let is_made = kinds.contains_key(&number);
+            let end = is_made.then_some(End::New(number));
+            return end.ok_or_else(|| PyValueError::new_err(message));
         }
         let kind = value.get_type().name()?;
         let message = format!("expected a node or an edge of this world, found {kind}");
         Err(PyTypeError::new_err(message))
     }
 
-    fn step(&self, step: &Bound<'_, PyTuple>) -> PyResult<Step> {
+    /// A node at which an edge ends.
+    fn node(&self, value: &Bound<'_, PyAny>, kinds: &Kinds) -> PyResult<End> {
+        let end = self.end(value, kinds)?;
+        let is_edge = match end {
+            End::Known(element) => matches!(element, Element::Edge(_)),
+            End::New(at) => kinds.get(&at).is_some_and(|(_, is_edge)| *is_edge),
+        };
+        if is_edge {
+            let message = "an edge leads from a node to a node";
+            return Err(PyTypeError::new_err(message));
+        }
+        Ok(end)
+    }
+
+    /// A value for an attribute of an element.
+    fn value(
+        &self,
+        end: End,
+        name: &str,
+        given: &Bound<'_, PyAny>,
+        kinds: &Kinds,
+    ) -> PyResult<Value> {
+        let now = self.inner.snapshot();
+        let kind = match end {
+            End::Known(Element::Node(node)) => now.node(node).map(|node| node.type_name()),
+            End::Known(Element::Edge(edge)) => now.edge(edge).map(|edge| edge.type_name()),
+            End::New(at) => Ok(kinds.get(&at).map_or("", |(kind, _)| kind.as_str())),
+        };
+        let kind = kind.map_err(|error| refused(&error))?;
+        let declared = self.schema.attributes(kind).unwrap_or_default();
+        let declared = declared.iter().find(|own| own.name == name);
+        value(given, declared.map(|own| &own.kind))
+    }
+
+    fn step(&self, at: usize, step: &Bound<'_, PyTuple>, kinds: &mut Kinds) -> PyResult<Step> {
         let what: String = step.get_item(0)?.extract()?;
         let text = |at: usize| step.get_item(at)?.extract::<String>();
-        let end = |at: usize| self.end(&step.get_item(at)?);
+        let end = |at: usize, kinds: &Kinds| self.end(&step.get_item(at)?, kinds);
+        let node = |at: usize, kinds: &Kinds| self.node(&step.get_item(at)?, kinds);
         Ok(match what.as_str() {
-            "node" => Step::AddNode(text(1)?),
-            "edge" => Step::AddEdge(text(1)?, end(2)?, end(3)?),
-            "set" => Step::Set(end(1)?, text(2)?, step.get_item(3)?.unbind()),
-            "unset" => Step::Unset(end(1)?, text(2)?),
-            _ => Step::Remove(end(1)?),
+            "node" => {
+                kinds.insert(at, (text(1)?, false));
+                Step::AddNode(text(1)?)
+            }
+            "edge" => {
+                let (from, to) = (node(2, kinds)?, node(3, kinds)?);
+                kinds.insert(at, (text(1)?, true));
+                Step::AddEdge(text(1)?, from, to)
+            }
+            "set" => {
+                let (of, name) = (end(1, kinds)?, text(2)?);
+                let value = self.value(of, &name, &step.get_item(3)?, kinds)?;
+                Step::Set(of, name, value)
+            }
+            "unset" => Step::Unset(end(1, kinds)?, text(2)?),
+            _ => Step::Remove(end(1, kinds)?),
         })
     }
 }
@@ -139,6 +192,10 @@ impl World {
     /// A replica that is empty so far. `rights` are types, or types with attributes, and the least time
     /// between two values of a stream in nanoseconds; `None` for everything.
     #[new]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "a list in Python is no slice"
+    )]
     fn new(
         name: &str,
         writer: u64,
@@ -264,8 +321,8 @@ impl World {
             let all = all.iter().map(|element| object(py, now, *element));
             all.collect::<PyResult<Vec<_>>>()
         };
-        let all = kinds.iter().map(|kind| {
-            let of = news.of(kind);
+        let all = kinds.into_iter().map(|kind| {
+            let of = news.of(&kind);
             let changed = of.changed.iter().map(|(element, names)| {
                 let names = names.iter().map(|name| after.text(*name).to_owned());
                 Ok((object(py, after, *element)?, names.collect()))
@@ -295,29 +352,21 @@ impl World {
         steps: Vec<Bound<'py, PyTuple>>,
     ) -> PyResult<(String, BTreeMap<usize, Bound<'py, PyAny>>)> {
         self.time.store(now_ns, Ordering::Relaxed);
-        let steps = steps.iter().map(|step| self.step(step));
+        let mut kinds = Kinds::new();
+        let steps = steps.into_iter().enumerate();
+        let steps = steps.map(|(at, step)| self.step(at, &step, &mut kinds));
         let steps = steps.collect::<PyResult<Vec<Step>>>()?;
         let mut made: BTreeMap<usize, Element> = BTreeMap::new();
-        let mut wrong = None;
-        let changed = self.inner.change(|edit| {
-            for (at, step) in steps.iter().enumerate() {
-                match take_step(py, edit, step, &made) {
-                    Ok(Some(new)) => {
+        let changed = py.detach(|| {
+            self.inner.change(|edit| {
+                for (at, step) in steps.into_iter().enumerate() {
+                    if let Some(new) = take_step(edit, step, &made)? {
                         made.insert(at, new);
                     }
-                    Ok(None) => {}
-                    Err(Wrong::Graph(error)) => return Err(error.into()),
-                    Err(Wrong::Python(error)) => {
-                        wrong = Some(error);
-                        return Err(property_graph::Error::Removed.into());
-                    }
                 }
-            }
-            Ok(())
+                Ok(())
+            })
         });
-        if let Some(error) = wrong {
-            return Err(error);
-        }
         let token = changed.map_err(|error: Error| refused(&error))?;
         let now = self.inner.snapshot();
         let made = made.into_iter();
@@ -460,88 +509,57 @@ fn object<'py>(
     })
 }
 
-/// Why a step is not possible.
-enum Wrong {
-    Graph(property_graph::Error),
-    Python(PyErr),
-}
-
-impl From<property_graph::Error> for Wrong {
-    fn from(error: property_graph::Error) -> Self {
-        Self::Graph(error)
-    }
-}
-
-impl From<PyErr> for Wrong {
-    fn from(error: PyErr) -> Self {
-        Self::Python(error)
-    }
-}
-
-fn element(end: End, made: &BTreeMap<usize, Element>) -> Result<Element, Wrong> {
+fn element(end: End, made: &BTreeMap<usize, Element>) -> Result<Element, property_graph::Error> {
     match end {
         End::Known(element) => Ok(element),
-        End::New(at) => made.get(&at).copied().ok_or_else(|| {
-            Wrong::Python(PyValueError::new_err(
-                "the element is not made by this change",
-            ))
-        }),
+        End::New(at) => made.get(&at).copied().ok_or(property_graph::Error::Removed),
     }
 }
 
-fn node(end: End, made: &BTreeMap<usize, Element>) -> Result<NodeId, Wrong> {
+fn node(end: End, made: &BTreeMap<usize, Element>) -> Result<NodeId, property_graph::Error> {
     match element(end, made)? {
         Element::Node(node) => Ok(node),
-        Element::Edge(_) => Err(PyTypeError::new_err("an edge leads from a node to a node").into()),
+        Element::Edge(_) => Err(property_graph::Error::Removed),
     }
 }
 
 /// Takes one step. Returns what is new.
 fn take_step(
-    py: Python<'_>,
     edit: &mut Edit,
-    step: &Step,
+    step: Step,
     made: &BTreeMap<usize, Element>,
-) -> Result<Option<Element>, Wrong> {
+) -> Result<Option<Element>, property_graph::Error> {
     match step {
-        Step::AddNode(kind) => Ok(Some(edit.add_node(kind.as_str())?.into())),
+        Step::AddNode(kind) => return Ok(Some(edit.add_node(kind.as_str())?.into())),
         Step::AddEdge(relation, from, to) => {
-            let (from, to) = (node(*from, made)?, node(*to, made)?);
+            let (from, to) = (node(from, made)?, node(to, made)?);
             let edge: EdgeId = edit.add_edge(relation.as_str(), from, to)?;
-            Ok(Some(edge.into()))
+            return Ok(Some(edge.into()));
         }
-        Step::Set(of, name, given) => {
-            let of = element(*of, made)?;
-            let kind = match of {
-                Element::Node(node) => edit.snapshot().node(node)?.type_name(),
-                Element::Edge(edge) => edit.snapshot().edge(edge)?.type_name(),
-            };
-            let declared = edit
-                .snapshot()
-                .schema()
-                .attributes(kind)
-                .unwrap_or_default();
-            let declared = declared.iter().find(|own| own.name == *name);
-            let given = value(given.bind(py), declared.map(|own| &own.kind))?;
-            edit.set(of, name.as_str(), given)?;
-            Ok(None)
-        }
-        Step::Unset(of, name) => {
-            edit.unset(element(*of, made)?, name.as_str())?;
-            Ok(None)
-        }
-        Step::Remove(of) => {
-            match element(*of, made)? {
-                Element::Node(node) => edit.remove_node(node)?,
-                Element::Edge(edge) => edit.remove_edge(edge)?,
-            }
-            Ok(None)
-        }
+        Step::Set(of, name, value) => edit.set(element(of, made)?, name.as_str(), value)?,
+        Step::Unset(of, name) => edit.unset(element(of, made)?, name.as_str())?,
+        Step::Remove(of) => match element(of, made)? {
+            Element::Node(node) => edit.remove_node(node)?,
+            Element::Edge(edge) => edit.remove_edge(edge)?,
+        },
     }
+    Ok(None)
 }
 
 /// A value of Python for an attribute of a type, which may not be known.
 fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<Value> {
+    // Numbers of numpy are no `int` or `bool`, and 1 is a number of an attribute with fractions, too.
+    let is_bool = given.is_instance_of::<PyBool>();
+    match kind {
+        Some(Kind::Bool) if let Ok(yes) = given.extract() => return Ok(Value::Bool(yes)),
+        Some(Kind::Int) if !is_bool && let Ok(number) = given.extract() => {
+            return Ok(Value::Int(number));
+        }
+        Some(Kind::Float) if !is_bool && let Ok(number) = given.extract() => {
+            return Ok(Value::Float(number));
+        }
+        _ => {}
+    }
     if let Ok(yes) = given.cast::<PyBool>() {
         return Ok(Value::Bool(yes.is_true()));
     }
@@ -560,20 +578,21 @@ fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<Value> {
     if let Ok(number) = given.extract::<f64>() {
         return Ok(Value::Float(number));
     }
-    let items: Vec<Bound<'_, PyAny>> = match given.try_iter() {
-        Ok(items) => items.collect::<PyResult<_>>()?,
-        Err(_) => {
-            let found = given.get_type().name()?;
-            return Err(PyTypeError::new_err(format!(
-                "expected a truth value, a number, a text, bytes, or a list of numbers or texts, found {found}"
-            )));
-        }
+    let Ok(items) = given.try_iter() else {
+        let found = given.get_type().name()?;
+        return Err(PyTypeError::new_err(format!(
+            "expected a truth value, a number, a text, bytes, or a list of numbers or texts, found {found}"
+        )));
     };
+    let items: Vec<Bound<'_, PyAny>> = items.collect::<PyResult<_>>()?;
     let wants_floats = matches!(kind, Some(Kind::Floats(_) | Kind::Block(_)));
     let wants_texts = matches!(kind, Some(Kind::Texts));
-    let is_int = |item: &Bound<'_, PyAny>| item.is_instance_of::<PyInt>();
+    let wants_ints = matches!(kind, Some(Kind::Ints(_)));
+    let is_int = |item: &Bound<'_, PyAny>| {
+        item.is_instance_of::<PyInt>() || wants_ints && item.extract::<i64>().is_ok()
+    };
     if wants_texts
-        || !items.is_empty() && items.iter().all(|item| item.is_instance_of::<PyString>())
+        || !items.is_empty() && items.iter().all(PyAnyMethods::is_instance_of::<PyString>)
     {
         let texts = items
             .iter()
@@ -581,9 +600,9 @@ fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<Value> {
         return Ok(Value::Texts(texts.collect::<PyResult<_>>()?));
     }
     if !wants_floats && items.iter().all(is_int) {
-        let numbers = items.iter().map(|item| item.extract::<i64>());
+        let numbers = items.iter().map(PyAnyMethods::extract::<i64>);
         return Ok(Value::Ints(numbers.collect::<PyResult<_>>()?));
     }
-    let numbers = items.iter().map(|item| item.extract::<f64>());
+    let numbers = items.iter().map(PyAnyMethods::extract::<f64>);
     Ok(Value::Floats(numbers.collect::<PyResult<_>>()?))
 }

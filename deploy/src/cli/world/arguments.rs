@@ -94,6 +94,9 @@ pub(crate) enum WorldAction {
         /// Writes the world into this file instead.
         #[arg(long, value_name = "FILE.graph", conflicts_with = "elements", add = files(&["graph"]))]
         save: Option<PathBuf>,
+        /// The form of the output: human or json.
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
     },
     /// Shows what is different in two worlds. The exit code is 1 if something is.
     Diff {

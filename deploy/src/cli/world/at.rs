@@ -1,6 +1,6 @@
 //! `rcdeploy world at`: the world of a recording, as it was at a time.
 
-use super::elements;
+use super::replica::topic_of;
 use crate::cli::output::{Failure, print_findings, system};
 use graph_language::Schema;
 use rc_codegen::FileLoader;
@@ -10,7 +10,7 @@ use rc_middleware::Reader;
 use rc_record::bag::{self, Selection};
 use rc_record::{Channel, RecordError, definition, keys};
 use rc_world::property_graph::{Snapshot, Time};
-use rc_world::{Message, STATE, STREAM, Setup, Topic, World};
+use rc_world::{Message, Setup, Topic, World};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,16 +18,7 @@ use std::time::Duration;
 
 /// The topic of a world on which a channel has messages.
 fn topic(channel: &Channel) -> Option<Topic> {
-    let operation = channel.get(keys::OPERATION)?;
-    let names = ["change", "digest", "ask", "chunk"];
-    match channel.get(keys::INTERFACE)? {
-        "RcWorld::World" => {
-            let at = names.iter().position(|name| *name == operation)?;
-            STATE.get(at).copied()
-        }
-        "RcWorld::WorldStream" => STREAM.first().copied(),
-        _ => None,
-    }
+    topic_of(channel.get(keys::INTERFACE)?, channel.get(keys::OPERATION)?)
 }
 
 /// Reads a schema; findings are printed.
@@ -99,28 +90,4 @@ pub(super) fn world(
         return Err(Failure(1, message));
     }
     Ok(world.snapshot())
-}
-
-/// The elements of a version that words name, or all.
-pub(super) fn text(world: &Snapshot, words: &[String]) -> Result<String, Failure> {
-    let mut lines = String::new();
-    if words.is_empty() {
-        let nodes = world.nodes().map(|node| node.node_id().into());
-        let edges = world.edges().map(|edge| edge.edge_id().into());
-        for element in nodes.chain(edges) {
-            lines += &elements::text(world, element);
-        }
-    }
-    for word in words {
-        let found = elements::named(world, word)?;
-        match &found.attribute {
-            None => lines += &elements::text(world, found.element),
-            Some(name) => {
-                let value = world.get(found.element, name.as_str());
-                let value = value.map_or_else(|| "no value".to_owned(), elements::shown);
-                lines += &format!("{} = {value}\n", clean(word));
-            }
-        }
-    }
-    Ok(lines)
 }

@@ -26,7 +26,8 @@ struct Differences {
 
 #[derive(Serialize)]
 struct Of {
-    id: String,
+    /// None for an edge of a file of DSR.
+    id: Option<String>,
     element: String,
     #[serde(rename = "type")]
     kind: String,
@@ -43,12 +44,32 @@ struct Changed {
 
 /// An element, in the form in which two of them are compared.
 struct Item<'d> {
+    /// None for an edge of a file of DSR.
+    id: Option<Id>,
     kind: &'d str,
     ends: Option<(Id, Id)>,
     attributes: BTreeMap<&'d str, &'d Value>,
 }
 
-fn items(document: &Document) -> BTreeMap<Id, Item<'_>> {
+/// What makes two elements the same one.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Key<'d> {
+    Id(Id),
+    /// The ends and the type of an edge, where edges have no ids, and which one of several it is.
+    Ends(Id, &'d str, Id, usize),
+}
+
+type Items<'d> = BTreeMap<Key<'d>, Item<'d>>;
+
+/// The elements of two graphs. If one of them is a file of DSR, whose edges have no ids, edges are the same
+/// by their ends.
+fn both<'d>(first: &'d Document, second: &'d Document) -> (Items<'d>, Items<'d>) {
+    let mut edges = first.edges.iter().chain(&second.edges);
+    let have_ids = edges.all(|edge| edge.id.is_some());
+    (items(first, have_ids), items(second, have_ids))
+}
+
+fn items(document: &Document, have_ids: bool) -> Items<'_> {
     fn attributes(all: &[graph_exchange::Attribute]) -> BTreeMap<&str, &Value> {
         all.iter()
             .map(|(name, value, _)| (name.as_str(), value))
@@ -56,38 +77,55 @@ fn items(document: &Document) -> BTreeMap<Id, Item<'_>> {
     }
     let nodes = document.nodes.iter().map(|node| {
         let item = Item {
+            id: Some(node.id),
             kind: &node.kind,
             ends: None,
             attributes: attributes(&node.attributes),
         };
-        (node.id, item)
+        (Key::Id(node.id), item)
     });
-    let edges = document.edges.iter().map(|edge| {
+    let mut all: Items<'_> = nodes.collect();
+    let mut several: BTreeMap<(Id, &str, Id), usize> = BTreeMap::new();
+    for edge in &document.edges {
         let item = Item {
+            id: edge.id,
             kind: &edge.kind,
             ends: Some((edge.from, edge.to)),
             attributes: attributes(&edge.attributes),
         };
-        (edge.id.unwrap_or_default(), item)
-    });
-    nodes.chain(edges).collect()
+        let by_ends = || {
+            let (from, kind, to) = (edge.from, edge.kind.as_str(), edge.to);
+            let count = several.entry((from, kind, to)).or_default();
+            *count += 1;
+            Key::Ends(from, kind, to, *count)
+        };
+        let key = edge.id.filter(|_| have_ids).map_or_else(by_ends, Key::Id);
+        all.insert(key, item);
+    }
+    all
 }
 
-fn name(all: &BTreeMap<Id, Item<'_>>, id: Id) -> String {
-    let name = all.get(&id).and_then(|item| item.attributes.get("name"));
+fn id_text(id: Id) -> String {
+    format!("{}:{}", id.writer(), id.count())
+}
+
+fn name(all: &Items<'_>, id: Id) -> String {
+    let item = all.get(&Key::Id(id));
+    let name = item.and_then(|item| item.attributes.get("name"));
     match name.and_then(|name| name.as_str()) {
         Some(name) => clean(name),
-        None => format!("#{}:{}", id.writer(), id.count()),
+        None => format!("#{}", id_text(id)),
     }
 }
 
-fn of(all: &BTreeMap<Id, Item<'_>>, id: Id, item: &Item<'_>) -> Of {
+fn of(all: &Items<'_>, item: &Item<'_>) -> Of {
     let kind = clean(item.kind);
     Of {
-        id: format!("{}:{}", id.writer(), id.count()),
-        element: match item.ends {
-            Some((from, to)) => format!("{}/{kind}/{}", name(all, from), name(all, to)),
-            None => name(all, id),
+        id: item.id.map(id_text),
+        element: match (item.ends, item.id) {
+            (Some((from, to)), _) => format!("{}/{kind}/{}", name(all, from), name(all, to)),
+            (None, Some(id)) => name(all, id),
+            (None, None) => String::new(),
         },
         kind,
     }
@@ -130,37 +168,35 @@ fn file(path: &Path) -> Result<Document, Failure> {
             document
         }
     };
-    match document.filter(|_| !found.has_errors()) {
-        Some(document) => Ok(document),
-        None => {
-            crate::cli::output::print_findings(&sources, &found, rc_diagnostics::Format::Human);
-            Err(Failure(1, String::new()))
-        }
-    }
+    document.filter(|_| !found.has_errors()).ok_or_else(|| {
+        crate::cli::output::print_findings(&sources, &found, rc_diagnostics::Format::Human);
+        Failure(1, String::new())
+    })
 }
 
 pub(super) fn diff(first: &str, second: &str, format: Format) -> Result<u8, Failure> {
     let (Some(first), Some(second)) = (graph(first)?, graph(second)?) else {
         return Ok(0);
     };
-    let found = compare(&items(&first), &items(&second));
+    let (first, second) = both(&first, &second);
+    let found = compare(&first, &second);
     let is_equal =
         found.only_first.is_empty() && found.only_second.is_empty() && found.changed.is_empty();
     show(format, &found, text)?;
     Ok(u8::from(!is_equal))
 }
 
-fn compare(first: &BTreeMap<Id, Item<'_>>, second: &BTreeMap<Id, Item<'_>>) -> Differences {
+fn compare(first: &Items<'_>, second: &Items<'_>) -> Differences {
     // An element with other ends, or of another type, is another one.
     let same = |a: &Item<'_>, b: &Item<'_>| a.kind == b.kind && a.ends == b.ends;
-    let only = |own: &BTreeMap<Id, Item<'_>>, other: &BTreeMap<Id, Item<'_>>| {
+    let only = |own: &Items<'_>, other: &Items<'_>| {
         let all = own.iter();
-        let all = all.filter(|(id, item)| other.get(id).is_none_or(|other| !same(item, other)));
-        all.map(|(id, item)| of(own, *id, item)).collect()
+        let all = all.filter(|(key, item)| other.get(key).is_none_or(|other| !same(item, other)));
+        all.map(|(_, item)| of(own, item)).collect()
     };
     let mut changed = Vec::new();
-    for (id, a) in first {
-        let Some(b) = second.get(id).filter(|b| same(a, b)) else {
+    for (key, a) in first {
+        let Some(b) = second.get(key).filter(|b| same(a, b)) else {
             continue;
         };
         let mut names: Vec<&str> = a
@@ -176,7 +212,7 @@ fn compare(first: &BTreeMap<Id, Item<'_>>, second: &BTreeMap<Id, Item<'_>>) -> D
             if x != y {
                 let json = |value: &&Value| super::elements::json_of(value);
                 changed.push(Changed {
-                    of: of(first, *id, a),
+                    of: of(first, a),
                     attribute: clean(name),
                     first: x.map(json),
                     second: y.map(json),
@@ -211,7 +247,7 @@ fn text(found: &Differences) -> String {
         );
     }
     if lines.is_empty() {
-        lines = "no difference\n".to_owned();
+        lines += "no difference\n";
     }
     lines
 }
@@ -241,14 +277,51 @@ mod tests {
         });
         changed.expect("a change");
         let after = Document::of(&graph.snapshot());
-        let found = text(&compare(&items(&before), &items(&after)));
+        let compared = |first: &Document, second: &Document| {
+            let (first, second) = both(first, second);
+            text(&compare(&first, &second))
+        };
+        let found = compared(&before, &after);
         assert_eq!(
             found,
             "- door front\n- RT kitchen/RT/front\n  room kitchen.length: 4.0 and 5.0\n"
         );
+        assert_eq!(compared(&after, &after), "no difference\n");
+    }
+
+    /// They have no ids there.
+    #[test]
+    fn edges_of_files_of_dsr_are_the_same_by_their_ends() {
+        let read = |text: &str| {
+            let mut sources = SourceMap::new();
+            let source = sources.add("world.json", text);
+            let (document, found) = dsr::read(&sources, source);
+            assert!(!found.has_errors(), "{found:?}");
+            document.expect("a document")
+        };
+        let link = |to: u64, label: &str, level: u64| {
+            format!(
+                r#"{{"dst": "{to}", "label": "{label}", "src": "1", "linkAttribute": {{"level": {{"type": 1, "value": {level}}}}}}}"#
+            )
+        };
+        let file = |links: [String; 2]| {
+            let nodes: Vec<String> = (1..4)
+                .map(|id| {
+                    let links = if id == 1 { links.join(", ") } else { String::new() };
+                    format!(
+                        r#""{id}": {{"attribute": {{}}, "id": "{id}", "links": [{links}], "name": "n{id}", "type": "box"}}"#
+                    )
+                })
+                .collect();
+            let nodes = nodes.join(", ");
+            read(&format!(r#"{{"DSRModel": {{"symbols": {{{nodes}}}}}}}"#))
+        };
+        let before = file([link(2, "RT", 1), link(3, "RT", 1)]);
+        let after = file([link(2, "RT", 2), link(3, "in", 1)]);
+        let (first, second) = both(&before, &after);
         assert_eq!(
-            text(&compare(&items(&after), &items(&after))),
-            "no difference\n"
+            text(&compare(&first, &second)),
+            "- RT n1/RT/n3\n+ in n1/in/n3\n  RT n1/RT/n2.level: 1 and 2\n"
         );
     }
 }

@@ -62,7 +62,7 @@ fn required(world: &Snapshot, word: &str) -> Result<NodeId, Failure> {
 }
 
 fn unknown(world: &Snapshot, word: &str) -> Failure {
-    let hint = match rc_diagnostics::nearest(word, names(world).into_iter()) {
+    let hint = match rc_diagnostics::nearest(word, names(world)) {
         Some(near) => format!("; did you mean `{}`?", clean(near)),
         None => "; `rcdeploy world get` without an element lists all".to_owned(),
     };
@@ -84,19 +84,16 @@ fn element(world: &Snapshot, word: &str) -> Result<Option<Element>, Failure> {
     let (from, to) = (required(world, from)?, required(world, to)?);
     let edges = world.out_edges(from, None).filter(|edge| edge.to() == to);
     let edges: Vec<EdgeRef<'_>> = edges.collect();
-    match edges.iter().find(|edge| edge.type_name() == *relation) {
-        Some(edge) => Ok(Some(edge.edge_id().into())),
-        None => {
-            let all: BTreeSet<&str> = edges.iter().map(EdgeRef::type_name).collect();
-            let hint = if all.is_empty() {
-                "; there is none between these nodes".to_owned()
-            } else {
-                format!("; there is {}", Vec::from_iter(all).join(", "))
-            };
-            let message = format!("no edge `{}`{hint}", clean(word));
-            Err(usage(message))
-        }
+    if let Some(edge) = edges.iter().find(|edge| edge.type_name() == *relation) {
+        return Ok(Some(edge.edge_id().into()));
     }
+    let all: BTreeSet<&str> = edges.iter().map(EdgeRef::type_name).collect();
+    let hint = if all.is_empty() {
+        "; there is none between these nodes".to_owned()
+    } else {
+        format!("; there is {}", clean(&Vec::from_iter(all).join(", ")))
+    };
+    Err(usage(format!("no edge `{}`{hint}", clean(word))))
 }
 
 /// What a word means. An attribute follows the last point.
@@ -111,17 +108,15 @@ pub(super) fn named(world: &Snapshot, word: &str) -> Result<Named, Failure> {
         let attribute = Some(attribute.to_owned());
         return Ok(Named { element, attribute });
     }
-    match element(world, word)? {
-        Some(element) => Ok(Named {
-            element,
-            attribute: None,
-        }),
-        None => Err(unknown(world, word)),
-    }
+    element(world, word)?;
+    // Perhaps a mistyped name with a point in it, otherwise one with an attribute.
+    let is_whole = rc_diagnostics::nearest(word, names(world)).is_some();
+    let of = word.rsplit_once('.').filter(|_| !is_whole);
+    Err(unknown(world, of.map_or(word, |(of, _)| of)))
 }
 
 /// The attributes of a type that have a value, or that the schema has.
-pub(super) fn attributes<'w>(world: &'w Snapshot, element: Element) -> BTreeSet<&'w str> {
+pub(super) fn attributes(world: &Snapshot, element: Element) -> BTreeSet<&str> {
     let kind = kind(world, element);
     let declared = world.schema().attributes(kind).unwrap_or_default();
     let set: Vec<&str> = match element {
@@ -164,22 +159,27 @@ fn id_text(id: Id) -> String {
     format!("#{}:{}", id.writer(), id.count())
 }
 
-fn node_word(node: NodeRef<'_>) -> String {
+/// The name of a node, or its id if it has none, or if others have the same.
+fn node_word(world: &Snapshot, node: NodeRef<'_>) -> String {
     match node.name() {
         "" => id_text(node.id()),
+        name if world.named(name).nth(1).is_some() => id_text(node.id()),
         name => clean(name),
     }
 }
 
 /// The word that means an element.
 pub(super) fn word(world: &Snapshot, element: Element) -> String {
+    let of_node = |node| {
+        let node = world.node(node);
+        node.map_or_else(|_| String::new(), |node| node_word(world, node))
+    };
     match element {
-        Element::Node(node) => world.node(node).map_or_else(|_| String::new(), node_word),
+        Element::Node(node) => of_node(node),
         Element::Edge(edge) => world.edge(edge).map_or_else(
             |_| String::new(),
             |edge| {
-                let end = |end| world.node(end).map_or_else(|_| String::new(), node_word);
-                let (from, to) = (end(edge.from()), end(edge.to()));
+                let (from, to) = (of_node(edge.from()), of_node(edge.to()));
                 format!("{from}/{}/{to}", clean(edge.type_name()))
             },
         ),

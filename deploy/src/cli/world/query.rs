@@ -5,22 +5,39 @@ use crate::cli::output::{Failure, system};
 use graph_exchange::graph_json;
 use rc_diagnostics::foreign::clean;
 use std::io::ErrorKind;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
 const PROGRAM: &str = "rcgen";
+/// How many names of a folder are tried.
+const MOST_FOLDERS: usize = 64;
 
 /// A folder that is removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
+    /// One that nobody else has: an old one may have stayed, and the temporary folder is for all users.
     fn new() -> Result<Self, Failure> {
-        let name = format!("rcdeploy-world-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::DirBuilder::new()
-            .create(&path)
-            .map_err(|error| system(&format_args!("cannot make {}: {error}", path.display())))?;
-        Ok(Self(path))
+        for number in 0..MOST_FOLDERS {
+            let name = format!("rcdeploy-world-{}-{number}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            match std::fs::DirBuilder::new().mode(0o700).create(&path) {
+                Ok(()) => return Ok(Self(path)),
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => {
+                    return Err(system(&format_args!(
+                        "cannot make {}: {error}",
+                        path.display()
+                    )));
+                }
+            }
+        }
+        let folder = std::env::temp_dir();
+        Err(system(&format_args!(
+            "remove the folders `rcdeploy-world-*` in {}",
+            folder.display()
+        )))
     }
 
     fn write(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {

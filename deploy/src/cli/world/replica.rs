@@ -67,18 +67,21 @@ pub(super) struct Listener {
     arrived: Option<Instant>,
 }
 
-/// The topics of worlds.
-fn kind(topic: &Topic) -> Option<rc_world::Topic> {
+/// The topic of a world that an operation of an interface is.
+pub(super) fn topic_of(interface: &str, operation: &str) -> Option<rc_world::Topic> {
     let names = ["change", "digest", "ask", "chunk"];
-    let of = &topic.operation.name;
-    match topic.interface.name.as_str() {
+    match interface {
         "RcWorld::World" => {
-            let at = names.iter().position(|name| name == of)?;
+            let at = names.iter().position(|name| *name == operation)?;
             STATE.get(at).copied()
         }
         "RcWorld::WorldStream" => STREAM.first().copied(),
         _ => None,
     }
+}
+
+fn kind(topic: &Topic) -> Option<rc_world::Topic> {
+    topic_of(&topic.interface.name, &topic.operation.name)
 }
 
 /// The schema of these files.
@@ -228,6 +231,7 @@ impl Listener {
             let now = from.saturating_add(now.as_nanos() as u64);
             self.time.fetch_max(now, Ordering::Relaxed);
         }
+        let is_system = self.goes_from.is_some();
         let Self {
             observer,
             feeds,
@@ -251,7 +255,8 @@ impl Listener {
             };
             let json = serde_json::to_value(&value).unwrap_or_default();
             let inner = &json[kind_name(*kind)];
-            if let Some(made) = inner["time"].as_u64() {
+            // Only a clock that is not that of the system: nobody may set that one.
+            if let Some(made) = inner["time"].as_u64().filter(|_| !is_system) {
                 time.fetch_max(made, Ordering::Relaxed);
             }
             let sender = inner["sender"].as_u64();

@@ -1,7 +1,7 @@
 //! The replicas of a world as they tell each other, how late they are, and what is sent.
 
 use super::replica::{Heard, Listener, kind_name};
-use crate::cli::output::{Failure, show};
+use crate::cli::output::{Failure, counted, show};
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_world::Topic;
@@ -271,7 +271,10 @@ fn table(state: &State) -> String {
     let width = state.replicas.iter().map(|own| own.name.chars().count());
     let width = width.max().unwrap_or(0).max("REPLICA".len());
     let is_equal = if state.is_equal { "equal" } else { "different" };
-    let mut text = format!("{} replicas, {is_equal}\n", state.replicas.len());
+    let mut text = format!(
+        "{}, {is_equal}\n",
+        counted(state.replicas.len() as u64, "replica")
+    );
     text += &format!(
         "{:width$}  {:16}  {:>8}  {:>9}  {:>6}  {:>8}  {:>9}\n",
         "REPLICA", "DIGEST", "ELEMENTS", "CHANGES", "BEHIND", "FOR", "CONFLICTS"

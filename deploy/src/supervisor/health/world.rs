@@ -25,13 +25,21 @@ impl HealthMonitor {
             .map(|fault| format!("the newest changes of its world are not shown: {fault}"));
         let conflict = conflict.or_else(|| {
             let (count, first) = (world.conflicts, world.first_conflicts.join("; "));
-            (count > 0).then(|| format!("{count} elements of its world are not shown: {first}"))
+            let elements = match count {
+                1 => "an element of its world is".to_owned(),
+                count => format!("{count} elements of its world are"),
+            };
+            (count > 0).then(|| format!("{elements} not shown: {first}"))
         });
         let before = self.world.as_ref().map_or(0, |before| before.refused);
         let new = world.refused.saturating_sub(before);
         let refused = (new > 0).then(|| {
             let reason = &world.last_refusal;
-            format!("its world refused {new} messages of others, the last one because {reason}")
+            let messages = match new {
+                1 => "a message of another one".to_owned(),
+                new => format!("{new} messages of others, the last one"),
+            };
+            format!("its world refused {messages} because {reason}")
         });
         for (code, over, text, ended) in [
             (
