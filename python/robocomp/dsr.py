@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from robocomp import graph as _graphs
 from robocomp._graph import Edge as GraphEdge
 from robocomp._graph import Node as GraphNode
-from robocomp.graph import Snapshot
 from robocomp.world import Call, World
 
 __all__ = ["Attribute", "DSRGraph", "Edge", "Node", "inner_api", "rt_api", "signals"]
@@ -110,7 +110,7 @@ class DSRGraph:
         return 0
 
     def _node(self, of: int | str) -> GraphNode | None:
-        now: Snapshot = self._world.snapshot().graph
+        now: _graphs.Snapshot = self._world.snapshot().graph
         if isinstance(of, str):
             try:
                 return now.node(of)

@@ -12,7 +12,7 @@ use rc_management::event::Severity;
 use rc_management::link::Heartbeat;
 use rc_management::supervisor::Trouble;
 use std::collections::BTreeMap;
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 /// How many heartbeats in a row without a condition end it.
 const CALM: u32 = 10;
@@ -49,6 +49,8 @@ pub(crate) struct HealthMonitor {
     machine: Option<Box<MachineStatus>>,
     /// The replica of the shared world, from the last heartbeat.
     world: Option<Box<WorldStatus>>,
+    /// When it first told of its replica.
+    world_since: Option<Instant>,
     /// How many more heartbeats without a refused message end that.
     refused: u32,
     troubles: BTreeMap<Key, (SystemTime, String)>,

@@ -39,6 +39,8 @@ use std::time::{Duration, Instant};
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
 /// How often the supervisor looks whether its files are still there.
 const LOOK: Duration = Duration::from_secs(1);
+/// After so long, other replicas have heard that of a component: each one tells once a second what it has.
+const HEARD: Duration = Duration::from_secs(5);
 /// How many processes that have ended one turn of the loop handles. Between two turns, clients are
 /// served.
 const ENDS: usize = 4;
@@ -409,7 +411,9 @@ impl<'p> Supervisor<'p> {
 
     /// Reports components whose replicas of the shared world hear nothing of others that run.
     fn look_for_splits(&mut self) {
-        let running = self.units.iter().filter(|unit| unit.is_alive());
+        // Others may not have heard one that has just started again.
+        let is_there = |unit: &&Unit| unit.is_alive() && unit.health.has_world_for(HEARD);
+        let running = self.units.iter().filter(is_there);
         let running: Vec<String> = running.map(|unit| unit.name().to_owned()).collect();
         let running: BTreeSet<&str> = running.iter().map(String::as_str).collect();
         for unit in self.units.iter_mut().filter(|unit| unit.is_alive()) {

@@ -111,7 +111,7 @@ class Graphs(unittest.TestCase):
         [row] = self.now.query('RETURN 500 unit "g" + 1 unit "kg" AS mass, 1 AS n')
         self.assertEqual((row.mass, row._units), (1500.0, {"mass": "g", "n": None}))
         for text, message in [
-            ('RETURN 1 unit "kg" + 1 unit "m" AS x', "query:1:28: error[unit-mismatch]"),
+            ('RETURN 1 unit "kg" + 1 unit "m" AS x', "query:1:29: error[unit-mismatch]"),
             ("MATCH (p:Persn) RETURN p", "query:1:10: error[unknown-type]"),
             ("MATCH (p) RETURN $what", "error[unknown-parameter]"),
         ]:

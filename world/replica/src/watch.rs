@@ -9,6 +9,8 @@ use std::time::Duration;
 const PERIOD: Duration = Duration::from_millis(500);
 /// How many names are told.
 const MOST_NAMES: usize = 32;
+/// How many silent instances are remembered: whoever sends may invent names.
+const MOST_SILENT: usize = 1024;
 
 /// Looks at a replica twice a second.
 #[derive(Debug, Default)]
@@ -44,6 +46,9 @@ impl Watch {
         };
         self.known.retain(|name| !health.left.contains(name));
         self.known.extend(health.live.iter().cloned());
+        if self.known.len() > health.live.len().saturating_add(MOST_SILENT) {
+            self.known.clone_from(&health.live);
+        }
         let silent = self.known.difference(&health.live);
         let silent = silent.take(MOST_NAMES).cloned().collect();
         let since = self.behind_since.unwrap_or(now);

@@ -3,6 +3,7 @@
 use super::{CALM, HealthEvent, HealthMonitor, end_of};
 use rc_management::component::WorldStatus;
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 /// A replica that lacks changes asks for them after 30 ms: for so long, nobody answers it.
 const BEHIND_MS: u64 = 2000;
@@ -15,6 +16,7 @@ impl HealthMonitor {
         happened: &mut Vec<HealthEvent>,
     ) {
         let Some(world) = world else { return };
+        self.world_since.get_or_insert_with(Instant::now);
         let behind = (world.behind > 0 && world.behind_ms >= BEHIND_MS).then(|| {
             let (count, ms) = (world.behind, world.behind_ms);
             format!("its world has lacked changes of others for {ms} ms, {count} of them now")
@@ -69,6 +71,12 @@ impl HealthMonitor {
             None => {}
         }
         self.world = Some(world);
+    }
+
+    /// Whether the component has had a replica for so long.
+    pub(crate) fn has_world_for(&self, least: Duration) -> bool {
+        self.world_since
+            .is_some_and(|since| since.elapsed() >= least)
     }
 
     /// Compares the replicas that are silent for its world with the components that run, of which one that
@@ -179,6 +187,9 @@ mod tests {
             silent: vec!["finder".to_owned(), "gone".to_owned()],
             ..WorldStatus::default()
         }));
+        assert!(watch.has_world_for(Duration::ZERO));
+        assert!(!watch.has_world_for(Duration::from_secs(3600)));
+        assert!(!HealthMonitor::default().has_world_for(Duration::ZERO));
         assert_eq!(watch.look_for_split(&["keeper"].into()), []);
         let split = watch.look_for_split(&["finder", "keeper"].into());
         assert_eq!(codes(&split), ["world-split"]);
