@@ -1,6 +1,6 @@
 //! `cargo xtask bench place`: the same two components, of the same program, as threads of one process,
 //! as two processes, and on two hosts; the copies of a message; a chain of ten components as one
-//! process and as ten.
+//! process and as ten; what a proxy adds.
 
 mod copies;
 mod pipeline;
@@ -126,7 +126,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         value: most,
         goal: SIZE_GOAL,
     });
-    ratios.extend(proxy::run(&program, profile, share)?);
+    ratios.extend(proxy::run(&program, (profile, !smoke), (blocks, share))?);
     if !met(&ratios) {
         eprintln!("xtask: a goal was missed");
     }

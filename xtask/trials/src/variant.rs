@@ -2,10 +2,10 @@
 //! them.
 
 use crate::figure::BUILD;
-use crate::programs::{Failure, finish, root};
+use crate::programs::{Failure, finish, root, target};
 use rc_cdsl::model::Middleware;
 use rc_codegen::load::FileLoader;
-use rc_deploy_network::{Overrides, Profile, load};
+use rc_deploy_network::{Network, Overrides, Profile, load};
 use rc_diagnostics::{Diagnostic, Format, Severity, SourceMap, render};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -86,37 +86,40 @@ pub(crate) fn program(name: &str, profile: Profile, builds: bool) -> Result<Path
     Ok(program)
 }
 
-/// Builds the program of proxies. Returns it with the description of the proxy `name` in
-/// `xtask/bench/NETWORK.ddsl`.
+/// The program of proxies, with the description of the proxy `name` in `xtask/bench/NETWORK.ddsl`.
+/// `builds` says whether the program is built; if not, an earlier call has.
 pub(crate) fn proxy(
     network: &str,
     name: &str,
     profile: Profile,
+    builds: bool,
 ) -> Result<(PathBuf, String), Failure> {
+    if builds {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo
+            .current_dir(root())
+            .args(["build", "--quiet", "--package", "rc-forward"])
+            .args(["--profile", profile.word()]);
+        finish(cargo, BUILD)?;
+    }
+    // Not that beside this program, which has no optimised code.
+    let program = target()?.join(profile.folder()).join("rcforward");
+    check_built(&program)?;
     let path = root()
         .join("xtask/bench")
         .join(network)
         .with_extension("ddsl");
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo
-        .current_dir(root())
-        .args(["build", "--quiet", "--package", "rc-forward"]);
-    if profile == Profile::Release {
-        cargo.arg("--release");
-    }
-    finish(cargo, BUILD)?;
-    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let (network, found) = load(&path, &Overrides::default(), &mut sources, &loader)?;
-    let network = network.filter(|_| !found.has_errors());
-    let network = network.ok_or_else(|| render(&sources, &found, Format::Human))?;
+    // What a network would start is not built.
+    let is_error = |found: &Diagnostic| found.code != "missing-executable";
+    let network = read(&path, &Overrides::default(), is_error)?;
     let components = network.plan(profile)?.components.into_iter();
     let mut components = components.filter(|component| component.name == name);
-    let proxy = components.next();
-    let mut args = proxy.as_ref().map_or(&[][..], |proxy| &proxy.args).iter();
-    match (&proxy, args.next()) {
-        (Some(proxy), Some(description)) => Ok((proxy.executable.clone(), description.clone())),
-        _ => Err(format!("{} has no proxy `{name}`", path.display()).into()),
-    }
+    let description = components
+        .next()
+        .and_then(|proxy| proxy.args.into_iter().next());
+    let description =
+        description.ok_or_else(|| format!("{} has no proxy `{name}`", path.display()))?;
+    Ok((program, description))
 }
 
 /// Builds what the tests start, before they run.
@@ -166,16 +169,11 @@ fn network(
     builds: bool,
     is_error: impl Fn(&Diagnostic) -> bool,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
     let overrides = Overrides {
         middleware,
         ..Overrides::default()
     };
-    let (network, found) = load(path, &overrides, &mut sources, &loader)?;
-    let mut errors = found.iter().filter(|d| d.severity == Severity::Error);
-    let network = network
-        .filter(|_| !errors.any(is_error))
-        .ok_or_else(|| render(&sources, &found, Format::Human))?;
+    let network = read(path, &overrides, is_error)?;
     let needed = builds
         .then(|| network.programs.builds(profile))
         .transpose()?;
@@ -188,4 +186,17 @@ fn network(
     }
     let components = network.plan(profile)?.components.into_iter();
     Ok(components.map(|component| component.executable).collect())
+}
+
+/// Reads a network. An error of the network is one if `is_error` accepts it.
+fn read(
+    path: &Path,
+    overrides: &Overrides,
+    is_error: impl Fn(&Diagnostic) -> bool,
+) -> Result<Network, Failure> {
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+    let (network, found) = load(path, overrides, &mut sources, &loader)?;
+    let mut errors = found.iter().filter(|d| d.severity == Severity::Error);
+    let network = network.filter(|_| !errors.any(is_error));
+    Ok(network.ok_or_else(|| render(&sources, &found, Format::Human))?)
 }

@@ -37,7 +37,6 @@ impl Worker<Context> for SpecificWorker {
         };
         self.times.clear();
         let data = &self.data[..command.size];
-        let points = &self.points[..command.size / size_of::<Point>()];
         let begin = now();
         for number in 0..command.count {
             match command.kind {
@@ -46,6 +45,7 @@ impl Worker<Context> for SpecificWorker {
                     ctx.sample.sample(now(), data)?;
                 }
                 Kind::Cloud => {
+                    let points = &self.points[..command.size / size_of::<Point>()];
                     pause(command.size);
                     ctx.clouds.cloud(now(), points)?;
                 }

@@ -1,7 +1,7 @@
 //! What a proxy adds, beside one more hop: the same two processes, directly and through a proxy.
 
 use super::placed::{SLOTS as SLOTS_OF_PING, SLOTS_OF_PONG, arguments};
-use super::{BLOCKS, Row, row};
+use super::{Row, row};
 use crate::compare::Ratio;
 use crate::figure::mark;
 use crate::pair::{Network, Pair, Times};
@@ -22,9 +22,12 @@ const ROWS: [Row; 3] = [
 ];
 
 /// Measures all with the program of both components, and prints them.
-pub(super) fn run(program: &Path, profile: Profile, share: f64) -> Result<Vec<Ratio>, Failure> {
-    let blocks = if share < 1.0 { 5 } else { BLOCKS };
-    let (forwarder, description) = variant::proxy("place_proxy", "peer", profile)?;
+pub(super) fn run(
+    program: &Path,
+    (profile, builds): (Profile, bool),
+    (blocks, share): (usize, f64),
+) -> Result<Vec<Ratio>, Failure> {
+    let (forwarder, description) = variant::proxy("place_proxy", "peer", profile, builds)?;
     let direct = Pair::members_in(Network::new("direct")?, program, &[])?;
     let through = Proxied::start(program, &forwarder, &description)?;
     let mut pairs = [direct, through.pair];

@@ -1,5 +1,5 @@
 //! A short run of `cargo xtask bench place`: the same components as threads, as processes and on two
-//! hosts, and a chain of ten, exchange messages, and each row is measured.
+//! hosts, a chain of ten, and a pair with a proxy exchange messages, and each row is measured.
 
 use crate::quiet;
 use rc_test_support::python::skipped;
@@ -41,4 +41,14 @@ fn components_are_measured_in_each_placement() {
     let memory = cells("| memory of the chain");
     let [one, ten] = [&memory[2], &memory[3]].map(|text| text.parse::<f64>().expect("MB"));
     assert!(one < ten, "{memory:?}");
+    // The last table, of proxies, has rows with the names of the first one.
+    let (_, proxies) = output.split_once("through a proxy").expect("proxies");
+    for row in ["| publish 64 B,", "| publish 1 MiB copied", "| query 64 B,"] {
+        let row = proxies.lines().find(|line| line.starts_with(row));
+        let row: Vec<&str> = row.expect("a row").split('|').map(str::trim).collect();
+        let [hop, through] = [row[2], row[4]].map(|text| text.parse::<f64>().expect("a time"));
+        assert!(hop > 0.0 && through > 0.0, "{row:?}");
+        // The median of many calls.
+        assert!(!row[1].starts_with("query") || hop < through, "{row:?}");
+    }
 }
