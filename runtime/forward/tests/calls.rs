@@ -1,12 +1,15 @@
 //! Calls through a real `rcforward`, whose callers and servers this test plays.
 
 use rc_middleware::typed::{
-    Call, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws, TypedClient,
+    Call, CallId, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws,
+    TypedClient,
 };
 use rc_middleware::{
     Address, Backend, CallError, DecodeError, Endpoint, Environment, Reader, RunDirectory, Server,
     Settings, TypeIdentity, WakeEvent, wait,
 };
+use rc_vocabulary::Value;
+use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -15,9 +18,12 @@ const LIMIT: Duration = Duration::from_mins(1);
 /// The longest look at one end while another one may have news.
 const LOOK: Duration = Duration::from_millis(5);
 
+/// The domain of DDS, which no other test has.
+const DOMAIN: i64 = 149;
+
 /// Two interfaces through a proxy, of which one has little time.
 const DESCRIPTION: &str = r#"{
-    "name": "rcforward", "model": "0000000000000001", "middleware": "iceoryx2", "period_ns": 1000000000,
+    "name": "rcforward", "model": "0000000000000001", "middleware": "iceoryx2", "further_middlewares": ["dds"], "period_ns": 1000000000,
     "types": [{"module": "Demo", "types": [
             {"name": "Odd", "exception": [{"name": "number", "type": "int32"}]}],
         "interfaces": [{"name": "Half", "operations": [
@@ -95,6 +101,11 @@ struct Proxy {
 
 impl Proxy {
     fn start(name: &str) -> Self {
+        Self::start_with(name, &[])
+    }
+
+    /// With further arguments.
+    fn start_with(name: &str, more: &[&str]) -> Self {
         let network = format!("{name}-{}", std::process::id());
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcforward"));
         command.arg(description());
@@ -103,6 +114,7 @@ impl Proxy {
             command.arg(format!("--bind={slot}={network}/arm/{slot}"));
             command.arg(format!("--bind=inside_{slot}={network}/motor/{slot}"));
         }
+        command.args(more);
         let child = command.stdin(Stdio::null()).spawn().expect("rcforward");
         let directory = RunDirectory::open(&network).expect("a run directory");
         Self {
@@ -113,14 +125,21 @@ impl Proxy {
     }
 
     fn join(&self, instance: &str) -> Box<dyn Backend> {
+        self.join_over("iceoryx2", instance)
+    }
+
+    fn join_over(&self, middleware: &str, instance: &str) -> Box<dyn Backend> {
+        let mut settings = Settings::default();
+        settings.set("dds", "domain", Value::Int(DOMAIN));
+        settings.set("dds", "interfaces", Value::Texts(vec!["lo".to_owned()]));
         let environment = Environment {
             network: self.network.clone(),
             instance: instance.to_owned(),
             directory: self.directory.clone(),
             wake_event: WakeEvent::new().expect("an event"),
-            settings: Settings::default(),
+            settings,
         };
-        let linked = rc_backends::find("iceoryx2").expect("a middleware");
+        let linked = rc_backends::find(middleware).expect("a middleware");
         (linked.connect)(&environment).expect("the network")
     }
 
@@ -241,12 +260,23 @@ fn start(caller: &mut TypedClient, number: i32) -> Call<i32, Failed> {
 
 /// The end of the next call.
 fn next(caller: &mut TypedClient) -> Result<i32, Failed> {
+    next_end(caller).1
+}
+
+fn next_end(caller: &mut TypedClient) -> (CallId, Result<i32, Failed>) {
     let mut ended = None;
     until("a call ends", || {
         ended = caller.poll_with(|ended| (ended.id, ended.result::<i32, Failed>()));
         ended.is_some()
     });
-    ended.expect("an end").1
+    ended.expect("an end")
+}
+
+/// The ends of these calls, in their order. They may come in another one.
+fn ends(caller: &mut TypedClient, calls: &[Call<i32, Failed>]) -> Vec<Result<i32, Failed>> {
+    let mut ended: BTreeMap<CallId, _> = calls.iter().map(|_| next_end(caller)).collect();
+    let of = |call: &Call<i32, Failed>| ended.remove(&call.id()).expect("its end");
+    calls.iter().map(of).collect()
 }
 
 #[test]
@@ -289,9 +319,9 @@ fn calls_and_commands_of_a_sender_keep_their_order_within_a_bound() {
     let mut callers = backends
         .each_ref()
         .map(|backend| proxy.caller(&**backend, "Half"));
-    let mut calls = Vec::new();
+    let mut calls = [Vec::new(), Vec::new()];
     for number in 0..6 {
-        for (caller, base) in callers.iter_mut().zip([0, 100]) {
+        for ((caller, base), calls) in callers.iter_mut().zip([0, 100]).zip(&mut calls) {
             calls.push(start(caller, base + 4 * number));
             let sent = caller.send(&NOTE, (&(base + 4 * number + 1),));
             sent.expect("to be sent");
@@ -314,14 +344,52 @@ fn calls_and_commands_of_a_sender_keep_their_order_within_a_bound() {
         take(&mut *server, &mut got);
         numbers.len() == 24
     });
-    for (caller, base) in callers.iter_mut().zip([0, 100]) {
+    for ((caller, base), calls) in callers.iter_mut().zip([0, 100]).zip(&calls) {
         let own = |number: &&i32| (base..base + 100).contains(*number);
         let came: Vec<i32> = numbers.iter().filter(own).copied().collect();
         let sent = (0..6).flat_map(|number| [base + 4 * number, base + 4 * number + 1]);
         assert_eq!(came, sent.collect::<Vec<_>>());
-        for number in 0..6 {
-            assert_eq!(next(caller), Ok(base / 2 + 2 * number));
-        }
+        let results: Vec<_> = (0..6).map(|number| Ok(base / 2 + 2 * number)).collect();
+        assert_eq!(ends(caller, calls), results);
+    }
+}
+
+#[test]
+fn callers_over_two_middlewares_share_the_bound() {
+    let domain = format!("dds.domain={DOMAIN}");
+    let proxy = Proxy::start_with(
+        "forward_both",
+        &[
+            "--transport=Half=iceoryx2,dds",
+            "--set-middleware",
+            &domain,
+            "--set-middleware",
+            "dds.interfaces=lo",
+        ],
+    );
+    let inside = proxy.join("motor");
+    let mut server = proxy.server(&*inside, "Half");
+    let near = proxy.join("near");
+    let far = proxy.join_over("dds", "far");
+    let mut callers = [&near, &far].map(|backend| proxy.caller(&**backend, "Half"));
+    let mut calls: Vec<_> = (0..8).map(|_| start(&mut callers[0], 2)).collect();
+    let mut got = take_until(&mut *server, 8);
+    // The ninth call comes over the other middleware. It waits for room.
+    calls.push(start(&mut callers[1], 4));
+    let end = Instant::now() + Duration::from_millis(100);
+    while Instant::now() < end {
+        take(&mut *server, &mut got);
+    }
+    assert_eq!(got.len(), 8);
+    for got in got.drain(..) {
+        got.reply();
+    }
+    for got in take_until(&mut *server, 1) {
+        got.reply();
+    }
+    assert_eq!(next(&mut callers[1]), Ok(2));
+    for _ in 0..8 {
+        assert_eq!(next(&mut callers[0]), Ok(1));
     }
 }
 
@@ -354,9 +422,8 @@ fn exceptions_refusals_and_deadlines_come_back() {
     for got in take_until(&mut *server, 3) {
         got.reply();
     }
-    for (_, expected) in cases {
-        assert_eq!(next(&mut caller), expected);
-    }
+    let expected = cases.map(|(_, expected)| expected);
+    assert_eq!(ends(&mut caller, &calls), expected);
     // The server of the other slot takes the request, and does not reply.
     let mut silent = proxy.server(&*inside, "Hasty");
     let late = start(&mut hasty, 2);

@@ -55,6 +55,11 @@ impl EventLoop<'_> {
         let (taps, hops) = (connections.taps(), connections.hops());
         connections.set_idle(idle.is_some());
         let port = &mut ports[at];
+        // Another middleware of the slot, or a tool, may have taken the room since.
+        port.find_room(&**component);
+        if port.is_full {
+            return start;
+        }
         let slot = port.slot;
         let of = &port.of;
         let keeps = port.keeps(&**component);
@@ -111,7 +116,6 @@ impl EventLoop<'_> {
         match taken {
             Ok(false) => port.rest(now),
             Ok(true) => {
-                port.find_room(&**component);
                 port.received(now);
                 port.last_sample = Some(stamp(&self.role, self.began, now));
                 let spin = port.spin.begin(now);
