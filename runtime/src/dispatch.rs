@@ -34,6 +34,29 @@ macro_rules! deref_to_core {
     };
 }
 
+/// Names of this crate that a worker takes from its generated crate.
+#[macro_export]
+macro_rules! names_of_workers {
+    () => {
+        $crate::names_of_workers!(@"the state of the component is `ComponentState`");
+    };
+    (machine) => {
+        $crate::names_of_workers!(@"the state of the component is `ComponentState`, that of its state machine `machine::MachineState`");
+    };
+    (@$note:literal) => {
+        pub use $crate::middleware::typed::{HandlerError, Request};
+        pub use $crate::middleware::{CallError, InPlace, SendError};
+        pub use $crate::{
+            ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing,
+        };
+
+        // The name of earlier versions, which is also that of the state of a machine.
+        #[doc(hidden)]
+        #[deprecated(note = $note)]
+        pub type State = $crate::ComponentState;
+    };
+}
+
 /// Declares the functions that run a component, over its context and the trait of its handlers.
 #[macro_export]
 macro_rules! entry_points {

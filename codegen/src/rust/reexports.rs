@@ -97,15 +97,9 @@ pub(super) fn of_root(
     asynchronous: &[Asynchronous],
     reads_world: bool,
 ) -> Vec<String> {
-    let mut paths: Vec<String> = [
-        "adapter::{Handlers, embed, run}",
-        "context::Context",
-        "rc_runtime::middleware::{CallError, InPlace, SendError}",
-        "rc_runtime::middleware::typed::{HandlerError, Request}",
-        "rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing}",
-    ]
-    .map(str::to_owned)
-    .to_vec();
+    let mut paths: Vec<String> = ["adapter::{Handlers, embed, run}", "context::Context"]
+        .map(str::to_owned)
+        .to_vec();
     let types = view.modules.iter();
     let mut types = types.filter(|m| !m.types.is_empty() || !m.constants.is_empty());
     let more = [
@@ -133,12 +127,18 @@ pub(super) fn of_root(
     let more = more.iter().filter(|(_, there)| *there);
     paths.extend(more.map(|(path, _)| (*path).to_owned()));
     let receiving = slots.iter().filter(|slot| slot.receives);
-    paths.extend(receiving.map(|slot| format!("slots::{}", slot.type_name)));
+    let receiving = receiving.map(|slot| slot.type_name.clone());
     paths.extend(asynchronous.iter().flat_map(|slot| {
         [&slot.client, &slot.handler].map(|name| format!("asynchronous::{name}"))
     }));
     let markers = slots.iter().filter(|slot| !slot.marker.is_empty());
-    paths.extend(markers.map(|slot| format!("slots::{}", slot.marker)));
+    let markers = markers.map(|slot| slot.marker.clone());
+    let names: Vec<String> = receiving.chain(markers).collect();
+    match names.as_slice() {
+        [] => {}
+        [one] => paths.push(format!("slots::{one}")),
+        several => paths.push(format!("slots::{{{}}}", several.join(", "))),
+    }
     paths.sort_by(|a, b| worker::order(a, b));
     paths
 }

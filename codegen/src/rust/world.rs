@@ -28,8 +28,10 @@ pub(crate) struct World<'a> {
     pub(super) field: String,
     name: &'a str,
     domain: &'a str,
-    /// The files of the schema.
-    files: Vec<File>,
+    /// The files of the schema: pairs of a name and a text.
+    files: Vec<String>,
+    /// The texts that do not come with the framework.
+    texts: Vec<File>,
     /// The calls that add rights to none; empty for all rights.
     rights: Vec<String>,
     everything: bool,
@@ -45,8 +47,7 @@ pub(crate) struct World<'a> {
 #[derive(Debug, Serialize)]
 struct File {
     constant: String,
-    /// Literals.
-    name: String,
+    /// A literal.
     text: String,
 }
 
@@ -87,7 +88,8 @@ struct Attribute<'a> {
     /// The type of its value, and the function that reads it.
     ty: String,
     read: String,
-    /// The type of the argument that sets it, and the value that it becomes.
+    /// The type of the argument that sets it, and the function that makes a value of it, if it
+    /// needs one.
     argument: String,
     value: &'static str,
     is_written: bool,
@@ -115,7 +117,8 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
         field: names::snake(&world.name),
         name: &world.name,
         domain: &world.domain,
-        files: world.files.iter().enumerate().map(file).collect(),
+        files: world.files.iter().enumerate().map(entry).collect(),
+        texts: world.files.iter().enumerate().filter_map(file).collect(),
         rights: world.writes.iter().flatten().map(right).collect(),
         everything: world.writes.is_none(),
         publishes: publishes
@@ -146,12 +149,23 @@ impl World<'_> {
     }
 }
 
-fn file((at, (name, text)): (usize, &(String, String))) -> File {
-    File {
-        constant: format!("FILE_{at}"),
-        name: format!("{name:?}"),
-        text: raw(text),
+fn entry((at, (name, text)): (usize, &(String, String))) -> String {
+    if comes_with_framework(name, text) {
+        format!("typed::domain({name:?})")
+    } else {
+        format!("({name:?}, FILE_{at})")
     }
+}
+
+fn file((at, (name, text)): (usize, &(String, String))) -> Option<File> {
+    (!comes_with_framework(name, text)).then(|| File {
+        constant: format!("FILE_{at}"),
+        text: raw(text),
+    })
+}
+
+fn comes_with_framework(name: &str, text: &str) -> bool {
+    graph_language::DOMAINS.contains(&(name, text))
 }
 
 /// A text as a raw string.
@@ -229,36 +243,33 @@ fn attribute<'a>(of: &'a view::world::Attribute, own: &mut BTreeSet<String>) -> 
         (ty.to_owned(), read.to_owned(), argument.to_owned(), value)
     };
     let (ty, read, argument, value) = match &of.kind {
-        Kind::Bool => plain("bool", "boolean", "bool", "value"),
-        Kind::Int => plain("i64", "integer", "i64", "value"),
-        Kind::Float => plain("f64", "number", "f64", "value"),
-        Kind::Text | Kind::Enum(_) => plain("&'s str", "text", "&str", "value"),
-        Kind::Bytes => plain("&'s [u8]", "bytes", "&[u8]", "value"),
+        Kind::Bool => plain("bool", "boolean", "bool", ""),
+        Kind::Int => plain("i64", "integer", "i64", ""),
+        Kind::Float => plain("f64", "number", "f64", ""),
+        Kind::Text | Kind::Enum(_) => plain("&'s str", "text", "&str", ""),
+        Kind::Bytes => plain("&'s [u8]", "bytes", "&[u8]", ""),
         Kind::Ints(_) => plain(
             "&'s [i64]",
             "integers",
             "&[i64]",
-            "typed::Value::Ints(value.into())",
+            ", typed::write::integers",
         ),
         Kind::Floats(Some(count)) => (
             format!("[f64; {count}]"),
             format!("numbers::<{count}>"),
             format!("[f64; {count}]"),
-            "value",
+            "",
         ),
-        Kind::Floats(None) | Kind::Block(_) => plain(
-            "::std::borrow::Cow<'s, [f64]>",
-            "all_numbers",
-            "&[f64]",
-            "value",
-        ),
+        Kind::Floats(None) | Kind::Block(_) => {
+            plain("::std::borrow::Cow<'s, [f64]>", "all_numbers", "&[f64]", "")
+        }
         Kind::Texts => plain(
             "&'s [::std::sync::Arc<str>]",
             "texts",
             "&[&str]",
-            "typed::Value::Texts(value.iter().map(|text| (*text).into()).collect())",
+            ", typed::write::texts",
         ),
-        Kind::Topic(_) => plain("&'s typed::Sample", "sample", "typed::Sample", "value"),
+        Kind::Topic(_) => plain("&'s typed::Sample", "sample", "typed::Sample", ""),
     };
     Attribute {
         name: &of.name,

@@ -117,7 +117,9 @@ pub fn schema(
     if let Some(required) = required {
         set(&mut root, "required", json!(required));
     }
-    json_text(&root, KEY)
+    let mut text = String::new();
+    print(&root, 0, 2 * KEY, &SAME, &mut text);
+    text + "\n"
 }
 
 /// How deep a key of a table lies in the schema: in the properties of a property.
@@ -128,9 +130,15 @@ const KEY: usize = 4;
 /// setting, one slot or one type then, and differences show which.
 pub fn json_text(value: &Json, rows: usize) -> String {
     let mut text = String::new();
-    print(value, 0, 2 * rows, &mut text);
+    print(value, 0, 2 * rows, &[], &mut text);
     text + "\n"
 }
+
+/// The blocks of a configuration that are nearly the same for all components, each on one line: nobody
+/// looks there for what has changed.
+const SAME: [&str; 3] = ["bindings", "component", "middleware"];
+/// How far the blocks of a configuration are indented.
+const BLOCK: usize = 4;
 
 /// How deep tables and lists are in one another at most, in a value that stands on one line.
 const DEEPEST: usize = 3;
@@ -148,7 +156,8 @@ fn depth(value: &Json) -> usize {
     }
 }
 
-fn print(value: &Json, indent: usize, deepest: usize, out: &mut String) {
+/// `whole`: the blocks of a configuration that stand on one line.
+fn print(value: &Json, indent: usize, deepest: usize, whole: &[&str], out: &mut String) {
     let line = value.to_string();
     if indent + line.len() <= LINE || depth(value) <= DEEPEST || indent >= deepest {
         out.push_str(&line);
@@ -166,7 +175,11 @@ fn print(value: &Json, indent: usize, deepest: usize, out: &mut String) {
                 begin(at == 0, out);
                 out.push_str(&Json::from(key.as_str()).to_string());
                 out.push_str(": ");
-                print(value, inside, deepest, out);
+                if inside == BLOCK && whole.contains(&key.as_str()) {
+                    out.push_str(&value.to_string());
+                } else {
+                    print(value, inside, deepest, whole, out);
+                }
             }
             '}'
         }
@@ -174,7 +187,7 @@ fn print(value: &Json, indent: usize, deepest: usize, out: &mut String) {
             out.push('[');
             for (at, item) in items.iter().enumerate() {
                 begin(at == 0, out);
-                print(item, inside, deepest, out);
+                print(item, inside, deepest, whole, out);
             }
             ']'
         }

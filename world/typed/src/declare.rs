@@ -203,6 +203,52 @@ macro_rules! edit_element {
     };
 }
 
+/// Declares functions that read the attributes of a type.
+#[macro_export]
+macro_rules! reads {
+    ($life:lifetime $name:ident; $($(#[$doc:meta])* $get:ident: $ty:ty = $read:expr, $attribute:literal;)*) => {
+        impl<$life> $name<$life> {
+            $(
+                $(#[$doc])*
+                pub fn $get(&self) -> ::core::option::Option<$ty> {
+                    ($read)(self.0.get($attribute)?)
+                }
+            )*
+        }
+    };
+}
+
+/// Declares functions that set the attributes of a type which a component writes.
+#[macro_export]
+macro_rules! writes {
+    ($name:ident; $($(#[$doc:meta])* $set:ident: $ty:ty = $attribute:literal $(, $write:path)?;)*) => {
+        impl $name<'_> {
+            $(
+                $(#[$doc])*
+                ///
+                /// # Errors
+                /// The value is none that the graph holds.
+                pub fn $set(&mut self, value: $ty) -> ::core::result::Result<(), $crate::Error> {
+                    let value = $crate::given!(value $(, $write)?);
+                    ::core::result::Result::Ok(self.edit.set(self.id, $attribute, value)?)
+                }
+            )*
+        }
+    };
+}
+
+/// A value as a graph takes it.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! given {
+    ($value:ident) => {
+        $value
+    };
+    ($value:ident, $write:path) => {
+        $write($value)
+    };
+}
+
 /// Declares how a view finds the node of a type that has a name.
 #[macro_export]
 macro_rules! node_by_name {

@@ -14,6 +14,7 @@ pub mod read;
 mod schema;
 mod view;
 mod world;
+pub mod write;
 
 pub use change::Change;
 pub use edit::{added, edge, existing, existing_edge};
@@ -25,6 +26,6 @@ pub use property_graph::{
 };
 pub use rc_world::{News, Rights, Token};
 pub use rc_world_member::{Member, slot};
-pub use schema::schema;
+pub use schema::{domain, schema};
 pub use view::{End, View};
 pub use world::{change, transform};

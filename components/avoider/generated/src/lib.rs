@@ -20,12 +20,7 @@ pub use context::Context;
 pub use machine::StateMachine;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
-pub use rc_runtime::middleware::typed::{HandlerError, Request};
-pub use rc_runtime::middleware::{CallError, InPlace, SendError};
-pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing};
 pub use self::interfaces::*;
 pub use types::*;
 
-#[doc(hidden)]
-#[deprecated(note = "the state of the component is `ComponentState`, that of its state machine `machine::MachineState`")]
-pub type State = ComponentState;
+rc_runtime::names_of_workers!(machine);

@@ -20,31 +20,9 @@ pub use context::Context;
 pub use innermodel_viewer::{self, innermodel};
 pub use parameters::Params;
 pub use rc_runtime::Worker;
-pub use rc_runtime::middleware::typed::{HandlerError, Request};
-pub use rc_runtime::middleware::{CallError, InPlace, SendError};
-pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing};
 pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
-pub use slots::Bases;
-pub use slots::Batteries;
-pub use slots::Bumpers;
-pub use slots::Cameras;
-pub use slots::GenericBases;
-pub use slots::Imus;
-pub use slots::InnerModelManager;
-pub use slots::Lasers;
-pub use slots::Lidars;
-pub use slots::Motors;
-pub use slots::OmniBases;
-pub use slots::Poses;
-pub use slots::RgbdCameras;
-pub use slots::Rgbds;
-pub use slots::SimpleCameras;
-pub use slots::Simulation;
-pub use slots::TouchSensors;
-pub use slots::Ultrasounds;
+pub use slots::{Simulation, InnerModelManager, Lasers, Lidars, Ultrasounds, TouchSensors, Bumpers, Cameras, SimpleCameras, RgbdCameras, Rgbds, Imus, Poses, Batteries, Bases, OmniBases, GenericBases, Motors};
 pub use types::*;
 
-#[doc(hidden)]
-#[deprecated(note = "the state of the component is `ComponentState`")]
-pub type State = ComponentState;
+rc_runtime::names_of_workers!();

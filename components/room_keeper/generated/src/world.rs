@@ -5,7 +5,7 @@ use crate::context::Context;
 use rc_world_typed as typed;
 
 /// The files of the schema.
-pub(crate) const SCHEMA: &[(&str, &str)] = &[("home.gdsl", FILE_0), ("geometry.gdsl", FILE_1)];
+pub(crate) const SCHEMA: &[(&str, &str)] = &[("home.gdsl", FILE_0), typed::domain("geometry.gdsl")];
 
 const FILE_0: &str = r#"// What the components of `networks/home.ddsl` know of a home.
 import "geometry.gdsl";
@@ -24,69 +24,6 @@ Domain home
         width float unit "m" 0:;
         /// How far it is open: 0 is closed.
         opened float 0:1 optional;
-    };
-};
-"#;
-const FILE_1: &str = r#"// Frames, and where they are.
-Domain geometry
-{
-    /// Something with a position and an orientation.
-    entity Frame
-    {
-        name string;
-    };
-    /// What holds between two frames, when something refers to it.
-    entity GeometricRelation { };
-    entity Position :GeometricRelation
-    {
-        coordinates float[3] unit "m" optional;
-    };
-    /// Angles about x, y and z.
-    entity Orientation :GeometricRelation
-    {
-        angles float[3] unit "rad" optional;
-    };
-    entity Pose :GeometricRelation
-    {
-        composed_by Position, Orientation;
-    };
-    entity Twist
-    {
-        linear float[3] unit "m/s";
-        angular float[3] unit "rad/s";
-    };
-
-    /// Where a child is in its parent. A frame has one parent.
-    relation RT
-    {
-        parent Frame;
-        child Frame;
-        pose pose history 2s;
-        tree interpolated;
-        promotes Pose;
-    };
-    /// Where a child is in another frame as something else knows it. It may close a loop, which
-    /// need not agree with the tree.
-    relation loop_closure
-    {
-        parent Frame;
-        child Frame;
-        pose pose;
-    };
-    relation of
-    {
-        what GeometricRelation 1:1;
-        frame Frame;
-    };
-    relation with_respect_to
-    {
-        what GeometricRelation 1:1;
-        frame Frame;
-    };
-    relation composed_by
-    {
-        whole GeometricRelation;
-        part GeometricRelation;
     };
 };
 "#;
@@ -117,12 +54,10 @@ typed::node!(
     /// Something with a position and an orientation.
     Frame, "Frame"
 );
+typed::reads! { 's Frame;
 
-impl<'s> Frame<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 }
 typed::node_by_name!(Frame, "Frame", frame);
 typed::node!(
@@ -132,23 +67,19 @@ typed::node!(
 typed::node!(
     Position, "Position"
 );
+typed::reads! { 's Position;
 
-impl<'s> Position<'s> {
     /// `float[3] unit "m" optional`. `None` if it has no value.
-    pub fn coordinates(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("coordinates")?)
-    }
+    coordinates: [f64; 3] = typed::read::numbers::<3>, "coordinates";
 }
 typed::node!(
     /// Angles about x, y and z.
     Orientation, "Orientation"
 );
+typed::reads! { 's Orientation;
 
-impl<'s> Orientation<'s> {
     /// `float[3] unit "rad" optional`. `None` if it has no value.
-    pub fn angles(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("angles")?)
-    }
+    angles: [f64; 3] = typed::read::numbers::<3>, "angles";
 }
 typed::node!(
     Pose, "Pose"
@@ -156,55 +87,37 @@ typed::node!(
 typed::node!(
     Twist, "Twist"
 );
+typed::reads! { 's Twist;
 
-impl<'s> Twist<'s> {
     /// `float[3] unit "m/s"`. `None` if it has no value.
-    pub fn linear(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("linear")?)
-    }
+    linear: [f64; 3] = typed::read::numbers::<3>, "linear";
 
     /// `float[3] unit "rad/s"`. `None` if it has no value.
-    pub fn angular(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("angular")?)
-    }
+    angular: [f64; 3] = typed::read::numbers::<3>, "angular";
 }
 typed::node!(
     /// A room, whose frame is in a corner.
     Room, "room"
 );
+typed::reads! { 's Room;
 
-impl<'s> Room<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 
     /// Along x.
     /// `float unit "m" 0: optional`. `None` if it has no value.
-    pub fn length(&self) -> Option<f64> {
-        typed::read::number(self.0.get("length")?)
-    }
+    length: f64 = typed::read::number, "length";
 }
 typed::node_by_name!(Room, "room", room);
 typed::edit_element!(RoomEdit, NodeId);
+typed::writes! { RoomEdit;
 
-impl RoomEdit<'_> {
     /// `string`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_name(&mut self, value: &str) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "name", value)?)
-    }
+    set_name: &str = "name";
 
     /// Along x.
     /// `float unit "m" 0: optional`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_length(&mut self, value: f64) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "length", value)?)
-    }
+    set_length: f64 = "length";
 }
 typed::removes!(RoomEdit, remove_node);
 typed::edit_node_by_name!(RoomEdit, "room", room);
@@ -216,35 +129,27 @@ typed::node!(
 
 /// What has changed of the type `door`.
 pub type DoorChange = typed::Change<Door<'static>>;
+typed::reads! { 's Door;
 
-impl<'s> Door<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 
     /// `float unit "m" 0:`. `None` if it has no value.
-    pub fn width(&self) -> Option<f64> {
-        typed::read::number(self.0.get("width")?)
-    }
+    width: f64 = typed::read::number, "width";
 
     /// How far it is open: 0 is closed.
     /// `float 0:1 optional`. `None` if it has no value.
-    pub fn opened(&self) -> Option<f64> {
-        typed::read::number(self.0.get("opened")?)
-    }
+    opened: f64 = typed::read::number, "opened";
 }
 typed::node_by_name!(Door, "door", door);
 typed::edge!(
     /// Where a child is in its parent. A frame has one parent.
     Rt, "RT"
 );
+typed::reads! { 's Rt;
 
-impl<'s> Rt<'s> {
     /// `float[6] history 2s`. `None` if it has no value.
-    pub fn pose(&self) -> Option<[f64; 6]> {
-        typed::read::numbers::<6>(self.0.get("pose")?)
-    }
+    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
 }
 typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edge!(
@@ -252,12 +157,10 @@ typed::edge!(
     /// need not agree with the tree.
     LoopClosure, "loop_closure"
 );
+typed::reads! { 's LoopClosure;
 
-impl<'s> LoopClosure<'s> {
     /// `float[6]`. `None` if it has no value.
-    pub fn pose(&self) -> Option<[f64; 6]> {
-        typed::read::numbers::<6>(self.0.get("pose")?)
-    }
+    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
 }
 typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edge!(

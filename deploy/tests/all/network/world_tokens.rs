@@ -91,7 +91,8 @@ fn a_question_with_a_token_reads_what_its_asker_has_written() {
     site.assert_nothing_left();
 }
 
-const START: &str = r#"{"nodes": [{"id": "1:1", "type": "room", "attributes": {"name": "hall", "length": 4.0}}]}"#;
+const START: &str =
+    r#"{"nodes": [{"id": "1:1", "type": "room", "attributes": {"name": "hall", "length": 4.0}}]}"#;
 
 /// Two keepers of one world: what the network says of it is there once, and is kept.
 #[test]
@@ -131,12 +132,7 @@ fn keepers_start_a_world_once_and_keep_it_as_their_network_says() {
     };
     for name in ["kept.graph", "other.graph"] {
         Site::until("the world is kept", || read(name).contains("\"front\""));
-        assert_eq!(
-            read(name).matches("\"hall\"").count(),
-            1,
-            "{}",
-            read(name)
-        );
+        assert_eq!(read(name).matches("\"hall\"").count(), 1, "{}", read(name));
     }
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");

@@ -21,22 +21,9 @@ pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
-pub use rc_runtime::middleware::typed::{HandlerError, Request};
-pub use rc_runtime::middleware::{CallError, InPlace, SendError};
-pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing};
 pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
-pub use slots::DdsBatteries;
-pub use slots::DdsTracks;
-pub use slots::DdsTracksSlot;
-pub use slots::Lasers;
-pub use slots::RosBatteries;
-pub use slots::RosBatteriesSlot;
-pub use slots::RosTracks;
-pub use slots::RosTracksSlot;
-pub use slots::Tracks;
+pub use slots::{Lasers, DdsBatteries, RosBatteries, Tracks, DdsTracks, RosTracks, RosBatteriesSlot, DdsTracksSlot, RosTracksSlot};
 pub use types::*;
 
-#[doc(hidden)]
-#[deprecated(note = "the state of the component is `ComponentState`")]
-pub type State = ComponentState;
+rc_runtime::names_of_workers!();

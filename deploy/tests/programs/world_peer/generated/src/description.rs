@@ -6,7 +6,6 @@ use crate::interfaces;
 use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
-use rc_runtime::middleware::Reliability;
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
@@ -39,73 +38,23 @@ const SLOT_OTHER: Slot = Slot {
     external_types: backend::TYPES_OTHER,
 };
 
-const SLOT_G: Slot = Slot {
-    name: "g",
-    role: Role::Publishes,
-    interface: "World",
-    type_name: "RcWorld::World",
-    type_hash: 0x58e53eaa54d8832d,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::Reliable,
-        depth: 64,
-        ..Qos::PUBLISHER
-    },
-    is_array: false,
-    operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_G,
-};
+const SLOT_G: Slot = rc_world_typed::slot(
+    0, "g", 0x58e53eaa54d8832d, backend::MIDDLEWARE, interfaces::world::OPERATIONS, backend::TYPES_G,
+);
 
-const SLOT_G_STREAM: Slot = Slot {
-    name: "g_stream",
-    role: Role::Publishes,
-    interface: "WorldStream",
-    type_name: "RcWorld::WorldStream",
-    type_hash: 0xe19717e82fbafe2e,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::BestEffort,
-        depth: 64,
-        ..Qos::PUBLISHER
-    },
-    is_array: false,
-    operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_G_STREAM,
-};
+const SLOT_G_STREAM: Slot = rc_world_typed::slot(
+    1, "g_stream", 0xe19717e82fbafe2e, backend::MIDDLEWARE, interfaces::world_stream::OPERATIONS,
+    backend::TYPES_G_STREAM,
+);
 
-const SLOT_G_PEERS: Slot = Slot {
-    name: "g_peers",
-    role: Role::SubscribesTo,
-    interface: "World",
-    type_name: "RcWorld::World",
-    type_hash: 0x58e53eaa54d8832d,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::Reliable,
-        depth: 64,
-        ..Qos::SUBSCRIBER
-    },
-    is_array: false,
-    operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_G_PEERS,
-};
+const SLOT_G_PEERS: Slot = rc_world_typed::slot(
+    2, "g_peers", 0x58e53eaa54d8832d, backend::MIDDLEWARE, interfaces::world::OPERATIONS, backend::TYPES_G_PEERS,
+);
 
-const SLOT_G_STREAMS: Slot = Slot {
-    name: "g_streams",
-    role: Role::SubscribesTo,
-    interface: "WorldStream",
-    type_name: "RcWorld::WorldStream",
-    type_hash: 0xe19717e82fbafe2e,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::BestEffort,
-        depth: 64,
-        ..Qos::SUBSCRIBER
-    },
-    is_array: false,
-    operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_G_STREAMS,
-};
+const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
+    3, "g_streams", 0xe19717e82fbafe2e, backend::MIDDLEWARE, interfaces::world_stream::OPERATIONS,
+    backend::TYPES_G_STREAMS,
+);
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {

@@ -22,14 +22,9 @@ pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
-pub use rc_runtime::middleware::typed::{HandlerError, Request};
-pub use rc_runtime::middleware::{CallError, InPlace, SendError};
-pub use rc_runtime::{ComponentState, Embedded, ParamChange, WorkerError, network_time, tracing};
 pub use self::interfaces::*;
 pub use slots::Reads;
 pub use types::*;
 pub use world::WorldHandlers;
 
-#[doc(hidden)]
-#[deprecated(note = "the state of the component is `ComponentState`")]
-pub type State = ComponentState;
+rc_runtime::names_of_workers!();

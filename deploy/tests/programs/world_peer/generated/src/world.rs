@@ -5,7 +5,7 @@ use crate::context::Context;
 use rc_world_typed as typed;
 
 /// The files of the schema.
-pub(crate) const SCHEMA: &[(&str, &str)] = &[("home.gdsl", FILE_0), ("geometry.gdsl", FILE_1)];
+pub(crate) const SCHEMA: &[(&str, &str)] = &[("home.gdsl", FILE_0), typed::domain("geometry.gdsl")];
 
 const FILE_0: &str = r#"// What the components of `networks/home.ddsl` know of a home.
 import "geometry.gdsl";
@@ -24,69 +24,6 @@ Domain home
         width float unit "m" 0:;
         /// How far it is open: 0 is closed.
         opened float 0:1 optional;
-    };
-};
-"#;
-const FILE_1: &str = r#"// Frames, and where they are.
-Domain geometry
-{
-    /// Something with a position and an orientation.
-    entity Frame
-    {
-        name string;
-    };
-    /// What holds between two frames, when something refers to it.
-    entity GeometricRelation { };
-    entity Position :GeometricRelation
-    {
-        coordinates float[3] unit "m" optional;
-    };
-    /// Angles about x, y and z.
-    entity Orientation :GeometricRelation
-    {
-        angles float[3] unit "rad" optional;
-    };
-    entity Pose :GeometricRelation
-    {
-        composed_by Position, Orientation;
-    };
-    entity Twist
-    {
-        linear float[3] unit "m/s";
-        angular float[3] unit "rad/s";
-    };
-
-    /// Where a child is in its parent. A frame has one parent.
-    relation RT
-    {
-        parent Frame;
-        child Frame;
-        pose pose history 2s;
-        tree interpolated;
-        promotes Pose;
-    };
-    /// Where a child is in another frame as something else knows it. It may close a loop, which
-    /// need not agree with the tree.
-    relation loop_closure
-    {
-        parent Frame;
-        child Frame;
-        pose pose;
-    };
-    relation of
-    {
-        what GeometricRelation 1:1;
-        frame Frame;
-    };
-    relation with_respect_to
-    {
-        what GeometricRelation 1:1;
-        frame Frame;
-    };
-    relation composed_by
-    {
-        whole GeometricRelation;
-        part GeometricRelation;
     };
 };
 "#;
@@ -216,24 +153,17 @@ typed::node!(
 
 /// What has changed of the type `Frame`.
 pub type FrameChange = typed::Change<Frame<'static>>;
+typed::reads! { 's Frame;
 
-impl<'s> Frame<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 }
 typed::node_by_name!(Frame, "Frame", frame);
 typed::edit_element!(FrameEdit, NodeId);
+typed::writes! { FrameEdit;
 
-impl FrameEdit<'_> {
     /// `string`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_name(&mut self, value: &str) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "name", value)?)
-    }
+    set_name: &str = "name";
 }
 typed::removes!(FrameEdit, remove_node);
 typed::edit_node_by_name!(FrameEdit, "Frame", frame);
@@ -246,8 +176,7 @@ typed::node!(
 /// What has changed of the type `GeometricRelation`.
 pub type GeometricRelationChange = typed::Change<GeometricRelation<'static>>;
 typed::edit_element!(GeometricRelationEdit, NodeId);
-
-impl GeometricRelationEdit<'_> {
+typed::writes! { GeometricRelationEdit;
 }
 typed::removes!(GeometricRelationEdit, remove_node);
 typed::add_node!(GeometricRelationEdit, "GeometricRelation", add_geometric_relation);
@@ -257,23 +186,16 @@ typed::node!(
 
 /// What has changed of the type `Position`.
 pub type PositionChange = typed::Change<Position<'static>>;
+typed::reads! { 's Position;
 
-impl<'s> Position<'s> {
     /// `float[3] unit "m" optional`. `None` if it has no value.
-    pub fn coordinates(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("coordinates")?)
-    }
+    coordinates: [f64; 3] = typed::read::numbers::<3>, "coordinates";
 }
 typed::edit_element!(PositionEdit, NodeId);
+typed::writes! { PositionEdit;
 
-impl PositionEdit<'_> {
     /// `float[3] unit "m" optional`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_coordinates(&mut self, value: [f64; 3]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "coordinates", value)?)
-    }
+    set_coordinates: [f64; 3] = "coordinates";
 }
 typed::removes!(PositionEdit, remove_node);
 typed::add_node!(PositionEdit, "Position", add_position);
@@ -284,23 +206,16 @@ typed::node!(
 
 /// What has changed of the type `Orientation`.
 pub type OrientationChange = typed::Change<Orientation<'static>>;
+typed::reads! { 's Orientation;
 
-impl<'s> Orientation<'s> {
     /// `float[3] unit "rad" optional`. `None` if it has no value.
-    pub fn angles(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("angles")?)
-    }
+    angles: [f64; 3] = typed::read::numbers::<3>, "angles";
 }
 typed::edit_element!(OrientationEdit, NodeId);
+typed::writes! { OrientationEdit;
 
-impl OrientationEdit<'_> {
     /// `float[3] unit "rad" optional`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_angles(&mut self, value: [f64; 3]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "angles", value)?)
-    }
+    set_angles: [f64; 3] = "angles";
 }
 typed::removes!(OrientationEdit, remove_node);
 typed::add_node!(OrientationEdit, "Orientation", add_orientation);
@@ -311,8 +226,7 @@ typed::node!(
 /// What has changed of the type `Pose`.
 pub type PoseChange = typed::Change<Pose<'static>>;
 typed::edit_element!(PoseEdit, NodeId);
-
-impl PoseEdit<'_> {
+typed::writes! { PoseEdit;
 }
 typed::removes!(PoseEdit, remove_node);
 typed::add_node!(PoseEdit, "Pose", add_pose);
@@ -322,36 +236,22 @@ typed::node!(
 
 /// What has changed of the type `Twist`.
 pub type TwistChange = typed::Change<Twist<'static>>;
+typed::reads! { 's Twist;
 
-impl<'s> Twist<'s> {
     /// `float[3] unit "m/s"`. `None` if it has no value.
-    pub fn linear(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("linear")?)
-    }
+    linear: [f64; 3] = typed::read::numbers::<3>, "linear";
 
     /// `float[3] unit "rad/s"`. `None` if it has no value.
-    pub fn angular(&self) -> Option<[f64; 3]> {
-        typed::read::numbers::<3>(self.0.get("angular")?)
-    }
+    angular: [f64; 3] = typed::read::numbers::<3>, "angular";
 }
 typed::edit_element!(TwistEdit, NodeId);
+typed::writes! { TwistEdit;
 
-impl TwistEdit<'_> {
     /// `float[3] unit "m/s"`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_linear(&mut self, value: [f64; 3]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "linear", value)?)
-    }
+    set_linear: [f64; 3] = "linear";
 
     /// `float[3] unit "rad/s"`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_angular(&mut self, value: [f64; 3]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "angular", value)?)
-    }
+    set_angular: [f64; 3] = "angular";
 }
 typed::removes!(TwistEdit, remove_node);
 typed::add_node!(TwistEdit, "Twist", add_twist);
@@ -362,39 +262,25 @@ typed::node!(
 
 /// What has changed of the type `room`.
 pub type RoomChange = typed::Change<Room<'static>>;
+typed::reads! { 's Room;
 
-impl<'s> Room<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 
     /// Along x.
     /// `float unit "m" 0: optional`. `None` if it has no value.
-    pub fn length(&self) -> Option<f64> {
-        typed::read::number(self.0.get("length")?)
-    }
+    length: f64 = typed::read::number, "length";
 }
 typed::node_by_name!(Room, "room", room);
 typed::edit_element!(RoomEdit, NodeId);
+typed::writes! { RoomEdit;
 
-impl RoomEdit<'_> {
     /// `string`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_name(&mut self, value: &str) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "name", value)?)
-    }
+    set_name: &str = "name";
 
     /// Along x.
     /// `float unit "m" 0: optional`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_length(&mut self, value: f64) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "length", value)?)
-    }
+    set_length: f64 = "length";
 }
 typed::removes!(RoomEdit, remove_node);
 typed::edit_node_by_name!(RoomEdit, "room", room);
@@ -406,52 +292,31 @@ typed::node!(
 
 /// What has changed of the type `door`.
 pub type DoorChange = typed::Change<Door<'static>>;
+typed::reads! { 's Door;
 
-impl<'s> Door<'s> {
     /// `string`. `None` if it has no value.
-    pub fn name(&self) -> Option<&'s str> {
-        typed::read::text(self.0.get("name")?)
-    }
+    name: &'s str = typed::read::text, "name";
 
     /// `float unit "m" 0:`. `None` if it has no value.
-    pub fn width(&self) -> Option<f64> {
-        typed::read::number(self.0.get("width")?)
-    }
+    width: f64 = typed::read::number, "width";
 
     /// How far it is open: 0 is closed.
     /// `float 0:1 optional`. `None` if it has no value.
-    pub fn opened(&self) -> Option<f64> {
-        typed::read::number(self.0.get("opened")?)
-    }
+    opened: f64 = typed::read::number, "opened";
 }
 typed::node_by_name!(Door, "door", door);
 typed::edit_element!(DoorEdit, NodeId);
+typed::writes! { DoorEdit;
 
-impl DoorEdit<'_> {
     /// `string`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_name(&mut self, value: &str) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "name", value)?)
-    }
+    set_name: &str = "name";
 
     /// `float unit "m" 0:`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_width(&mut self, value: f64) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "width", value)?)
-    }
+    set_width: f64 = "width";
 
     /// How far it is open: 0 is closed.
     /// `float 0:1 optional`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_opened(&mut self, value: f64) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "opened", value)?)
-    }
+    set_opened: f64 = "opened";
 }
 typed::removes!(DoorEdit, remove_node);
 typed::edit_node_by_name!(DoorEdit, "door", door);
@@ -463,24 +328,17 @@ typed::edge!(
 
 /// What has changed of the type `RT`.
 pub type RtChange = typed::Change<Rt<'static>>;
+typed::reads! { 's Rt;
 
-impl<'s> Rt<'s> {
     /// `float[6] history 2s`. `None` if it has no value.
-    pub fn pose(&self) -> Option<[f64; 6]> {
-        typed::read::numbers::<6>(self.0.get("pose")?)
-    }
+    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
 }
 typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edit_element!(RtEdit, EdgeId);
+typed::writes! { RtEdit;
 
-impl RtEdit<'_> {
     /// `float[6] history 2s`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_pose(&mut self, value: [f64; 6]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "pose", value)?)
-    }
+    set_pose: [f64; 6] = "pose";
 }
 typed::removes!(RtEdit, remove_edge);
 typed::edit_edge!(edge, RtEdit, "RT", rt, parent, child);
@@ -492,24 +350,17 @@ typed::edge!(
 
 /// What has changed of the type `loop_closure`.
 pub type LoopClosureChange = typed::Change<LoopClosure<'static>>;
+typed::reads! { 's LoopClosure;
 
-impl<'s> LoopClosure<'s> {
     /// `float[6]`. `None` if it has no value.
-    pub fn pose(&self) -> Option<[f64; 6]> {
-        typed::read::numbers::<6>(self.0.get("pose")?)
-    }
+    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
 }
 typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edit_element!(LoopClosureEdit, EdgeId);
+typed::writes! { LoopClosureEdit;
 
-impl LoopClosureEdit<'_> {
     /// `float[6]`
-    ///
-    /// # Errors
-    /// The value is none that the graph holds.
-    pub fn set_pose(&mut self, value: [f64; 6]) -> Result<(), typed::Error> {
-        Ok(self.edit.set(self.id, "pose", value)?)
-    }
+    set_pose: [f64; 6] = "pose";
 }
 typed::removes!(LoopClosureEdit, remove_edge);
 typed::edit_edge!(edge, LoopClosureEdit, "loop_closure", loop_closure, parent, child);
@@ -521,8 +372,7 @@ typed::edge!(
 pub type OfChange = typed::Change<Of<'static>>;
 typed::edge_between!(Of, "of", of, what, frame);
 typed::edit_element!(OfEdit, EdgeId);
-
-impl OfEdit<'_> {
+typed::writes! { OfEdit;
 }
 typed::removes!(OfEdit, remove_edge);
 typed::edit_edge!(edge, OfEdit, "of", of, what, frame);
@@ -534,8 +384,7 @@ typed::edge!(
 pub type WithRespectToChange = typed::Change<WithRespectTo<'static>>;
 typed::edge_between!(WithRespectTo, "with_respect_to", with_respect_to, what, frame);
 typed::edit_element!(WithRespectToEdit, EdgeId);
-
-impl WithRespectToEdit<'_> {
+typed::writes! { WithRespectToEdit;
 }
 typed::removes!(WithRespectToEdit, remove_edge);
 typed::edit_edge!(edge, WithRespectToEdit, "with_respect_to", with_respect_to, what, frame);
@@ -547,8 +396,7 @@ typed::edge!(
 pub type ComposedByChange = typed::Change<ComposedBy<'static>>;
 typed::edge_between!(ComposedBy, "composed_by", composed_by, whole, part);
 typed::edit_element!(ComposedByEdit, EdgeId);
-
-impl ComposedByEdit<'_> {
+typed::writes! { ComposedByEdit;
 }
 typed::removes!(ComposedByEdit, remove_edge);
 typed::edit_edge!(edge, ComposedByEdit, "composed_by", composed_by, whole, part);
