@@ -41,9 +41,9 @@ fn a_consumer_converts_what_a_program_outside_sends() {
 fn a_program_outside_gets_an_adaptor() {
     let text = "external a.Laser { cdsl \"other\"; convert; };";
     let made = outside(["implements Laser", "requires Laser"], text, &expect![[""]]);
-    expect![[r#"
+    expect![[r"
         a_Laser_adaptor.provider -> a.Laser converts L::D.x m ×1000 = mm, 1 operation a number by 0o:f{1000}
-        a_Laser_adaptor.consumer with outside ``"#]].assert_eq(&made.join("\n"));
+        a_Laser_adaptor.consumer with outside ``"]].assert_eq(&made.join("\n"));
     let text = text.replace(" convert;", "");
     outside(
         ["implements Laser", "requires Laser"],
@@ -62,9 +62,9 @@ fn a_process_stands_before_a_program_outside() {
         text,
         &expect![[""]],
     );
-    expect![[r#"
+    expect![[r"
         a.Laser -> a_Laser_adaptor.consumer
-        a_Laser_adaptor.provider with outside `x` converts L::D.x mm ×1/1000 = m, 1 operation a number"#]].assert_eq(&made.join("\n"));
+        a_Laser_adaptor.provider with outside `x` converts L::D.x mm ×1/1000 = m, 1 operation a number"]].assert_eq(&made.join("\n"));
     let text = text.replace(" via process", "");
     outside(
         ["requires Laser", "implements Laser(ros2)"],
@@ -82,11 +82,11 @@ fn several_programs_outside_get_an_adaptor_each() {
         Group g { export Laser; Component a { cdsl \"a\"; }; };";
     let (own, other) = (end("m", "implements Laser;"), end("mm", "requires Laser;"));
     let made = network(text, &[("a", &own), ("other", &other)], &expect![[""]]);
-    expect![[r#"
+    expect![[r"
         g.a_Laser_adaptor.provider -> g.a.Laser converts L::D.x m ×1000 = mm, 1 operation a number by 0o:f{1000}
         g.a_Laser_adaptor_2.provider -> g.a.Laser converts L::D.x m ×1000 = mm, 1 operation a number by 0o:f{1000}
         g.a_Laser_adaptor.consumer with outside `one`
-        g.a_Laser_adaptor_2.consumer with outside `two`"#]].assert_eq(&made.join("\n"));
+        g.a_Laser_adaptor_2.consumer with outside `two`"]].assert_eq(&made.join("\n"));
 }
 
 #[test]
@@ -96,9 +96,9 @@ fn an_address_needs_an_adaptor() {
     network(
         "external a.Laser at \"x\" { cdsl \"other\"; };\nComponent a { cdsl \"a\"; };",
         &[("a", &own), ("other", &other)],
-        &expect![[r#"
+        &expect![[r"
             n.ddsl:2:21: error[missing-clause]: without `convert`, programs outside have the address of `a.Laser` itself, not `x` (add `convert;`, so that an adaptor serves them here, or remove `at`)
-        "#]],
+        "]],
     );
 }
 
@@ -108,32 +108,32 @@ fn a_file_that_describes_no_peer_is_refused() {
     outside(
         ["implements Laser", "implements Laser"],
         text,
-        &expect![[r#"
+        &expect![[r"
         n.ddsl:2:25: error[unknown-slot]: `other` has no slot that requires `L::Laser`, as the peer of `Laser` does; its component at other.cdsl:2:11
-    "#]],
+    "]],
     );
     let both = "requires Laser as one, Laser as two";
     outside(
         ["implements Laser", both],
         text,
-        &expect![[r#"
+        &expect![[r"
             n.ddsl:2:25: error[ambiguous-slot]: `other` has two slots of which each requires `L::Laser`: `one` and `two`; its component at other.cdsl:2:11 (name a file with one of them)
-        "#]],
+        "]],
     );
     let frames = text.replace("convert;", "convert { frames tree; };");
     outside(
         ["implements Laser", "requires Laser"],
         &frames,
-        &expect![[r#"
+        &expect![[r"
             n.ddsl:2:51: error[wrong-frames]: a program outside has no slot that knows where frames are (change the frame in a component of the network)
-        "#]],
+        "]],
     );
     outside(
         ["requires Laser", "implements Laser"],
         &frames,
-        &expect![[r#"
+        &expect![[r"
             n.ddsl:2:51: error[wrong-frames]: `a.Laser` calls, and only samples change their frame; declared here at a.cdsl:2:41 (ask the tree in the component)
-        "#]],
+        "]],
     );
 }
 
@@ -144,9 +144,9 @@ fn an_external_slot_has_one_connection() {
     outside(
         ["requires Laser", "implements Laser"],
         &both,
-        &expect![[r#"
+        &expect![[r"
         n.ddsl:2:55: error[bound-twice]: `a.Laser` is bound already; first bound here at n.ddsl:2:10
-    "#]],
+    "]],
     );
     let (own, other) = (end("m", "requires Laser;"), end("mm", "implements Laser;"));
     let body = format!(
@@ -155,9 +155,9 @@ fn an_external_slot_has_one_connection() {
     network(
         &body,
         &[("a", &own), ("other", &other)],
-        &expect![[r#"
+        &expect![[r"
         n.ddsl:2:48: error[bound-twice]: `a.Laser` is bound already; first bound here at n.ddsl:2:6
-    "#]],
+    "]],
     );
 }
 
@@ -172,9 +172,9 @@ fn the_block_of_an_external_slot() {
         ),
         (
             "cdsl \"other\"; cdsl \"other\"; convert;",
-            expect![[r#"
+            expect![[r"
             n.ddsl:2:34: error[repeated-clause]: `cdsl` occurs twice; first here at n.ddsl:2:20
-        "#]],
+        "]],
         ),
         (
             "cdsl \"other\"; covert;",
@@ -185,9 +185,9 @@ fn the_block_of_an_external_slot() {
         ),
         (
             "cdsl other;",
-            expect![[r#"
+            expect![[r"
             n.ddsl:2:25: error[syntax-error]: expected a string, found `other`
-        "#]],
+        "]],
         ),
         (
             "",
