@@ -173,6 +173,12 @@ impl ParameterServer {
         let is_its =
             |requester: &Requester| matches!(requester, Requester::Proposal(n) if *n == number);
         self.queue.retain(|request| !is_its(&request.requester));
+        let takes_it_back =
+            |one: &InFlight| matches!(one.requester, Requester::Settlement(n) if n == number);
+        if self.in_flight.as_ref().is_some_and(takes_it_back) {
+            // The answer comes when the worker has its old values.
+            return;
+        }
         if let Some(in_flight) = self.in_flight.take_if(|one| is_its(&one.requester)) {
             // The supervisor has given it up.
             let ended = in_flight.proposal.conclude(|_| String::new());
@@ -281,7 +287,7 @@ impl ParameterServer {
             && let Some(path) = self.ruled_one(&accepted)
         {
             let message = format!(
-                "`{path}` is in a rule of the network; `rcdeploy params set` asks all components of the rule"
+                "`{path}` is in a rule of the network: change it with `rcdeploy params set`, which checks the rule"
             );
             return Some((requester, Err(Error::new(Error::RULED, message))));
         }

@@ -44,7 +44,7 @@ struct Member {
     period: Value,
 }
 
-/// Changes that no rule refuses.
+/// Changes that no rule refuses: the new values of the changed components.
 #[derive(Clone, Debug)]
 pub struct RuledChanges(Members);
 
@@ -96,9 +96,9 @@ impl NetworkRules {
         &self,
         changes: &BTreeMap<String, Map<String, Json>>,
     ) -> Result<RuledChanges, String> {
-        let mut changed = self.members.clone();
+        let mut changed = Members::new();
         for (name, changes) in changes {
-            let Some(member) = changed.get_mut(name) else {
+            let Some(member) = self.members.get(name) else {
                 continue;
             };
             let live = LiveParameters::new(member.model.clone(), &member.values);
@@ -108,9 +108,13 @@ impl NetworkRules {
                 let found: Vec<String> = found.iter().map(text).collect();
                 format!("{name}: {}", found.join("; "))
             })?;
-            member.values = accepted.values();
+            let values = accepted.values();
+            let member = member.clone();
+            changed.insert(name.clone(), Member { values, ..member });
         }
-        let broken = self.broken(&changed);
+        let mut all = self.members.clone();
+        all.extend(changed.clone());
+        let broken = self.broken(&all);
         if broken.is_empty() {
             Ok(RuledChanges(changed))
         } else {
@@ -120,7 +124,7 @@ impl NetworkRules {
 
     /// The changes are in force.
     pub fn apply(&mut self, changes: RuledChanges) {
-        self.members = changes.0;
+        self.members.extend(changes.0);
     }
 
     /// A component runs with its configuration again, in place of `values`. Returns the rules that
@@ -223,7 +227,12 @@ impl<'n> Tree<'n> {
                 let period = network.periods[at].as_nanos();
                 let period = Value::Duration(u64::try_from(period).unwrap_or(u64::MAX));
                 let member = Member {
-                    model,
+                    // The component itself checks its own rules. Some of their values may have changed
+                    // without the supervisor.
+                    model: Parameters {
+                        rules: Vec::new(),
+                        ..model
+                    },
                     values: values.clone(),
                     period,
                 };

@@ -19,6 +19,7 @@ mod network_troubles;
 pub mod options;
 mod parameter_changes;
 mod process_handle;
+mod proposal_answers;
 mod proposals;
 mod proxies;
 mod renewal;

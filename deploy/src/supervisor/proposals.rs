@@ -6,11 +6,9 @@
 
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
-use crate::supervisor::supervise::Supervisor;
 use crate::supervisor::unit::Unit;
 use rc_deploy_network::{NetworkRules, RuledChanges};
 use rc_management::component::Changed;
-use rc_management::event::Severity;
 use rc_management::link::SupervisorMessage;
 use rc_management::supervisor::{ParametersChanged, Request};
 use serde_json::{Map, Value};
@@ -19,12 +17,13 @@ use std::time::{Duration, Instant};
 
 /// The limit for the decisions of all components; each of them has a shorter one.
 const DECISION_LIMIT: Duration = Duration::from_secs(4);
-/// The limit for what follows: a worker gets its old values when its turn comes.
-const SETTLE_LIMIT: Duration = Duration::from_secs(4);
+/// The limit for what follows: a worker gets its old values when its turn comes. Components are told
+/// for the last time while they still hold their parts.
+const SETTLE_LIMIT: Duration = Duration::from_millis(2500);
 /// How often components are told again what is decided.
 const MOST_TOLD: u32 = 2;
 /// How many changes wait for the one that is under way.
-const MOST_WAITING: usize = 16;
+pub(super) const MOST_WAITING: usize = 16;
 
 /// The rules of a network, and the changes under way.
 #[derive(Debug)]
@@ -94,6 +93,12 @@ impl Proposals {
         }
         self.waiting.push_back(request);
         None
+    }
+
+    /// A component runs with its configuration, without the changes of earlier runs. Returns the
+    /// rules that are broken now.
+    pub(super) fn configured(&mut self, component: &str) -> Vec<String> {
+        self.rules.reset(component, &self.start)
     }
 
     /// When the change under way must have gone on.
@@ -212,7 +217,11 @@ impl Round {
                 }
                 None => {}
             }
-            part.settled |= unit.proposal.is_settled(self.number);
+            if unit.proposal.is_settled(self.number) {
+                part.settled = true;
+                // It holds its part for a while only. This counts only before all have accepted.
+                against.get_or_insert(format!("`{}` has taken its part back", unit.name()));
+            }
             if !unit.is_alive() || unit.runs != part.run {
                 part.settled = true;
                 against.get_or_insert(format!("`{}` has ended", unit.name()));
@@ -232,13 +241,13 @@ impl Round {
             .iter()
             .filter(|(_, part)| part.accepted.is_none());
         let undecided = undecided.next().map(|(&i, _)| i);
-        if let Some(i) = undecided
-            && Instant::now() >= self.deadline
-        {
-            let name = units[i].name();
-            against.get_or_insert(format!(
-                "`{name}` has not decided within {DECISION_LIMIT:?}"
-            ));
+        if Instant::now() >= self.deadline {
+            // Also if all have accepted meanwhile: who has waited for too long takes its part back.
+            let who = match undecided {
+                Some(i) => format!("`{}`", units[i].name()),
+                None => "the supervisor".to_owned(),
+            };
+            against.get_or_insert(format!("{who} has not decided within {DECISION_LIMIT:?}"));
         }
         match against {
             Some(reason) => self.stage = Stage::TakenBack(reason),
@@ -307,76 +316,5 @@ impl Round {
             )),
         };
         (self.request, result)
-    }
-}
-
-/// What a component has answered to the last changes.
-#[derive(Debug, Default)]
-pub(crate) struct ProposalAnswers {
-    decided: Option<(u64, Result<Changed, String>)>,
-    settled: u64,
-    /// Whether it runs with its configuration, since its changed values were not restored.
-    configured: bool,
-}
-
-impl ProposalAnswers {
-    /// A worker has decided.
-    pub(super) fn decided(&mut self, number: u64, result: Result<Changed, String>) {
-        self.decided = Some((number, result));
-    }
-
-    /// A part is kept, or taken back.
-    pub(super) fn settled(&mut self, number: u64) {
-        self.settled = number;
-    }
-
-    /// The component runs with its configuration.
-    pub(super) fn configured(&mut self) {
-        self.configured = true;
-    }
-
-    fn take_answer(&mut self, number: u64) -> Option<Result<Changed, String>> {
-        let decided = self.decided.take_if(|(of, _)| *of == number);
-        decided.map(|(_, result)| result)
-    }
-
-    fn is_settled(&self, number: u64) -> bool {
-        self.settled == number
-    }
-}
-
-impl Supervisor<'_> {
-    /// Takes a request, or answers why it is refused.
-    pub(super) fn take_proposal(&mut self, request: ClientRequest) {
-        if let Some(request) = self.proposals.take(request) {
-            let text = format!("{MOST_WAITING} changes of parameters wait; try again");
-            self.control.answer_refused(&request, &text);
-        }
-    }
-
-    /// Continues the changes of parameters.
-    pub(super) fn advance_proposals(&mut self) {
-        let ends = self.ending.is_some();
-        let (outcomes, undone) = self.proposals.advance(&mut self.units, ends);
-        for reason in undone {
-            let text = format!("a change of parameters is taken back: {reason}");
-            self.network_event(Severity::Warning, "parameters-undone", text);
-        }
-        for (request, result) in outcomes {
-            match result {
-                Ok(changed) => self.control.answer_changed(&request, &changed),
-                Err(reason) => self.control.answer_refused(&request, &reason),
-            }
-        }
-        for i in 0..self.units.len() {
-            if std::mem::take(&mut self.units[i].proposal.configured) {
-                let Proposals { rules, start, .. } = &mut self.proposals;
-                let broken = rules.reset(self.units[i].name(), start);
-                if !broken.is_empty() {
-                    let text = format!("rules of the network are broken: {}", broken.join("; "));
-                    self.network_event(Severity::Warning, "rule-broken", text);
-                }
-            }
-        }
     }
 }

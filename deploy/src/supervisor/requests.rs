@@ -4,6 +4,7 @@ use crate::supervisor::chains::ChainWatch;
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::flight_recorder::FlightRecorder;
+use crate::supervisor::proposals::MOST_WAITING;
 use crate::supervisor::proxies;
 use crate::supervisor::supervise::{StopReason, Supervisor};
 use crate::supervisor::unit::Unit;
@@ -158,5 +159,38 @@ impl Supervisor<'_> {
             found.extend(meant);
         }
         Ok(found)
+    }
+
+    /// Takes a request, or answers why it is refused.
+    pub(super) fn take_proposal(&mut self, request: ClientRequest) {
+        if let Some(request) = self.proposals.take(request) {
+            let text = format!("{MOST_WAITING} changes of parameters wait; try again");
+            self.control.answer_refused(&request, &text);
+        }
+    }
+
+    /// Continues the changes of parameters.
+    pub(super) fn advance_proposals(&mut self) {
+        let ends = self.ending.is_some();
+        let (outcomes, undone) = self.proposals.advance(&mut self.units, ends);
+        for reason in undone {
+            let text = format!("a change of parameters is taken back: {reason}");
+            self.network_event(Severity::Warning, "parameters-undone", text);
+        }
+        for (request, result) in outcomes {
+            match result {
+                Ok(changed) => self.control.answer_changed(&request, &changed),
+                Err(reason) => self.control.answer_refused(&request, &reason),
+            }
+        }
+        for i in 0..self.units.len() {
+            if self.units[i].proposal.take_configured() {
+                let broken = self.proposals.configured(self.units[i].name());
+                if !broken.is_empty() {
+                    let text = format!("rules of the network are broken: {}", broken.join("; "));
+                    self.network_event(Severity::Warning, "rule-broken", text);
+                }
+            }
+        }
     }
 }

@@ -17,7 +17,7 @@ use crate::supervisor::health::HealthMonitor;
 use crate::supervisor::lifecycle_control::LifecycleControl;
 use crate::supervisor::parameter_changes::Changes;
 use crate::supervisor::process_handle::ProcessHandle;
-use crate::supervisor::proposals::ProposalAnswers;
+use crate::supervisor::proposal_answers::ProposalAnswers;
 use crate::supervisor::restart::{Next, Restarts};
 use rc_deploy_client::connection::KILL_LIMIT;
 use rc_deploy_client::logs;

@@ -1,8 +1,8 @@
 //! A component in a process of its own, with its supervisor and with clients that behave badly.
 
-use rc_management::component::{Done, Request, State, Status};
+use rc_management::component::{Changed, Done, Request, State, Status};
 use rc_management::lines::{Line, Lines, Overlong};
-use rc_management::link::{ComponentMessage, Heartbeat};
+use rc_management::link::{ComponentMessage, Heartbeat, SupervisorMessage};
 use rc_management::{Client, rpc};
 use rustix::net::sockopt::{set_socket_recv_buffer_size, set_socket_send_buffer_size};
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, kill_process, prlimit};
@@ -73,6 +73,25 @@ impl Supervised {
             messages.extend(lines.filter_map(|line| ComponentMessage::decode(line).ok()));
         }
         messages
+    }
+
+    /// Sends messages at once.
+    fn tell(&self, messages: &[SupervisorMessage]) {
+        let lines: Vec<u8> = messages.iter().flat_map(rpc::notification).collect();
+        (&self.link).write_all(&lines).expect("to tell it");
+    }
+
+    /// The messages up to the answer to a proposal, and what the worker has accepted.
+    fn accepted(&mut self, of: u64) -> (Vec<ComponentMessage>, Changed) {
+        let accepted = |message: &ComponentMessage| match message {
+            ComponentMessage::Proposed {
+                number, changes, ..
+            } if *number == of => Some(changes.clone()),
+            _ => None,
+        };
+        let messages = self.until(|message| accepted(message).is_some());
+        let changed = messages.iter().find_map(accepted);
+        (messages, changed.expect("an answer"))
     }
 
     fn heartbeat(&mut self) -> Heartbeat {
@@ -311,6 +330,35 @@ fn a_supervisor_that_did_not_read_learns_what_is_so() {
     });
     assert_eq!(changed, Some(&2.5.into()));
     supervised.heartbeat();
+    supervised.terminate();
+    assert!(supervised.end().success());
+}
+
+#[test]
+fn a_part_of_a_change_is_taken_back_before_that_is_told_or_kept() {
+    let mut supervised = Supervised::ready();
+    let propose = |number, value: f64| SupervisorMessage::Propose {
+        number,
+        changes: [("p0".to_owned(), value.into())].into_iter().collect(),
+    };
+    let settle = |number, keep| SupervisorMessage::Settle { number, keep };
+    supervised.tell(&[propose(1, 2.5)]);
+    let (_, changed) = supervised.accepted(1);
+    assert_eq!(changed.changed[0].new, 2.5);
+    // It is told twice before its worker has had a turn.
+    supervised.tell(&[settle(1, false), settle(1, false), propose(2, 3.5)]);
+    let (messages, changed) = supervised.accepted(2);
+    let settled = messages.iter();
+    let settled = settled.filter(|m| **m == ComponentMessage::Settled { number: 1 });
+    assert_eq!(settled.count(), 1, "{messages:?}");
+    assert_eq!(changed.changed[0].old, 1.0);
+    supervised.tell(&[settle(2, true)]);
+    let messages = supervised.until(|m| *m == ComponentMessage::Settled { number: 2 });
+    let kept = messages.iter().find_map(|message| match message {
+        ComponentMessage::Parameters(unsaved) => Some(&unsaved.changed["p0"]),
+        _ => None,
+    });
+    assert_eq!(kept, Some(&3.5.into()), "{messages:?}");
     supervised.terminate();
     assert!(supervised.end().success());
 }

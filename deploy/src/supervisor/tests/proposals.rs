@@ -190,3 +190,20 @@ fn one_change_is_under_way_at_a_time() {
     assert_eq!(results[1], ends(""));
     assert!(!pair.told_to_settle(0, first));
 }
+
+#[test]
+fn a_part_that_was_taken_back_before_all_have_accepted_ends_the_change() {
+    let mut pair = Pair::new();
+    pair.ask();
+    pair.advance(false);
+    let number = pair.proposed();
+    // The supervisor was stopped for longer than a component holds its part.
+    pair.accept(0, number);
+    pair.settle(0, number);
+    pair.accept(1, number);
+    let (results, undone) = pair.advance(false);
+    assert_eq!(results, []);
+    assert_eq!(undone, ["`a` has taken its part back"]);
+    assert!(!pair.told_to_settle(1, number));
+    assert_eq!(pair.restored(), [false, false]);
+}

@@ -90,7 +90,11 @@ fn a_rule_of_the_network_holds_while_it_runs() {
     );
     assert_eq!(speeds(&site), (9.5, 1.0));
     // A parameter that no rule reads is the component's own affair.
-    assert_eq!(set(&site, &["right", "motors[0].min=-2"]).code, 0);
+    assert_eq!(set(&site, &["right", "motors[0].max=5"]).code, 0);
+    // Beside one that a rule reads, only the component knows whether it fits.
+    let beside = ["right", "motors[0].zero=4", "motors[0].max_speed=2"];
+    let done = set(&site, &beside);
+    assert_eq!(done.code, 0, "{done:?}");
     // Whoever asks the component itself is refused.
     let changes = serde_json::json!({"changes": {"motors[1].max_speed": 9.0}});
     let changed = site.tell("left", "parameters_set", &changes);
