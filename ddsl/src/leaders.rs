@@ -1,7 +1,7 @@
 //! Which slots share an address.
 
-use crate::connect::{Connection, Network};
 use crate::endpoint::{Endpoint, slot};
+use crate::network::{Connection, Network};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use std::collections::BTreeMap;

@@ -4,12 +4,12 @@
 //! While the connections are computed, such a program is an instance that nobody else sees, with the
 //! one slot that is meant. So it is compared with its peer as any other component is.
 
-use crate::connect::{Connection, Network};
 use crate::endpoint::{Endpoint, slot};
 use crate::exports::{Exports, is_provider};
 use crate::model::{
     Bind, Convert, Deployment, External, Instance, InstanceOrGroup, Peer, SlotPath,
 };
+use crate::network::{Connection, Network};
 use rc_cdsl::Component;
 use rc_cdsl::model::{Role, Slot};
 use rc_diagnostics::{Diagnostic, Diagnostics};

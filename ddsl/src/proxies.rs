@@ -3,10 +3,11 @@
 //! The component of a proxy has a slot for each exported one, which outsiders see, and then, in the
 //! same order, their opposites, which connect to the slots inside.
 
-use crate::connect::{Connection, Connector};
+use crate::connect::Connector;
 use crate::endpoint::Endpoint;
 use crate::exports::{Exports, is_provider};
 use crate::model::Deployment;
+use crate::network::Connection;
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostics, Span};
 use std::collections::HashMap;

@@ -1,4 +1,4 @@
-//! Adaptors: components that `convert via process;` and programs outside add. One program is all of
+//! Adaptors: components that are added for `convert via process;` and for programs outside. One program is all of
 //! them and all proxies, and gets their descriptions as an argument.
 
 use crate::configuration::Configured;

@@ -1,9 +1,9 @@
 //! Requests of tools to a component, on `NAME.sock` in the run directory of its network.
 
+use crate::component_state::ComponentState;
 use crate::hops;
 use crate::observation;
 use crate::rpc::{Call, Error};
-use crate::supervisor::ComponentState;
 use rc_lifecycle::{LifecycleState, Transition};
 use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};

@@ -22,6 +22,7 @@ pub mod agent;
 pub mod chains;
 mod client;
 pub mod component;
+mod component_state;
 pub mod event;
 pub mod hops;
 pub mod lines;

@@ -1,6 +1,9 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
-use crate::component::{Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus};
+use crate::component::{
+    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State,
+};
+pub use crate::component_state::ComponentState;
 pub use crate::event::{Event, Severity};
 use crate::rpc::{self, Call, Error};
 use rc_lifecycle::{LifecycleState, Transition};
@@ -8,7 +11,6 @@ use rc_vocabulary::foreign;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::PathBuf;
 
 /// The name of the supervisor's socket in the run directory, without its extension.
@@ -201,49 +203,8 @@ pub struct FailedCommand {
     pub reason: String,
 }
 
-/// The state of a component, as its supervisor sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ComponentState {
-    /// It waits for others to be ready, or for the pause before a restart.
-    Waiting,
-    /// It runs and is not ready yet.
-    Starting,
-    /// It runs.
-    Running,
-    /// It runs `emergency()` in place of `compute()`.
-    Emergency,
-    /// It ends, by itself or on request.
-    Stopping,
-    /// It ended with exit code 0, or on request.
-    Done,
-    /// It ended in another way.
-    Failed,
-    /// It runs, and its loop has not turned for two seconds.
-    Hung,
-    /// A command stopped it, and none has started it since.
-    Stopped,
-}
-
-impl fmt::Display for ComponentState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Waiting => "waiting",
-            Self::Starting => "starting",
-            Self::Running => "running",
-            Self::Emergency => "emergency",
-            Self::Stopping => "stopping",
-            Self::Done => "done",
-            Self::Failed => "failed",
-            Self::Hung => "hung",
-            Self::Stopped => "stopped",
-        })
-    }
-}
-
-impl From<crate::component::State> for ComponentState {
-    fn from(state: crate::component::State) -> Self {
-        use crate::component::State;
+impl From<State> for ComponentState {
+    fn from(state: State) -> Self {
         match state {
             State::Starting => Self::Starting,
             State::Running => Self::Running,

@@ -1,0 +1,66 @@
+//! The connections of a network.
+
+use crate::conversion::Conversion;
+use crate::endpoint::Endpoint;
+use rc_cdsl::model::Middleware;
+use rc_diagnostics::Diagnostic;
+use rc_syntax::Name;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A connection between a consumer and a provider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Connection {
+    /// The endpoint that requires or subscribes.
+    pub consumer: Endpoint,
+    /// The endpoint that implements or publishes.
+    pub provider: Endpoint,
+}
+
+/// A diagnostic about a slot or a connection. Drawings of networks show it there.
+#[derive(Clone, Debug)]
+pub struct ConnectionDiagnostic {
+    /// The slot. The consumer of a connection.
+    pub endpoint: Endpoint,
+    /// The other end of a connection.
+    pub peer: Option<Endpoint>,
+    /// The diagnostic. [`connect`](super::connect()) returns it, too.
+    pub diagnostic: Diagnostic,
+}
+
+/// The connections of a network.
+#[derive(Clone, Debug, Default)]
+pub struct Network {
+    /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
+    pub connections: Vec<Connection>,
+    /// What the consumers of connections with `convert;` convert. Of a connection with a program that is
+    /// not part of the network, that end is behind the last instance.
+    pub conversions: BTreeMap<Connection, Conversion>,
+    /// The middleware of each connection.
+    pub transports: BTreeMap<Connection, Middleware>,
+    /// The external slots, each with the address that its declaration names: consumers, and the slots
+    /// of adaptors with which programs outside are connected.
+    pub externals: BTreeMap<Endpoint, Option<Name>>,
+    /// For each instance, the instances that must be ready before it: those of required slots that
+    /// are not optional.
+    pub required: Vec<BTreeSet<usize>>,
+    /// Diagnostics about slots and connections. [`Network::connections`] omits connections with errors.
+    pub diagnostics: Vec<ConnectionDiagnostic>,
+}
+
+impl Network {
+    /// What a consumer converts: all its connections have one plan.
+    pub fn conversion(&self, consumer: Endpoint) -> Option<&Conversion> {
+        let mut own = self.conversions.iter();
+        own.find(|(made, _)| made.consumer == consumer)
+            .map(|(_, conversion)| conversion)
+    }
+
+    /// The middlewares over which an endpoint has connections, each once: one of a consumer, and
+    /// those of all its consumers of a provider. Empty without connections.
+    pub fn middlewares(&self, end: Endpoint) -> Vec<Middleware> {
+        let own = |of: &Connection| of.consumer == end || of.provider == end;
+        let own = self.transports.iter().filter(|(of, _)| own(of));
+        let all: BTreeSet<Middleware> = own.map(|(_, middleware)| *middleware).collect();
+        all.into_iter().collect()
+    }
+}
