@@ -109,9 +109,7 @@ pub(crate) fn proxy(
         .join("xtask/bench")
         .join(network)
         .with_extension("ddsl");
-    // What a network would start is not built.
-    let is_error = |found: &Diagnostic| found.code != "missing-executable";
-    let network = read(&path, &Overrides::default(), is_error)?;
+    let network = read(&path, &Overrides::default(), |_| true)?;
     let components = network.plan(profile)?.components.into_iter();
     let mut components = components.filter(|component| component.name == name);
     let description = components
