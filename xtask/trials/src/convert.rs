@@ -6,7 +6,9 @@ use crate::figure::{BUILD, mark};
 use crate::pair::{Pair, Row, Times};
 use crate::programs::{Failure, Program, cargo, finish, output, root, target};
 use crate::rclpy::variables;
+use crate::variant::check_built;
 use object::{Object as _, ObjectSymbol as _};
+use rc_deploy_network::Profile;
 use rc_management::Client;
 use rc_management::component::{Request, Status};
 use rc_test_support::python;
@@ -34,22 +36,32 @@ const DOMAIN: &str = "93";
 /// A part of the symbols of the code that converts.
 const CODE: &str = "rc_conversion";
 
-/// Measures everything; with `smoke`, few messages, and not what has a build of its own.
+/// Measures everything; with `smoke`, few messages of the programs of the tests, and not what has a build
+/// of its own.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
+    let profile = if smoke {
+        Profile::Dev
+    } else {
+        Profile::Release
+    };
+    let folder = target()?.join(profile.folder());
     if smoke {
+        for program in ["ping", "pong", "speech_server"] {
+            check_built(&folder.join(program))?;
+        }
         println!("| ratio | goal | measured | |\n|---|---|---|---|");
     } else {
         // A workspace of its own: its build script prints the functions.
         let words = "run --release --quiet --manifest-path xtask/bench/convert/Cargo.toml";
         let words: Vec<&str> = words.split(' ').collect();
         print!("{}", output(cargo(&words)?, LIMIT)?);
+        let words = "build --release --workspace --bin ping --bin pong --bin speech_server";
+        finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     }
-    let words = "build --release --workspace --bin ping --bin pong --bin speech_server";
-    finish(cargo(&words.split(' ').collect::<Vec<_>>())?, BUILD)?;
     let (blocks, share) = if smoke { (3, 0.2) } else { (BLOCKS, 1.0) };
-    let small = connection(64, 500, blocks, share)?;
+    let small = connection(profile, (64, 500), blocks, share)?;
     row("connection of 64 B that converts / plain, p50", 1.25, small);
-    let large = connection(1024 * 1024, 50, blocks, share)?;
+    let large = connection(profile, (1024 * 1024, 50), blocks, share)?;
     let what = "connection of 1 MiB of points that converts / plain, p50";
     row(what, 1.3, large);
     if let Some(python) = python::ros("a relay of rclpy") {
@@ -57,9 +69,8 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         let what = "connection of 64 B that converts / the same by a relay in rclpy, p50";
         row(what, 0.05, [small[0], relay]);
     }
-    let release = target()?.join("release");
-    let linked = code(&release.join("speech_server"))?;
-    let other = code(&release.join("pong"))?;
+    let linked = code(&folder.join("speech_server"))?;
+    let other = code(&folder.join("pong"))?;
     println!(
         "| code of conversions in a component that gets no values, bytes | 0 | {linked}; {other} in one that does | {} |",
         mark(linked == 0)
@@ -76,7 +87,12 @@ fn row(what: &str, goal: f64, [ours, theirs]: [f64; 2]) {
 }
 
 /// The medians of a connection that converts and of a plain one, in microseconds. They take turns.
-fn connection(size: usize, count: usize, blocks: usize, share: f64) -> Result<[f64; 2], Failure> {
+fn connection(
+    profile: Profile,
+    (size, count): (usize, usize),
+    blocks: usize,
+    share: f64,
+) -> Result<[f64; 2], Failure> {
     let row = Row {
         name: Cow::Borrowed("points"),
         kind: "cloud",
@@ -84,8 +100,8 @@ fn connection(size: usize, count: usize, blocks: usize, share: f64) -> Result<[f
         count,
     };
     let mut pairs = [
-        Pair::generated_with("converting", [&["--convert", PLAN], &[]])?,
-        Pair::generated_with("plain", [&[], &[]])?,
+        Pair::generated_with("converting", profile, [&["--convert", PLAN], &[]])?,
+        Pair::generated_with("plain", profile, [&[], &[]])?,
     ];
     let mut times = [Times::default(), Times::default()];
     for block in 0..blocks {

@@ -5,6 +5,7 @@ use crate::figure::BUILD;
 use crate::pair::{Pair, ROWS, Row};
 use crate::programs::{Failure, cargo, finish, target};
 use crate::usage::processor_time;
+use rc_deploy_network::Profile;
 use std::borrow::Cow;
 use std::time::Duration;
 
@@ -23,7 +24,11 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let file = |name: &str| folder.path().join(name).display().to_string();
     let files = [file("pong.mcap"), file("ping.mcap")];
     let words = files.each_ref().map(|file| ["--record", file]);
-    let mut recorded = Pair::generated_with("recorded", words.each_ref().map(|words| &words[..]))?;
+    let mut recorded = Pair::generated_with(
+        "recorded",
+        Profile::Release,
+        words.each_ref().map(|words| &words[..]),
+    )?;
     let mut alone = Pair::generated_in("alone")?;
     let (blocks, share) = if smoke { (2, 0.1) } else { (20, 1.0) };
     let steady = Row {

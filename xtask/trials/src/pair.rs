@@ -2,6 +2,7 @@
 
 use crate::programs::{Failure, Program, target};
 use crate::usage::processor_time;
+use rc_deploy_network::Profile;
 use rc_middleware::RunDirectory;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -132,7 +133,7 @@ impl Pair {
 
     /// The generated components in a network of their own, beside others.
     pub(crate) fn generated_in(what: &str) -> Result<Self, Failure> {
-        Self::generated_with(what, [&[], &[]])
+        Self::generated_with(what, Profile::Release, [&[], &[]])
     }
 
     /// The root path and the prefix of its network, for programs that use iceoryx2 directly.
@@ -147,7 +148,11 @@ impl Pair {
 
     /// The generated components in a network of their own, each with further arguments: the
     /// subscriber and server, then the publisher and client.
-    pub(crate) fn generated_with(what: &str, [pong, ping]: [&[&str]; 2]) -> Result<Self, Failure> {
+    pub(crate) fn generated_with(
+        what: &str,
+        profile: Profile,
+        [pong, ping]: [&[&str]; 2],
+    ) -> Result<Self, Failure> {
         let network = Network::new(what)?;
         let [awake, onward] = binds(&network);
         let name = network.name.clone();
@@ -155,7 +160,7 @@ impl Pair {
         let onward = ["--bind", &onward];
         let arguments = [[&own[..], &onward, pong].concat(), [&own, ping].concat()];
         let arguments = arguments.each_ref().map(|words| &words[..]);
-        let folder = target()?.join("release");
+        let folder = target()?.join(profile.folder());
         let programs = [folder.join("pong"), folder.join("ping")];
         Self::start([&[], &[]], &programs, arguments, Some(network))
     }

@@ -54,7 +54,8 @@ pub(crate) fn built(
     Ok(programs)
 }
 
-fn check_built(program: &Path) -> Result<(), Failure> {
+/// Refuses a program that an earlier command should have built.
+pub(crate) fn check_built(program: &Path) -> Result<(), Failure> {
     if program.exists() {
         return Ok(());
     }

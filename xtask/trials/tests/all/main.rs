@@ -1,6 +1,7 @@
 //! Short runs of benchmarks and long tests, in one program: most of their time is waiting.
 
 mod chaos;
+mod convert;
 mod deny;
 mod deploy;
 mod editor;
