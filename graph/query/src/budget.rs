@@ -125,11 +125,20 @@ impl Budget {
 
     /// Counts what a computed value holds.
     pub(crate) fn hold(&mut self, cell: Cell) -> Result<Cell> {
-        let bytes = cell.bytes();
+        self.take(cell.bytes())?;
+        Ok(cell)
+    }
+
+    /// Counts so many cells that are kept until the end, without what they hold.
+    pub(crate) fn keep(&mut self, cells: usize) -> Result<()> {
+        self.take(cells * size_of::<Cell>())
+    }
+
+    fn take(&mut self, bytes: usize) -> Result<()> {
         if self.bytes < bytes {
             return Err(Error::Bytes(MOST_BYTES >> 20).into());
         }
         self.bytes -= bytes;
-        Ok(cell)
+        Ok(())
     }
 }

@@ -232,7 +232,7 @@ impl Checker<'_> {
                 let (one, other) = (self.expr(a), self.expr(b));
                 match operator {
                     Operator::Add | Operator::Subtract | Operator::Modulo => {
-                        self.same_unit((a, one), (b, other))
+                        self.same_unit((a, one), (b, other), true)
                     }
                     Operator::Multiply | Operator::Divide => Self::product(*operator, one, other),
                     Operator::Equal
@@ -242,7 +242,7 @@ impl Checker<'_> {
                     | Operator::Greater
                     | Operator::GreaterOrEqual
                     | Operator::In => {
-                        self.same_unit((a, one), (b, other));
+                        self.same_unit((a, one), (b, other), false);
                         None
                     }
                     Operator::Or

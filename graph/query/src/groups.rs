@@ -153,35 +153,34 @@ impl<'p> Groups<'p> {
     }
 
     /// The place of the group of a row.
-    fn group(&mut self, row: &[Cell]) -> usize {
+    fn group(&mut self, row: &[Cell], budget: &mut Budget) -> Result<usize> {
         let found = if self.has_keys {
             self.places.get(&self.keys).copied()
         } else {
             self.all.len().checked_sub(1)
         };
-        found.unwrap_or_else(|| {
-            let keys = std::mem::take(&mut self.keys.0);
-            self.all.push(Group {
-                keys: keys.clone(),
-                first: if self.is_mixed {
-                    row.to_vec()
-                } else {
-                    Vec::new()
-                },
-                seen: vec![
-                    Seen {
-                        whole: Some(0),
-                        ..Seen::default()
-                    };
-                    self.counted.len()
-                ],
-            });
-            let at = self.all.len() - 1;
-            if self.has_keys {
-                self.places.insert(Key(keys), at);
-            }
-            at
-        })
+        if let Some(found) = found {
+            return Ok(found);
+        }
+        let keys = std::mem::take(&mut self.keys.0);
+        let first = if self.is_mixed { row } else { &[] };
+        budget.keep(2 * keys.len() + first.len() + 6 * self.counted.len())?;
+        self.all.push(Group {
+            keys: keys.clone(),
+            first: first.to_vec(),
+            seen: vec![
+                Seen {
+                    whole: Some(0),
+                    ..Seen::default()
+                };
+                self.counted.len()
+            ],
+        });
+        let at = self.all.len() - 1;
+        if self.has_keys {
+            self.places.insert(Key(keys), at);
+        }
+        Ok(at)
     }
 
     /// Adds so many equal rows to their group.
@@ -199,7 +198,7 @@ impl<'p> Groups<'p> {
                 self.keys.0.push(cell);
             }
         }
-        let at = self.group(row);
+        let at = self.group(row, budget)?;
         for (counted, seen) in self.counted.iter().zip(&mut self.all[at].seen) {
             let Some(value) = counted.value else {
                 seen.count += i64::from(weight);
@@ -212,9 +211,16 @@ impl<'p> Groups<'p> {
                 continue;
             }
             if !counted.is_distinct {
+                let cell = if counted.what == Aggregate::Collect {
+                    budget.keep(1)?;
+                    budget.hold(cell)?
+                } else {
+                    cell
+                };
                 seen.add(counted.what, cell, weight)?;
             } else if seen.distinct.insert(Key(vec![cell.clone()])) {
-                seen.add(counted.what, cell, 1)?;
+                budget.keep(1)?;
+                seen.add(counted.what, budget.hold(cell)?, 1)?;
             }
         }
         Ok(())
@@ -225,7 +231,7 @@ impl<'p> Groups<'p> {
         if self.all.is_empty() && !self.has_keys {
             // Nothing counts to one row of zeros.
             self.keys.0.clear();
-            self.group(&[]);
+            self.group(&[], budget)?;
         }
         let mut rows = Vec::with_capacity(self.all.len());
         for group in self.all {

@@ -28,6 +28,8 @@ struct Projection<'p> {
     next: Row,
     /// What was there already, with `DISTINCT`.
     seen: BTreeSet<Key>,
+    /// How many rows are enough: those of `SKIP` and `LIMIT`, if nothing sorts them.
+    enough: Option<usize>,
 }
 
 /// The rows that a projection has taken.
@@ -43,6 +45,9 @@ enum Taken<'p> {
 struct Run<'a> {
     scope: &'a Scope<'a>,
     rows: Vec<Row>,
+    /// Whether a projection needs no more rows. An error then leads out of the stages before it, and is
+    /// none.
+    is_enough: bool,
 }
 
 /// The rows of a query.
@@ -50,7 +55,7 @@ pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Re
     let width = parsed.variables.len();
     let stages = parsed.clauses.iter().map(|clause| match clause {
         Clause::Match(pattern) => Stage::Match(pattern, Plan::new(scope.graph, pattern)),
-        Clause::Project(project) => Stage::Project(Projection::new(project, width)),
+        Clause::Project(project) => Stage::Project(Projection::new(project, width, scope)),
     });
     let mut stages: Vec<Stage<'_>> = stages.collect();
     for at in 1..stages.len() {
@@ -61,13 +66,18 @@ pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Re
             plan.share(pattern, &next.project.items);
         }
     }
-    let rows = Vec::new();
-    let mut run = Run { scope, rows };
-    run.push(&mut stages, &mut vec![Cell::Null; width], 1, budget)?;
+    let mut run = Run {
+        scope,
+        rows: Vec::new(),
+        is_enough: false,
+    };
+    let done = run.push(&mut stages, &mut vec![Cell::Null; width], 1, budget);
+    run.until_enough(done)?;
     let mut rest = stages.as_mut_slice();
     while let Some((stage, next)) = rest.split_first_mut() {
         if let Stage::Project(projection) = stage {
-            run.finish(projection, next, budget)?;
+            let done = run.finish(projection, next, budget);
+            run.until_enough(done)?;
         }
         rest = next;
     }
@@ -75,7 +85,7 @@ pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Re
 }
 
 impl<'p> Projection<'p> {
-    fn new(project: &'p Project, width: usize) -> Self {
+    fn new(project: &'p Project, width: usize, scope: &Scope<'_>) -> Self {
         let sums = project.items.iter().any(|item| item.value.has_aggregate());
         let is_cut = project.skip.is_some() || project.limit.is_some();
         let taken = if sums {
@@ -85,11 +95,17 @@ impl<'p> Projection<'p> {
         } else {
             Taken::Rows(Vec::new())
         };
+        // A count that is wrong is an error at the end.
+        let skip = count(project.skip.as_ref(), scope).unwrap_or_default();
+        let limit = count(project.limit.as_ref(), scope).unwrap_or_default();
+        let is_sorted = !project.order.is_empty();
+        let limit = limit.filter(|_| !is_sorted && matches!(taken, Taken::Rows(_)));
         Self {
             project,
             taken,
             next: vec![Cell::Null; width],
             seen: BTreeSet::new(),
+            enough: limit.map(|limit| limit.saturating_add(skip.unwrap_or_default())),
         }
     }
 
@@ -118,6 +134,7 @@ impl<'p> Projection<'p> {
             Some(_) => row.to_vec(),
             None => self.cells(row),
         };
+        budget.keep(keys.len() + kept.len())?;
         Ok((keys, kept))
     }
 
@@ -145,24 +162,34 @@ impl<'p> Projection<'p> {
                     .unwrap_or(Ordering::Equal)
             });
         }
-        let count = |value: &Option<Expr>| -> Result<Option<usize>> {
-            let Some(value) = value else { return Ok(None) };
-            match scope.eval(value, &[])? {
-                Cell::Int(number) if number >= 0 => Ok(Some(number as usize)),
-                _ => Err(Error::Type("expected a count that is not negative".to_owned()).into()),
-            }
-        };
-        if let Some(skip) = count(&self.project.skip)? {
+        if let Some(skip) = count(self.project.skip.as_ref(), scope)? {
             rows.drain(..skip.min(rows.len()));
         }
-        if let Some(limit) = count(&self.project.limit)? {
+        if let Some(limit) = count(self.project.limit.as_ref(), scope)? {
             rows.truncate(limit);
         }
         Ok(())
     }
 }
 
+/// The count of `SKIP` or `LIMIT`.
+fn count(value: Option<&Expr>, scope: &Scope<'_>) -> Result<Option<usize>> {
+    let Some(value) = value else { return Ok(None) };
+    match scope.eval(value, &[])? {
+        Cell::Int(number) if number >= 0 => Ok(Some(number as usize)),
+        _ => Err(Error::Type("expected a count that is not negative".to_owned()).into()),
+    }
+}
+
 impl Run<'_> {
+    /// The result of stages that may have ended because a later one has enough.
+    fn until_enough(&mut self, done: Result<()>) -> Result<()> {
+        if std::mem::take(&mut self.is_enough) {
+            return Ok(());
+        }
+        done
+    }
+
     /// Gives so many equal rows to a stage and those behind it: more than one only to a projection that
     /// counts and sums.
     fn push(
@@ -210,6 +237,7 @@ impl Run<'_> {
         let is_plain = !project.distinct && matches!(projection.taken, Taken::None);
         if rest.is_empty() && is_plain {
             let items = project.items.iter();
+            budget.keep(items.len())?;
             let cells = items.map(|item| budget.hold(scope.eval(&item.value, row)?));
             self.rows.push(cells.collect::<Result<Row>>()?);
             return Ok(());
@@ -220,10 +248,17 @@ impl Run<'_> {
         if !projection.is_new(row) {
             return Ok(());
         }
+        if project.distinct {
+            budget.keep(project.items.len())?;
+        }
         if let Taken::Rows(_) = projection.taken {
             let kept = projection.kept(row, scope, budget)?;
             if let Taken::Rows(rows) = &mut projection.taken {
                 rows.push(kept);
+                if projection.enough.is_some_and(|enough| rows.len() >= enough) {
+                    self.is_enough = true;
+                    return Err(Error::Rows(rows.len()).into());
+                }
             }
             return Ok(());
         }
@@ -283,6 +318,7 @@ impl Run<'_> {
         budget: &mut Budget,
     ) -> Result<()> {
         if rest.is_empty() {
+            budget.keep(projection.project.items.len())?;
             self.rows.push(cells.into_iter().collect());
             return Ok(());
         }

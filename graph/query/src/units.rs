@@ -27,9 +27,11 @@ impl Measured {
     }
 }
 
-/// Puts a conversion around an expression. Returns whether there is one.
-fn convert(expr: &mut Expr, from: &Measured, to: &Measured) -> bool {
-    let Some(conversion) = conversion(&from.unit, &to.unit) else {
+/// Puts a conversion around an expression. Returns whether there is one. In a sum, it may only multiply:
+/// 5 K more is not -268 °C more.
+fn convert(expr: &mut Expr, from: &Measured, to: &Measured, is_sum: bool) -> bool {
+    let conversion = conversion(&from.unit, &to.unit);
+    let Some(conversion) = conversion.filter(|way| !is_sum || way.factor().is_scale()) else {
         return false;
     };
     let of = std::mem::replace(expr, Expr::List(Vec::new()));
@@ -76,6 +78,7 @@ impl Checker<'_> {
         &mut self,
         (a, one): (&mut Expr, Option<Measured>),
         (b, other): (&mut Expr, Option<Measured>),
+        is_sum: bool,
     ) -> Option<Measured> {
         let (Some(one), Some(other)) = (&one, &other) else {
             return one.or(other);
@@ -83,11 +86,11 @@ impl Checker<'_> {
         if other.attribute.is_some()
             && one.attribute.is_none()
             && !is_same_unit(&one.unit, &other.unit)
-            && convert(a, one, other)
+            && convert(a, one, other, is_sum)
         {
             return Some(other.clone());
         }
-        self.in_unit_of(Some(one), b, Some(other));
+        self.converted(Some(one), b, Some(other), is_sum);
         let attribute = one.attribute.as_ref().or(other.attribute.as_ref());
         Some(Measured {
             attribute: attribute.cloned(),
@@ -102,22 +105,37 @@ impl Checker<'_> {
         expr: &mut Expr,
         own: Option<&Measured>,
     ) {
+        self.converted(known, expr, own, false);
+    }
+
+    fn converted(
+        &mut self,
+        known: Option<&Measured>,
+        expr: &mut Expr,
+        own: Option<&Measured>,
+        is_sum: bool,
+    ) {
         let (Some(known), Some(own)) = (known, own) else {
             return;
         };
         let is_equal = is_same_unit(&known.unit, &own.unit);
-        if is_equal || own.attribute.is_none() && convert(expr, own, known) {
+        if is_equal || own.attribute.is_none() && convert(expr, own, known, is_sum) {
             return;
         }
         let message = format!("{}, but {}", known.told(), own.told());
-        self.mismatch(own.span, message, &own.unit, &known.unit);
+        self.mismatch(own.span, message, &own.unit, &known.unit, is_sum);
     }
 
-    fn mismatch(&mut self, span: Span, message: String, from: &str, to: &str) {
-        let mut help = compared_units(&foreign::clean(from), &foreign::clean(to));
-        if conversion(from, to).is_some() {
-            let to = foreign::clean(to);
-            help = format!("{help}; `unit \"{to}\"` behind a value converts it");
+    fn mismatch(&mut self, span: Span, message: String, from: &str, to: &str, is_sum: bool) {
+        let (one, other) = (foreign::clean(from), foreign::clean(to));
+        let mut help = compared_units(&one, &other);
+        if let Some(way) = conversion(from, to) {
+            let hint = if is_sum && !way.factor().is_scale() {
+                format!("write a difference without a unit, as a number in `{other}`")
+            } else {
+                format!("`unit \"{other}\"` behind a value converts it")
+            };
+            help = format!("{help}; {hint}");
         }
         let diagnostic = Diagnostic::error("unit-mismatch", span, message);
         self.found.push(diagnostic.help(help));
@@ -147,7 +165,7 @@ impl Checker<'_> {
         if factor.is_none() {
             let wanted = foreign::clean(&unit.text);
             let message = format!("{}, expected `{wanted}`", inner.told());
-            self.mismatch(unit.span, message, &inner.unit, &unit.text);
+            self.mismatch(unit.span, message, &inner.unit, &unit.text, false);
         }
         (measured, factor)
     }

@@ -1,5 +1,6 @@
 //! Tests of queries and traversals.
 
+mod bounds;
 mod named;
 mod promotion;
 mod random;

@@ -173,6 +173,11 @@ fn numbers_of_different_units_are_refused_at_their_place() {
             "o.mass / o.length > 1 unit \"kg\"",
             "query:1:50: error[unit-mismatch]: `mass` is in `(kg)/(m)`, but a number is in `kg` (`kg` and `(kg)/(m)` measure different things)",
         ),
+        // 5 K more are 5 °C more, and 5 K is -268 °C.
+        (
+            "o.warmth + 5 unit \"K\" > 20",
+            "query:1:41: error[unit-mismatch]: `warmth` is in `°C`, but a number is in `K` (`K` and `°C` are two scales of one quantity; write a difference without a unit, as a number in `°C`)",
+        ),
         (
             "o.mass > 1 unit \"kilo\"",
             "query:1:39: warning[unknown-unit]: unknown unit `kilo`",
