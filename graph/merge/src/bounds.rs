@@ -19,9 +19,11 @@ const MOST_WRITERS: usize = 1 << 14;
 /// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
 /// a replica is ahead by this after nine years.
 pub(crate) const MOST_AHEAD: u64 = 1 << 48;
-/// The greatest number that a delta may have. What replicas count themselves never comes near; the rest
-/// is left for them, whatever a message has said.
+/// What replicas count themselves never comes near this. Beyond, a number may be ahead by less, so that
+/// enough are left, whatever messages have said.
 const GREATEST: u64 = 1 << 62;
+/// How far a number beyond [`GREATEST`] may be ahead.
+const MOST_AHEAD_THERE: u64 = 1 << 24;
 
 /// Refuses a name that no schema has: an empty or long one, or one with control characters.
 pub(crate) fn check_name(name: &str, writer: u64) -> Result<(), Error> {
@@ -40,10 +42,80 @@ pub(crate) fn check_value(value: &Value, writer: u64) -> Result<(), Error> {
 }
 
 fn is_far(number: u64, known: u64) -> bool {
-    number > GREATEST || number.saturating_sub(known) > MOST_AHEAD
+    let most = if number > GREATEST {
+        MOST_AHEAD_THERE
+    } else {
+        MOST_AHEAD
+    };
+    number.saturating_sub(known) > most
 }
 
 impl Replica {
+    /// Refuses an element of this replica that no other one would take.
+    pub(crate) fn check_new(&self, kind: &str) -> Result<(), Error> {
+        check_name(kind, self.writer())?;
+        if self.kept() >= self.most_elements {
+            return Err(Error::TooManyElements(self.most_elements));
+        }
+        Ok(())
+    }
+
+    /// Refuses a value of this replica that no other one would take.
+    pub(crate) fn check_set(&self, of: Id, name: &str, value: Option<&Value>) -> Result<(), Error> {
+        let is_new = self.check_value(of, name, value)?;
+        if is_new && self.attribute_count(of) >= MOST_ATTRIBUTES {
+            return Err(Error::TooManyAttributes(MOST_ATTRIBUTES));
+        }
+        Ok(())
+    }
+
+    /// Whether the replica takes a change whole: new elements of these types, and these attributes. It
+    /// makes nothing that no other replica would take.
+    ///
+    /// # Errors
+    /// No type or attribute has one of the names, no graph holds one of the values, or the replica
+    /// would keep too many elements, or too many attributes of one of them.
+    pub fn check_change<'a>(
+        &self,
+        kinds: impl IntoIterator<Item = &'a str>,
+        set: impl IntoIterator<Item = (Id, &'a str, Option<&'a Value>)>,
+    ) -> Result<(), Error> {
+        let mut elements = self.kept();
+        for kind in kinds {
+            check_name(kind, self.writer())?;
+            elements += 1;
+            if elements > self.most_elements {
+                return Err(Error::TooManyElements(self.most_elements));
+            }
+        }
+        let mut new: BTreeMap<Id, HashSet<&str>> = BTreeMap::new();
+        for (of, name, value) in set {
+            if self.check_value(of, name, value)? {
+                let names = new.entry(of).or_default();
+                names.insert(name);
+                if names.len() + self.attribute_count(of) > MOST_ATTRIBUTES {
+                    return Err(Error::TooManyAttributes(MOST_ATTRIBUTES));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether an attribute would be new.
+    fn check_value(&self, of: Id, name: &str, value: Option<&Value>) -> Result<bool, Error> {
+        check_name(name, self.writer())?;
+        if let Some(value) = value {
+            check_value(value, self.writer())?;
+        }
+        let element = self.elements.get(&of);
+        Ok(element.is_none_or(|element| !element.attributes.contains_key(name)))
+    }
+
+    fn attribute_count(&self, of: Id) -> usize {
+        let element = self.elements.get(&of);
+        element.map_or(0, |element| element.attributes.len())
+    }
+
     /// Refuses what no replica sends.
     pub(crate) fn check(&self, delta: &Delta) -> Result<(), Error> {
         let own = count(self.seen(), self.writer());
@@ -124,8 +196,7 @@ impl Replica {
                 if !known {
                     let names = names.entry(id).or_default();
                     names.insert(name);
-                    let known = element.map_or(0, |element| element.attributes.len());
-                    if names.len() + known > MOST_ATTRIBUTES {
+                    if names.len() + self.attribute_count(id) > MOST_ATTRIBUTES {
                         return Err(Error::TooManyAttributes(MOST_ATTRIBUTES));
                     }
                 }

@@ -106,8 +106,9 @@ impl Hidden {
             }
             shown.insert(*id);
         }
-        self.conflicts
-            .retain(|id, _| !touched.contains(id) || replica.has(*id));
+        for id in touched.iter().filter(|id| !replica.has(**id)) {
+            self.conflicts.remove(id);
+        }
         let dangling = dangling.into_iter().map(|id| (id, Reason::EndRemoved));
         self.conflicts.extend(dangling);
         Some(shown)

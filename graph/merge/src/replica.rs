@@ -1,6 +1,6 @@
 //! One replica: its elements, what it has seen, and what others have seen.
 
-use crate::bounds::{MOST_AHEAD, MOST_ELEMENTS, check_name, check_value};
+use crate::bounds::{MOST_AHEAD, MOST_ELEMENTS};
 use crate::digest::range_of;
 use crate::error::Error;
 use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
@@ -97,7 +97,7 @@ impl Replica {
         self
     }
 
-    /// The same replica, which takes no delta that makes it keep more elements, removed ones and those that
+    /// The same replica, which takes no change that makes it keep more elements, removed ones and those that
     /// are not known yet among them.
     #[must_use]
     pub fn with_most_elements(mut self, most: usize) -> Self {
@@ -169,9 +169,10 @@ impl Replica {
     /// Adds a node.
     ///
     /// # Errors
-    /// No type has this name, or no numbers are left for changes.
+    /// No type has this name, the replica keeps as many elements as it may, or no numbers are left for
+    /// changes.
     pub fn add_node(&mut self, kind: &str) -> Result<Id, Error> {
-        check_name(kind, self.writer)?;
+        self.check_new(kind)?;
         let record = Record::Node {
             stamp: self.stamp()?,
             kind: kind.to_owned(),
@@ -183,9 +184,10 @@ impl Replica {
     /// Adds an edge. An end of which nothing is known may arrive later.
     ///
     /// # Errors
-    /// No type has this name, an end was removed, or no numbers are left for changes.
+    /// No type has this name, the replica keeps as many elements as it may, an end was removed, or no
+    /// numbers are left for changes.
     pub fn add_edge(&mut self, kind: &str, from: Id, to: Id) -> Result<Id, Error> {
-        check_name(kind, self.writer)?;
+        self.check_new(kind)?;
         for end in [from, to] {
             if self.is_removed(end) {
                 return Err(Error::EndRemoved(end));
@@ -210,12 +212,10 @@ impl Replica {
     /// Sets an attribute, or removes it. Returns whether there is such an element.
     ///
     /// # Errors
-    /// No attribute has this name, no graph holds the value, or no numbers are left for changes.
+    /// No attribute has this name, no graph holds the value, the element has as many attributes as it may,
+    /// or no numbers are left for changes.
     pub fn set(&mut self, of: Id, name: &str, value: Option<Value>) -> Result<bool, Error> {
-        check_name(name, self.writer)?;
-        if let Some(value) = &value {
-            check_value(value, self.writer)?;
-        }
+        self.check_set(of, name, value.as_ref())?;
         let there = self.has(of);
         if there {
             let stamp = self.stamp()?;

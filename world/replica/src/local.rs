@@ -139,6 +139,14 @@ impl Core {
             self.show_all(graph, time);
             return Err(graph_merge::Error::EndRemoved(end).into());
         }
+        let kinds = steps.made.values().map(|(kind, _)| kind.as_str());
+        let set = steps.set.iter();
+        let set = set.map(|(id, name, value)| (*id, name.as_str(), value.as_ref()));
+        if let Err(refused) = self.replica.check_change(kinds, set) {
+            // The graph has shown what the replica cannot take.
+            self.show_all(graph, time);
+            return Err(refused.into());
+        }
         for (sample, each) in streamed {
             self.streams.put_own(sample, each);
         }

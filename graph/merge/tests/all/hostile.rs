@@ -122,9 +122,68 @@ fn no_sequence_of_messages_uses_the_numbers_up() {
         assert!(replica.has(id));
     }
     assert!(taken > 10_000 && known <= 1 << 62, "{taken} {known}");
-    for _ in 0..10 {
-        replica.add_node("thing").expect("a number");
+    // Who has seen that, too, takes what this one changes then.
+    let mut other = Replica::new(3, [1]);
+    let mut vector = replica.seen().clone();
+    vector.insert(2, 0);
+    let mut upto = 1;
+    while upto < known {
+        upto = known.min(upto + (1 << 48) - 1);
+        let step = Delta {
+            since: vector.clone(),
+            upto: [(2, upto)].into(),
+            ..delta(vec![Record::Removed {
+                stamp: stamp(upto, 2, upto),
+                of: Id::new(2, 1),
+            }])
+        };
+        other.merge(&step).expect("a number that is not far");
+        vector.insert(2, upto);
     }
+    for _ in 0..10 {
+        let node = replica.add_node("thing").expect("a number");
+        other.merge(&replica.delta_since(&vector)).expect("a node");
+        assert!(other.has(node));
+    }
+}
+
+/// What other replicas refuse, no replica makes.
+#[test]
+fn a_replica_makes_nothing_that_others_refuse() {
+    let mut replica = Replica::new(1, []).with_most_elements(3);
+    let node = replica.add_node("thing").expect("a node");
+    replica.add_edge("to", node, node).expect("an edge");
+    replica.add_node("thing").expect("a node");
+    let count = replica.count();
+    assert_eq!(replica.add_node("thing"), Err(Error::TooManyElements(3)));
+    let edge = replica.add_edge("to", node, node);
+    assert_eq!(edge, Err(Error::TooManyElements(3)));
+    assert_eq!(replica.count(), count);
+    for at in 0..4096 {
+        let set = replica.set(node, &format!("x{at}"), Some(1_i64.into()));
+        assert_eq!(set, Ok(true));
+    }
+    let refused = Err(Error::TooManyAttributes(4096));
+    assert_eq!(replica.set(node, "more", Some(1_i64.into())), refused);
+    assert_eq!(replica.set(node, "x7", None), Ok(true));
+    // A change is refused whole, also if only its last part is wrong.
+    let one = Value::from(1_i64);
+    let value = |name: &'static str| (node, name, Some(&one));
+    assert_eq!(replica.check_change([], [value("x1"), value("x2")]), Ok(()));
+    let check = replica.check_change([], [value("x1"), value("more")]);
+    assert_eq!(check, Err(Error::TooManyAttributes(4096)));
+    let check = replica.check_change([], [value("x1"), value("a\nb")]);
+    assert_eq!(check, Err(Error::Name(1)));
+    let check = replica.check_change(["thing"], []);
+    assert_eq!(check, Err(Error::TooManyElements(3)));
+    let names: Vec<String> = (0..4097).map(|at| format!("x{at}")).collect();
+    let of = Id::new(1, 9_000);
+    let many = names.iter().map(|name| (of, name.as_str(), Some(&one)));
+    let check = replica.check_change([], many);
+    assert_eq!(check, Err(Error::TooManyAttributes(4096)));
+    let mut other = Replica::new(2, []);
+    let all = replica.delta_since(other.seen());
+    other.merge(&all).expect("all of it");
 }
 
 #[test]

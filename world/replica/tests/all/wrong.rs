@@ -600,3 +600,25 @@ fn names_with_control_characters_are_shown_without_them() {
     assert!(!shown.chars().any(char::is_control), "{shown:?}");
     assert!(shown.chars().count() <= 1024, "{shown:?}");
 }
+
+/// Others take no text of more than 16 MiB: what a change with one makes beside it is not made either.
+#[test]
+fn a_change_that_others_would_refuse_is_made_in_no_part() {
+    let world = World::new(Setup::new("mapper", flat()).with_writer(7));
+    add(&world, "room", "kitchen");
+    while world.take().is_some() {}
+    let long = "x".repeat((1 << 24) + 1);
+    let refused = world.change(|edit| {
+        for name in ["hall", long.as_str()] {
+            let room = edit.add_node("room")?;
+            edit.set(room, "name", name)?;
+        }
+        Ok(())
+    });
+    let refused = refused.expect_err("a text that is too long").to_string();
+    assert!(refused.contains("too long"), "{refused}");
+    assert_eq!(world.snapshot().node_count(), 1);
+    assert!(world.take().is_none());
+    add(&world, "room", "hall");
+    assert_eq!(world.snapshot().node_count(), 2);
+}
