@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// A thousand things, so that pairs of them are a million rows, each with 64 KiB of numbers.
 fn things() -> Arc<Snapshot> {
     let graph = Graph::new(Schema::anything().into(), 1);
-    let large = [0.5; 8192];
+    let large = vec![0.5; 8192];
     let made = graph.change(Time::ZERO, |edit| {
         for number in 0..1000_i64 {
             let thing = edit.add_node("thing")?;
