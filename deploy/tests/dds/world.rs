@@ -181,7 +181,7 @@ impl Agents<'_> {
         }
         std::thread::sleep(self.size.lasts.saturating_sub(start.elapsed()));
         std::fs::write(self.site.path("agents/stop"), "").expect("to write");
-        Site::until_within(Duration::from_secs(60), "all agents are equal", || {
+        Site::until_within(Duration::from_mins(1), "all agents are equal", || {
             self.told().is_some_and(|told| told["is_equal"] == true)
         });
         // The last values of streams, and the digest that has all of it.
