@@ -1,7 +1,7 @@
 """Replays what the agents of a world wrote down, and compares it with what they had at the end.
 
 The program knows nothing of replicas: it sorts all steps by their counts and writers, and lets the
-last one win. `world_replay.py FOLDER` prints one line, or what differs, with exit code 1.
+last one win. `world_replay.py FOLDER AGENTS` prints one line, or what differs, with exit code 1.
 """
 
 import pathlib

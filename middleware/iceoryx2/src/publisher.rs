@@ -10,7 +10,9 @@ use crate::service::{EventPorts, existing_topic, refusal, topic, transient_local
 use crate::session::Session;
 use crate::tool_ports;
 use iceoryx2::prelude::AllocationStrategy;
+use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publisher::PortFactoryPublisher;
+use iceoryx2::service::static_config::publish_subscribe::StaticConfig;
 use rc_middleware::{
     Durability, Encoding, Endpoint, Header, LoanedSample, OpenError, Publisher, SendError, qos,
 };
@@ -75,6 +77,19 @@ pub(crate) struct SharedPublisher {
     session: Arc<Session>,
 }
 
+/// How many samples a publisher needs at most. iceoryx2 counts a buffer for each subscriber, but all
+/// buffers hold the newest samples, and so the same ones: only borrowed samples differ. iceoryx2 keeps
+/// a counter for each sample in each of 255 segments: 2 kB of memory, and 255 bytes of shared memory
+/// for each connection. A publisher without a free sample creates new segments until none is left, so
+/// less must not be reserved.
+fn samples(service: &StaticConfig) -> impl Fn(usize) -> usize + use<> {
+    let borrowed = service.max_subscribers() * service.subscriber_max_borrowed_samples();
+    let newest = service.subscriber_max_buffer_size() + service.history_size();
+    // One that is written, and one that is replaced.
+    let most = borrowed + newest + 2;
+    move |of_iceoryx2| most.min(of_iceoryx2)
+}
+
 type PublisherBuilder<'t> = PortFactoryPublisher<'t, Service, [u8], MessageHeader>;
 
 impl SharedPublisher {
@@ -85,6 +100,7 @@ impl SharedPublisher {
             .initial_max_slice_len(INITIAL)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .max_loaned_samples(1)
+            .override_sample_preallocation(samples(&topic.static_config()))
     }
 
     /// The publisher of a tool, which is not counted as a peer.

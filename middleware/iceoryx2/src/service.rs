@@ -23,14 +23,12 @@ pub(crate) const DATA: usize = 0;
 pub(crate) const TRANSIENT_LOCAL: usize = 1;
 /// The service attribute with the types of a connection.
 const TYPES: &[u8] = b"rc.types";
-/// Smallest maximum depth of a topic's subscribers. Each unit costs a publisher 0.13 MB of memory,
-/// and 16 kB of shared memory for each connected subscriber. iceoryx2 keeps a counter for each
-/// chunk of each of 255 segments, for the worst case of 64 subscribers with full queues. A
-/// publisher without a free chunk creates new segments until none is left, so less than the worst
-/// case must not be reserved.
+/// Smallest maximum depth of a topic's subscribers. Each unit is one more sample of a publisher,
+/// see [`crate::publisher`].
 const DEPTH: usize = Qos::PUBLISHER.depth as usize;
 /// How many samples a subscriber may have: the one that is handled and those that it keeps. Each
-/// costs memory as a unit of the depth does.
+/// costs a publisher 0.14 MB of memory, and 17 kB of shared memory for each connected subscriber:
+/// each of 68 subscribers may keep another sample.
 pub(crate) const BORROWED: usize = 1 + KEPT_SAMPLES;
 /// Attempts to open a service that is being created or removed, or whose users have died.
 const ATTEMPTS: u32 = 4;

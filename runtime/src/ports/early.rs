@@ -71,6 +71,11 @@ struct SharedPort {
     bytes: usize,
 }
 
+/// What a sample takes that waits.
+fn size(body: &[u8]) -> usize {
+    size_of::<(Header, Vec<u8>)>() + body.len()
+}
+
 /// The port, as the event loop has it.
 struct EarlyPort {
     descriptor: OwnedFd,
@@ -91,7 +96,7 @@ impl Subscriber for EarlyPort {
         let Some((header, body)) = shared.waiting.pop_front() else {
             return shared.port.receive(take);
         };
-        shared.bytes = shared.bytes.saturating_sub(body.len());
+        shared.bytes = shared.bytes.saturating_sub(size(&body));
         drop(shared);
         take(header, &body);
         Ok(true)
@@ -125,7 +130,7 @@ impl AwaitedPort {
             came = Some((header, body.to_vec()));
         });
         let (header, body) = came.filter(|_| taken.is_ok())?;
-        shared.bytes += body.len();
+        shared.bytes += size(&body);
         shared.waiting.push_back((header, body.clone()));
         let is_of_type = header.type_hash == 0 || header.type_hash == self.type_hash;
         Some(if is_of_type { body } else { Vec::new() })
@@ -248,13 +253,14 @@ impl Early {
         if ports.is_empty() || !self.may_wait || is_full {
             return (OVER, Vec::new());
         }
-        if let Some(came) = Self::receive(&ports) {
-            return came;
-        }
+        // Before anything is read: samples may come faster than they are taken.
         let is_stopping = self.stop.as_ref().is_some_and(WakeEvent::is_stopping);
         let left = until.saturating_duration_since(Instant::now());
         if is_stopping || left.is_zero() {
             return (OVER, Vec::new());
+        }
+        if let Some(came) = Self::receive(&ports) {
+            return came;
         }
         let descriptors: Vec<_> = ports.iter().map(|port| port.descriptor.as_fd()).collect();
         let readable = wait(&descriptors, left.min(PAUSE));

@@ -1,7 +1,11 @@
 //! Alignment of message bodies in shared memory, and memory usage.
 
-use rc_conformance::network::{LIMIT, StopOnDrop, endpoint, header, receive, serve_until, until};
-use rc_middleware::{Backend, Encoding, Environment, RunDirectory, Settings, WakeEvent};
+use rc_conformance::network::{
+    LIMIT, StopOnDrop, endpoint, header, keep_last, receive, serve_until, until,
+};
+use rc_middleware::{
+    Backend, Encoding, Environment, KEPT_SAMPLES, RunDirectory, Settings, WakeEvent,
+};
 use std::os::unix::fs::MetadataExt;
 
 /// A network of this process. Dropping it removes its files.
@@ -152,4 +156,51 @@ fn memory_is_allocated_for_pending_messages_only() {
         let used = network.used() - before;
         assert!(used < 3 * MIB as u64, "{used} bytes for sixteen clients");
     });
+}
+
+/// A publisher reserves memory for the newest samples once, not once for each subscriber, and for
+/// those that subscribers keep.
+#[test]
+fn samples_suffice_for_subscribers_that_keep_old_ones_and_others_that_do_not_read() {
+    const DEPTH: u32 = 64;
+    let network = Network::new("su");
+    let (backend, at) = (
+        &network.1,
+        keep_last(DEPTH, &endpoint("default/Camera/image")),
+    );
+    let mut publisher = backend.publisher(&at).expect("a publisher");
+    let mut subscribers = vec![backend.subscriber(&at).expect("a subscriber")];
+    publisher.publish(header(1), &[1]).expect("to publish");
+    let used = network.used();
+    assert!(used < 512 << 10, "{used} bytes for one connection");
+    subscribers.extend((1..64).map(|_| backend.subscriber(&at).expect("a subscriber")));
+    let mut kept = Vec::new();
+    let mut sequence = 0_u64;
+    for subscriber in &mut subscribers {
+        // What it keeps is in the buffer of nobody afterwards. The samples grow meanwhile.
+        for _ in 0..=DEPTH {
+            sequence += 1;
+            let mut body = sequence.to_le_bytes().to_vec();
+            body.resize(8 + sequence as usize, 1);
+            let published = publisher.publish(header(sequence), &body);
+            published.expect("to publish");
+        }
+        let first = sequence + 1 - u64::from(DEPTH);
+        for at in 0..KEPT_SAMPLES as u64 {
+            let received = subscriber.receive_kept(&mut |_, sample| kept.push((first + at, sample)));
+            assert_eq!(received, Ok(true));
+        }
+    }
+    for _ in 0..10 * DEPTH {
+        let published = publisher.publish(header(1), &[2; 5000]);
+        published.expect("to publish");
+    }
+    assert_eq!(kept.len(), 64 * KEPT_SAMPLES);
+    for (sequence, sample) in &kept {
+        assert_eq!(sample.memory()[..8], sequence.to_le_bytes());
+        assert_eq!(sample.memory().len(), 8 + *sequence as usize);
+    }
+    for subscriber in &mut subscribers {
+        assert_eq!(receive(&mut **subscriber, 1)[0].1, [2; 5000]);
+    }
 }
