@@ -26,7 +26,6 @@ fn peer() -> &'static str {
 
 /// Everything that replicas send, their digests among it, is what it was.
 #[test]
-#[ignore = "replays of worlds are not proven yet"]
 fn recorded_components_with_a_world_live_again_exactly() {
     let site = Site::new("world_exact");
     let exact = "record { exact; };";

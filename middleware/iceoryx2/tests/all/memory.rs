@@ -187,7 +187,8 @@ fn samples_suffice_for_subscribers_that_keep_old_ones_and_others_that_do_not_rea
         }
         let first = sequence + 1 - u64::from(DEPTH);
         for at in 0..KEPT_SAMPLES as u64 {
-            let received = subscriber.receive_kept(&mut |_, sample| kept.push((first + at, sample)));
+            let received =
+                subscriber.receive_kept(&mut |_, sample| kept.push((first + at, sample)));
             assert_eq!(received, Ok(true));
         }
     }
