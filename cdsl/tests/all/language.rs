@@ -154,7 +154,7 @@ fn a_missing_semicolon_is_one_error_at_its_location() {
             c.cdsl:7:14: error[missing-semicolon]: expected `;`
             c.cdsl:8:12: error[missing-semicolon]: expected `;`
             c.cdsl:9:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
-            c.cdsl:9:12: error[missing-semicolon]: expected `;`
+            c.cdsl:9:17: error[missing-semicolon]: expected `;`
             c.cdsl:10:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
             c.cdsl:10:16: error[missing-semicolon]: expected `;`
             c.cdsl:11:20: error[missing-semicolon]: expected `;`
