@@ -6,6 +6,7 @@ use super::look::look;
 use super::messages::{interrupts, signals};
 use super::networks::network_of;
 use super::output::{Failure, print_failure, print_line, print_note};
+use super::world::Asking;
 use rc_deploy_client::connection;
 use rc_management::event::time_text;
 use rc_management::supervisor::{Event, Severity};
@@ -111,12 +112,25 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
         let path = options.output.clone().unwrap_or_else(named);
         Ok(Sink::File(FileSink::create(&path, limits(options, &path))?))
     };
+    let is_whole = options.names.is_empty() && options.ring.is_none();
+    let without_world = |failure: Failure| {
+        let reason = failure.1;
+        print_note(&format_args!(
+            "the recording has only changes of the world: {reason}"
+        ));
+    };
+    let asking = is_whole.then(|| Asking::new(&network));
+    let mut asking = asking.and_then(|asking| asking.map_err(without_world).ok());
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
     let mut line = ProgressLine::new();
     let mut reason: Option<String> = None;
     loop {
         let events = recorder.step(&source.descriptors(), TURN);
+        if let Some(Err(failure)) = asking.as_mut().map(Asking::advance) {
+            line.clear();
+            without_world(failure);
+        }
         let requests = source.take();
         let mut notes = recorder.notes();
         if let Sink::File(file) = recorder.sink() {

@@ -22,6 +22,28 @@ use replica::Listener;
 use serde_json::json;
 use std::path::Path;
 
+/// Asks for the world of a network when a recording begins: the answer is recorded, too, so that the recording
+/// has more than changes.
+pub(super) struct Asking(Option<Listener>);
+
+impl Asking {
+    /// Nobody is asked where no component has a world.
+    pub(super) fn new(network: &rc_observe::Network) -> Result<Self, Failure> {
+        let has_world = replica::has_world(network);
+        let listener = has_world.then(|| Listener::open(&network.name, None));
+        Ok(Self(listener.transpose()?))
+    }
+
+    /// Takes what has come, and waits for nothing.
+    pub(super) fn advance(&mut self) -> Result<(), Failure> {
+        let arrived = self.0.as_mut().map_or(Ok(false), Listener::advance);
+        if !matches!(arrived, Ok(false)) {
+            self.0 = None;
+        }
+        arrived.map(|_| ())
+    }
+}
+
 /// Prints the replicas of a network.
 pub(super) fn world(network: &str, format: Format) -> Result<u8, Failure> {
     state::state(network, format)

@@ -17,7 +17,7 @@ const MOST_TRIES: u32 = 10;
 /// How many chunks are on the way at most.
 const WINDOW: usize = 8;
 /// How many bytes an answer has at most, and all together that are kept until they have arrived.
-const MOST_ANSWER: usize = 64 << 20;
+pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
 const KEPT_FOR: Duration = Duration::from_secs(5);
 /// How long a replica is not answered anew.
@@ -327,7 +327,7 @@ impl Core {
         }
     }
 
-    fn take_answer(&mut self, graph: &Graph, time: Time, now: Duration, whole: &[u8]) {
+    pub(crate) fn take_answer(&mut self, graph: &Graph, time: Time, now: Duration, whole: &[u8]) {
         match wire::read_answer(whole) {
             Ok(deltas) => {
                 for delta in deltas {

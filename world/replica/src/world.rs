@@ -271,6 +271,13 @@ impl World {
         Ok(())
     }
 
+    /// Takes an answer to another replica.
+    pub(crate) fn overhear(&self, now: Duration, answer: &[u8]) {
+        let mut core = self.core();
+        core.take_answer(&self.graph, (self.clock)(), now, answer);
+        self.wake(core);
+    }
+
     /// Does what is due, and returns when something is due next, by the same clock.
     pub fn turn(&self, now: Duration) -> Duration {
         let mut core = self.core();

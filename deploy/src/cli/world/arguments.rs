@@ -77,7 +77,8 @@ pub(crate) enum WorldAction {
     },
     /// Shows the world of a recording as it was at a time.
     ///
-    /// The recording must have begun with the network: it holds changes.
+    /// `rcdeploy record` asks for the world when it begins, if it records all topics. The recording has it from then
+    /// on, some seconds after its begin.
     At {
         /// The time since the beginning of the recording, as in `12.3s`.
         #[arg(value_name = "TIME", value_parser = duration)]

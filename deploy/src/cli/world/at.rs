@@ -10,7 +10,7 @@ use rc_middleware::Reader;
 use rc_record::bag::{self, Selection};
 use rc_record::{Channel, RecordError, definition, keys};
 use rc_world::property_graph::{Snapshot, Time};
-use rc_world::{Message, Setup, Topic, World};
+use rc_world::{Message, Overheard, Setup, Topic, World};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -51,6 +51,7 @@ pub(super) fn world(
         to: Some(after),
     };
     let (mut count, mut now) = (0_u64, Duration::ZERO);
+    let mut answers = Overheard::default();
     let faults = bag::each(file, selection, &mut |message, at| {
         let Some(topic) = topic(&message.channel) else {
             return Ok(true);
@@ -62,6 +63,7 @@ pub(super) fn world(
         now = at;
         // Times of changes count, which are those of the network.
         time.store(u64::MAX / 2, Ordering::Relaxed);
+        answers.take(&world, at, &read);
         world.receive(at, read);
         world.turn(at);
         while world.take().is_some() {}
@@ -84,7 +86,8 @@ pub(super) fn world(
     }
     if status.is_behind {
         let message = format!(
-            "{} lacks changes that were made before it began, or were lost: record from the start of the network",
+            "{} lacks changes until then: it has the world from some seconds after its begin on, if `rcdeploy record` \
+             has recorded all topics",
             file.display()
         );
         return Err(Failure(1, message));

@@ -84,6 +84,12 @@ fn kind(topic: &Topic) -> Option<rc_world::Topic> {
     topic_of(&topic.interface.name, &topic.operation.name)
 }
 
+/// Whether components of a network share a world.
+pub(super) fn has_world(network: &Network) -> bool {
+    let mut topics = network.topics().into_iter();
+    topics.any(|topic| kind(&topic) == Some(rc_world::Topic::Digest))
+}
+
 /// The schema of these files.
 fn schema(files: &[(String, String)]) -> Result<Schema, Failure> {
     let Some((name, text)) = files.first() else {
@@ -174,24 +180,39 @@ impl Listener {
     /// Opens the network's world, and waits until all of it is here. `None` at Ctrl-C.
     pub(super) fn joined(network: &str, only: Option<&str>) -> Result<Option<Self>, Failure> {
         let mut own = Self::open(network, only)?;
-        while own.begin.elapsed() < ARRIVING {
+        loop {
             if !own.turn(&mut |_| {})? {
                 return Ok(None);
             }
-            let all_told = own.heard.len() >= own.expected || own.begin.elapsed() >= HEARING;
-            if all_told && own.is_here()? {
-                // Values of streams follow with the next digest of whoever has answered.
-                let arrived = own.arrived.get_or_insert_with(Instant::now);
-                if own.has_streams || arrived.elapsed() >= STREAMING {
-                    return Ok(Some(own));
-                }
+            if own.has_arrived()? {
+                return Ok(Some(own));
             }
         }
-        let message = format!(
-            "the world of `{}` has not arrived in {ARRIVING:?}; `rcdeploy world {0}` shows its replicas",
-            clean(&own.network.name)
-        );
-        Err(Failure(3, message))
+    }
+
+    /// Whether all of the world is here. Fails after a time.
+    fn has_arrived(&mut self) -> Result<bool, Failure> {
+        let waited = self.begin.elapsed();
+        if waited >= ARRIVING {
+            let message = format!(
+                "the world of `{}` has not arrived in {ARRIVING:?}; `rcdeploy world {0}` shows its replicas",
+                clean(&self.network.name)
+            );
+            return Err(Failure(3, message));
+        }
+        let all_told = self.heard.len() >= self.expected || waited >= HEARING;
+        if !all_told || !self.is_here()? {
+            return Ok(false);
+        }
+        // Values of streams follow with the next digest of whoever has answered.
+        let arrived = self.arrived.get_or_insert_with(Instant::now);
+        Ok(self.has_streams || arrived.elapsed() >= STREAMING)
+    }
+
+    /// Takes what is there, and waits for nothing. Returns whether all of the world is here.
+    pub(super) fn advance(&mut self) -> Result<bool, Failure> {
+        self.step(Duration::ZERO, &mut |_| {})?;
+        self.has_arrived()
     }
 
     /// Whether the replica has what others have told.
@@ -223,6 +244,10 @@ impl Listener {
 
     /// Takes what has arrived, and asks for what is missing. Returns whether to go on: not after Ctrl-C.
     pub(super) fn turn(&mut self, hear: &mut dyn FnMut(&Heard)) -> Result<bool, Failure> {
+        self.step(TURN, hear)
+    }
+
+    fn step(&mut self, longest: Duration, hear: &mut dyn FnMut(&Heard)) -> Result<bool, Failure> {
         if is_interrupted(&self.interrupts) {
             return Ok(false);
         }
@@ -292,8 +317,8 @@ impl Listener {
                 self.send(&message)?;
             }
         }
-        if !more {
-            let left = due.saturating_sub(self.begin.elapsed()).min(TURN);
+        if !more && !longest.is_zero() {
+            let left = due.saturating_sub(self.begin.elapsed()).min(longest);
             self.observer.wait(&[self.interrupts.as_fd()], left);
         }
         Ok(true)

@@ -150,18 +150,45 @@ fn commands_read_change_ask_and_compare_a_world() {
         "{diff:?}"
     );
 
-    // A recording that began too late has not all changes.
-    let record = site.path("late.mcap").display().to_string();
-    let args = ["record", network, "-o", &record, "--length", "2s"];
-    let recorded = site.rcdeploy(&args, false);
-    assert_eq!(recorded.code, 0, "{recorded:?}");
+    // A recording has the world, too: it asks for it when it begins. One of the changes alone has not.
     let schema = Site::components()
         .join("interfaces/home.gdsl")
         .display()
         .to_string();
-    let at = site.rcdeploy(&["world", "at", "2s", &record, "--schema", &schema], false);
-    let text = "lacks changes that were made before it began";
-    assert!(at.code == 1 && at.stderr.contains(text), "{at:?}");
+    let recorded = |name: &str, length: &str, topics: &[&str]| {
+        let record = site.path(name).display().to_string();
+        let args = ["record", network, "-o", &record, "--length", length];
+        let recorded = site.rcdeploy(&[&args, topics].concat(), false);
+        assert_eq!(recorded.code, 0, "{recorded:?}");
+        record
+    };
+    let at = |record: &str, words: &[&str]| {
+        let args = ["world", "at", "4s", record, "--schema", &schema];
+        site.rcdeploy(&[&args, words].concat(), false)
+    };
+    let record = recorded("whole.mcap", "4s", &[]);
+    let found = at(&record, &["kitchen.length", "front.width"]);
+    let wanted = "kitchen.length = 6.0\nfront.width = 0.95\n";
+    assert_eq!(found.stdout, wanted, "{found:?}");
+    let wrong = at(&record, &["front.widt"]);
+    let text = "`door` has no attribute `widt`; did you mean `width`?";
+    assert!(wrong.code == 2 && wrong.stderr.contains(text), "{wrong:?}");
+    let topics = site.rcdeploy(&["list", network, "--format", "json"], false);
+    let topics: Value = serde_json::from_str(&topics.stdout).expect("JSON");
+    let topics = topics["topics"].as_array().expect("a list").iter();
+    let topics = topics.filter(|topic| {
+        ["change", "digest"]
+            .iter()
+            .any(|own| topic["operation"] == *own)
+    });
+    let topics: Vec<&str> = topics.filter_map(|topic| topic["name"].as_str()).collect();
+    let record = recorded("changes.mcap", "2s", &topics);
+    let lacking = at(&record, &[]);
+    let text = "lacks changes until then";
+    assert!(
+        lacking.code == 1 && lacking.stderr.contains(text),
+        "{lacking:?}"
+    );
 
     for (action, more, code, text) in [
         (
@@ -169,6 +196,12 @@ fn commands_read_change_ask_and_compare_a_world() {
             "fron",
             2,
             "no node has the name `fron`; did you mean `front`?",
+        ),
+        (
+            "get",
+            "frnt.width",
+            2,
+            "no node has the name `frnt`; did you mean `front`?",
         ),
         (
             "get",
