@@ -23,41 +23,39 @@ pub struct Overruled {
     pub writer: u64,
 }
 
-impl Core {
-    /// Notes the values of a delta that lose against those of this replica. They were made without
-    /// knowing of each other: this replica gets the other value only now, and the greater count says
-    /// that the other one did not know this value.
-    pub(crate) fn note_overruled(&mut self, delta: &Delta) {
-        let own = self.replica.writer();
-        for record in &delta.records {
-            let Record::Attribute {
-                stamp,
-                of,
-                name,
-                value,
-            } = record
-            else {
-                continue;
-            };
-            let is_lost = stamp.writer != own
-                && stamp.sequence > self.seen(stamp.writer)
-                && self.replica.stamp_of(*of, name).is_some_and(|shown| {
-                    shown.writer == own && (stamp.count, stamp.writer) < (shown.count, shown.writer)
-                });
-            let shown = self.replica.get(*of, name);
-            if !is_lost || shown == value.as_ref() {
-                continue;
-            }
-            if self.overruled.len() == MOST_KEPT {
-                self.overruled.pop_front();
-            }
-            self.overruled.push_back(Overruled {
-                of: *of,
-                attribute: name.clone(),
-                shown: shown.cloned(),
-                other: value.clone(),
-                writer: stamp.writer,
+/// Notes the values of a delta that lose against those of this replica. They were made without
+/// knowing of each other: this replica gets the other value only now, and the greater count says
+/// that the other one did not know this value.
+pub(crate) fn note(core: &mut Core, delta: &Delta) {
+    let own = core.replica.writer();
+    for record in &delta.records {
+        let Record::Attribute {
+            stamp,
+            of,
+            name,
+            value,
+        } = record
+        else {
+            continue;
+        };
+        let is_lost = stamp.writer != own
+            && stamp.sequence > core.seen(stamp.writer)
+            && core.replica.stamp_of(*of, name).is_some_and(|shown| {
+                shown.writer == own && (stamp.count, stamp.writer) < (shown.count, shown.writer)
             });
+        let shown = core.replica.get(*of, name);
+        if !is_lost || shown == value.as_ref() {
+            continue;
         }
+        if core.overruled.len() == MOST_KEPT {
+            core.overruled.pop_front();
+        }
+        core.overruled.push_back(Overruled {
+            of: *of,
+            attribute: name.clone(),
+            shown: shown.cloned(),
+            other: value.clone(),
+            writer: stamp.writer,
+        });
     }
 }

@@ -6,6 +6,7 @@ use crate::check::Check;
 use crate::core::Core;
 use crate::digest::{self, Digests};
 use crate::message::{Content, DigestOf, MOST_CHUNK, Message};
+use crate::overruled;
 use crate::peers::{Peers, missing};
 use crate::status::Counts;
 use crate::streams::Sample;
@@ -276,7 +277,7 @@ impl Core {
     pub(crate) fn merge(&mut self, graph: &Graph, time: Time, delta: &Delta) -> bool {
         let sound = Check::of(self).delta(delta);
         let merged = sound.and_then(|()| {
-            self.note_overruled(delta);
+            overruled::note(self, delta);
             let merged = self.replica.merge(delta);
             merged.map_err(|error| error.to_string())
         });
