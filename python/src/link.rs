@@ -180,6 +180,10 @@ impl Link {
     }
 
     /// Tells tools the files of the schema of the component's world.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "values from Python are owned"
+    )]
     fn set_world_schema(&self, files: Vec<(String, String)>) -> PyResult<()> {
         let files: Vec<(&str, &str)> = files
             .iter()

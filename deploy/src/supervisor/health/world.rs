@@ -188,7 +188,7 @@ mod tests {
             ..WorldStatus::default()
         }));
         assert!(watch.has_world_for(Duration::ZERO));
-        assert!(!watch.has_world_for(Duration::from_secs(3600)));
+        assert!(!watch.has_world_for(Duration::from_hours(1)));
         assert!(!HealthMonitor::default().has_world_for(Duration::ZERO));
         assert_eq!(watch.look_for_split(&["keeper"].into()), []);
         let split = watch.look_for_split(&["finder", "keeper"].into());

@@ -69,7 +69,9 @@ pub(crate) fn run(root: &str, prefix: &str) -> Result<(), Failure> {
                     pause(command.size);
                     ping.picture(now(), data)?;
                 }
-                Kind::Lent => return Err("no hand-written program has this".into()),
+                Kind::Lent | Kind::Cloud => {
+                    return Err("no hand-written program has this".into());
+                }
                 Kind::Flood => ping.publish(now(), data)?,
                 Kind::Steady => {
                     keep_pace(begin, number);

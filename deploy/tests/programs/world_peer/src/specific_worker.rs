@@ -59,7 +59,7 @@ impl Worker<Context> for SpecificWorker {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
-        let rounds = ctx.params.rounds as i32;
+        let rounds = ctx.params.rounds;
         if self.asked >= rounds || !ctx.other.is_connected() || !ctx.g.has_joined() {
             return Ok(());
         }
