@@ -199,7 +199,19 @@ impl Hidden {
             return Some(Comes::Waits);
         }
         let ends = [from, to].map(|end| replica.kind_of(end).unwrap_or_default());
+        // One that loses already may lose by another rule now.
+        if self.losers.contains_key(now.kind)
+            && (has_both(schema, now.kind) || self.meets_loser(replica, [from, to]))
+        {
+            return None;
+        }
         is_edge(schema, now.kind, &now.attributes, ends).then_some(Comes::Shown)
+    }
+
+    /// Whether an edge that loses against others starts or ends at one of these.
+    fn meets_loser(&self, replica: &Replica, at: [Id; 2]) -> bool {
+        let mut losers = self.conflicts.keys().filter_map(|id| replica.ends_of(*id));
+        losers.any(|(from, to)| at.contains(&from) || at.contains(&to))
     }
 }
 
@@ -215,4 +227,11 @@ enum Comes {
 fn has_keys(schema: &Schema, kind: &str) -> bool {
     let entity = schema.entity(kind);
     entity.is_some_and(|entity| entity.attributes.iter().any(|attribute| attribute.key))
+}
+
+/// Whether a relation is a tree whose ports have most edges: a new edge may close a cycle for one that loses
+/// by these.
+fn has_both(schema: &Schema, kind: &str) -> bool {
+    let relation = schema.relation(kind).filter(|r| r.tree.is_some());
+    relation.is_some_and(|relation| relation.ports.iter().any(|port| port.max.is_some()))
 }

@@ -142,7 +142,8 @@ fn show(
 fn what_is_decided_alone_is_what_the_whole_view_has() {
     let schema = Arc::new(schema());
     let (mut alone, mut whole) = (0, 0);
-    for seed in 0..60 {
+    // With 223, an edge that closed a cycle gets a second parent instead.
+    for seed in (0..60).chain([223]) {
         let mut random = fastrand::Rng::with_seed(seed);
         let mut replicas = [1, 2, 3].map(|writer| Replica::new(writer, [1, 2, 3]));
         let mut known = Vec::new();
