@@ -100,7 +100,7 @@ impl SharedPublisher {
             .initial_max_slice_len(INITIAL)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .max_loaned_samples(1)
-            .override_sample_preallocation(samples(&topic.static_config()))
+            .override_sample_preallocation(samples(topic.static_config()))
     }
 
     /// The publisher of a tool, which is not counted as a peer.
