@@ -477,8 +477,8 @@ class WorldContext(Context):
             except Exception as error:
                 errors.append(error)
         errors.sort(key=lambda error: not isinstance(error, WorkerError))
-        for error in errors[1:]:
-            logging.getLogger("robocomp").error(f"the world: {type(error).__name__}: {error}")
+        for other in errors[1:]:
+            logging.getLogger("robocomp").error(f"the world: {type(other).__name__}: {other}")
         if errors:
             raise errors[0]
         return did
