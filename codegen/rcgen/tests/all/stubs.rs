@@ -495,14 +495,8 @@ fn the_functions_of_a_state_machine_are_handlers_too() {
     // Two kinds of states have two names. The name of earlier versions says which is which.
     assert_eq!(rcgen(component.path(), &["c.cdsl"]).0, 0);
     let root = component.text("generated/src/lib.rs");
-    let (_, old) = root.split_once("#[deprecated(").expect("the old name");
-    for name in [
-        "`ComponentState`",
-        "`machine::MachineState`",
-        "pub type State = ComponentState;",
-    ] {
-        assert!(old.contains(name), "{old}");
-    }
+    let names = "rc_runtime::names_of_workers!(machine);";
+    assert!(root.contains(names), "{root}");
     let worker = component
         .text(WORKER)
         .replace("Worker, ", "StateMachine, Worker, ");
