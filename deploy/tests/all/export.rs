@@ -324,22 +324,25 @@ fn the_schemas_of_kubernetes_accept_every_manifest_and_reject_faults() {
             String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
         (output.status.success(), said.into_owned())
     };
-    let mut last = String::new();
+    let faults = [
+        ("readinessProbe:", "readynessProbe:"),
+        ("replicas: 1", "replicas: one"),
+    ];
+    let mut right = String::new();
     for network in NETWORKS {
         let (export, _) = exported(network, Engine::Kubernetes);
         let yaml = |path: &Path| path.extension().is_some_and(|e| e == "yaml");
         for (.., text) in export.files.iter().filter(|(path, ..)| yaml(path)) {
             let (accepted, said) = validate(text);
             assert!(accepted, "{network}: {said}");
-            text.clone_into(&mut last);
+            if faults.iter().all(|(word, _)| text.contains(word)) {
+                text.clone_into(&mut right);
+            }
         }
     }
-    for (right, wrong) in [
-        ("readinessProbe:", "readynessProbe:"),
-        ("replicas: 1", "replicas: one"),
-    ] {
-        let spoilt = last.replace(right, wrong);
-        assert_ne!(spoilt, last, "{last}");
+    for (word, wrong) in faults {
+        let spoilt = right.replace(word, wrong);
+        assert_ne!(spoilt, right, "{word}");
         let (accepted, said) = validate(&spoilt);
         assert!(!accepted, "{wrong}: {said}");
     }
