@@ -22,7 +22,7 @@ fn network(site: &Site, avoider: &str, monitor: &str) {
          Component clock {{ cdsl \"../clock/clock.cdsl\"; config \"clock.toml\"; process base; }};\n    \
          bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n}};\n"
     ));
-    let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"500ms\"\n";
+    let clock = "[parameters]\nstep = \"50ms\"\nrate = 0.0\nlimit = \"10s\"\n";
     site.write("clock.toml", clock);
 }
 

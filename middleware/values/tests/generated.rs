@@ -232,6 +232,7 @@ fn every_type_has_the_bytes_of_generated_code() {
     let catalog = catalog();
     let checked = check!(agrees, &catalog,
         "RcBench::Picture" interfaces::rc_bench::Picture;
+        "RcBench::Point" interfaces::rc_bench::Point;
         "RcInterop::Point" interfaces::rc_interop::Point;
         "RcInterop::Mark" interfaces::rc_interop::Mark;
         "RcInterop::Report" interfaces::rc_interop::Report;
@@ -283,6 +284,7 @@ fn every_type_has_the_bytes_of_generated_code() {
     }
     let images = check!(agrees_in_place, &catalog,
         "RcBench::Picture" interfaces::rc_bench::PictureInPlace;
+        "RcBench::Point" interfaces::rc_bench::PointInPlace;
         "RcInterop::Point" interfaces::rc_interop::PointInPlace;
         "RcInterop::Time" interfaces::rc_interop::TimeInPlace;
         "RcInterop::RegionOfInterest" interfaces::rc_interop::RegionOfInterestInPlace;
