@@ -102,7 +102,6 @@ rc_conformance::suite!(@of calls, Hosts::new(),
     requests_and_replies_may_be_large
     clients_and_servers_are_counted
     calls_of_different_types_refuse_each_other
-    networks_are_separate
 );
 rc_conformance::suite!(@of failures, Hosts::new(),
     without_a_server_a_call_fails_at_once
