@@ -94,20 +94,7 @@ impl Shape {
 
 /// The member that is shown.
 pub(crate) fn shown(of: &Value, at: usize) -> Option<&Value> {
-    match of {
-        Value::Struct(_, values) => values.get(at),
-        Value::Bool(_)
-        | Value::Int(_)
-        | Value::Uint(_)
-        | Value::F32(_)
-        | Value::F64(_)
-        | Value::Text(_)
-        | Value::Enum(..)
-        | Value::Numbers(_)
-        | Value::Sequence(_)
-        | Value::Map(_)
-        | Value::Missing => None,
-    }
+    of.members()?.get(at)
 }
 
 #[cfg(test)]

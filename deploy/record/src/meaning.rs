@@ -264,17 +264,7 @@ impl Converter {
                         let items = items.map(|item| self.element(at, naming, item));
                         Value::Sequence(items.collect::<Result<_, _>>()?)
                     }
-                    other @ (Value::Bool(_)
-                    | Value::Int(_)
-                    | Value::Uint(_)
-                    | Value::F32(_)
-                    | Value::F64(_)
-                    | Value::Text(_)
-                    | Value::Enum(..)
-                    | Value::Numbers(_)
-                    | Value::Map(_)
-                    | Value::Struct(..)
-                    | Value::Missing) => other,
+                    other => other,
                 };
                 elements.push((path, converted));
             }
@@ -303,17 +293,7 @@ impl Converter {
     fn element(&self, at: usize, naming: Naming, item: Value) -> Result<Value, RecordError> {
         match item {
             Value::Struct(ty, numbers) => self.converted(at, naming, &ty, numbers),
-            other @ (Value::Bool(_)
-            | Value::Int(_)
-            | Value::Uint(_)
-            | Value::F32(_)
-            | Value::F64(_)
-            | Value::Text(_)
-            | Value::Enum(..)
-            | Value::Numbers(_)
-            | Value::Sequence(_)
-            | Value::Map(_)
-            | Value::Missing) => Ok(other),
+            other => Ok(other),
         }
     }
 

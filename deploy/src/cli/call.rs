@@ -87,20 +87,10 @@ fn whole() -> Style {
 
 /// The type of an exception.
 fn name(value: &Value) -> String {
-    match value {
-        Value::Struct(ty, _) => rc_diagnostics::foreign::clean(&ty.name),
-        Value::Bool(_)
-        | Value::Int(_)
-        | Value::Uint(_)
-        | Value::F32(_)
-        | Value::F64(_)
-        | Value::Text(_)
-        | Value::Enum(..)
-        | Value::Numbers(_)
-        | Value::Sequence(_)
-        | Value::Map(_)
-        | Value::Missing => String::new(),
-    }
+    let Value::Struct(ty, _) = value else {
+        return String::new();
+    };
+    rc_diagnostics::foreign::clean(&ty.name)
 }
 
 /// `rcdeploy send`.

@@ -385,24 +385,12 @@ fn one(
 
 /// The value that a recording holds: the only structure of a topic is its message.
 fn message(decoded: &Decoded) -> &Value {
-    match &decoded.value {
-        Value::Struct(_, members) if decoded.kind == "sample" => match members.as_slice() {
-            [only @ Value::Struct(..)] => only,
-            _ => &decoded.value,
-        },
-        value @ (Value::Bool(_)
-        | Value::Int(_)
-        | Value::Uint(_)
-        | Value::F32(_)
-        | Value::F64(_)
-        | Value::Text(_)
-        | Value::Enum(..)
-        | Value::Numbers(_)
-        | Value::Sequence(_)
-        | Value::Map(_)
-        | Value::Struct(..)
-        | Value::Missing) => value,
+    if decoded.kind == "sample"
+        && let Some([only @ Value::Struct(..)]) = decoded.value.members()
+    {
+        return only;
     }
+    &decoded.value
 }
 
 /// A line of CSV; the first one names the columns, as in the tables of a recording.

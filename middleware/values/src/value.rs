@@ -79,6 +79,22 @@ impl Serialize for Numbers {
 }
 
 impl Value {
+    /// The values of the members of a structure, in their order. `None` for anything else.
+    pub fn members(&self) -> Option<&[Value]> {
+        let Self::Struct(_, values) = self else {
+            return None;
+        };
+        Some(values)
+    }
+
+    /// The elements of a sequence of values. `None` for anything else, also for one of numbers.
+    pub fn items(&self) -> Option<&[Value]> {
+        let Self::Sequence(items) = self else {
+            return None;
+        };
+        Some(items)
+    }
+
     /// The value at a path: members after dots, elements in brackets, as in `pose.points[3].x`. The
     /// error names the nearest member.
     pub fn field(&self, path: &str) -> Result<Value, ValueError> {

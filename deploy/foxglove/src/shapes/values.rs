@@ -58,37 +58,10 @@ fn number(of: &Value, name: &str) -> Option<f64> {
 }
 
 fn text<'v>(of: &'v Value, name: &str) -> Option<&'v str> {
-    match member(of, name)? {
-        Value::Text(text) => Some(text),
-        Value::Bool(_)
-        | Value::Int(_)
-        | Value::Uint(_)
-        | Value::F32(_)
-        | Value::F64(_)
-        | Value::Enum(..)
-        | Value::Numbers(_)
-        | Value::Sequence(_)
-        | Value::Map(_)
-        | Value::Struct(..)
-        | Value::Missing => None,
-    }
-}
-
-fn items(of: &Value) -> Option<&[Value]> {
-    match of {
-        Value::Sequence(items) => Some(items),
-        Value::Bool(_)
-        | Value::Int(_)
-        | Value::Uint(_)
-        | Value::F32(_)
-        | Value::F64(_)
-        | Value::Text(_)
-        | Value::Enum(..)
-        | Value::Numbers(_)
-        | Value::Map(_)
-        | Value::Struct(..)
-        | Value::Missing => None,
-    }
+    let Value::Text(text) = member(of, name)? else {
+        return None;
+    };
+    Some(text)
 }
 
 fn stamp(time: u64, writer: &mut Writer<'_>) {
@@ -120,7 +93,7 @@ fn at_origin(writer: &mut Writer<'_>) {
 /// Measures at the nearest of as many equal steps from the least angle to the greatest: Foxglove
 /// has no angle for each measure. A step without a measure has no distance.
 fn scan(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Option<()> {
-    let measures = items(value)?.iter();
+    let measures = value.items()?.iter();
     let measures = measures.map(|m| Some((number(m, "angle")?, number(m, "dist")? * MM)));
     let measures = measures.collect::<Option<Vec<(f64, f64)>>>()?;
     let angles = || measures.iter().map(|(angle, _)| *angle);
@@ -192,7 +165,7 @@ fn image(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Optio
 
 fn points(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Option<()> {
     const COORDINATES: [&str; 3] = ["x", "y", "z"];
-    let points = items(member(value, "points")?)?;
+    let points = member(value, "points")?.items()?;
     let mut data = Vec::with_capacity(points.len() * 12);
     for point in points {
         for name in COORDINATES {
@@ -215,7 +188,7 @@ fn points(value: &Value, context: &Context<'_>, writer: &mut Writer<'_>) -> Opti
 
 /// Transforms with their own stamps and frames, which are in metres already.
 fn transforms(value: &Value, writer: &mut Writer<'_>) -> Option<()> {
-    let all = items(value)?;
+    let all = value.items()?;
     writer.length(all.len());
     for one in all {
         let head = member(one, "header")?;
