@@ -76,7 +76,7 @@ impl Edit {
         if let Some(symbol) = self.next.symbol(name) {
             return symbol;
         }
-        let text = name.text(&self.next);
+        let text = name.text(|symbol| self.next.text(symbol).to_owned());
         self.shape().names.add(&text)
     }
 

@@ -1,6 +1,5 @@
 //! Names of types and attributes, each once. Elements hold their numbers.
 
-use crate::snapshot::Snapshot;
 use graph_pages::{Ids, Pages};
 use std::sync::Arc;
 
@@ -37,9 +36,13 @@ impl Names {
 }
 
 mod sealed {
+    use super::Symbol;
+
     pub trait Named: Copy {
-        fn symbol(self, snapshot: &super::Snapshot) -> Option<super::Symbol>;
-        fn text(self, snapshot: &super::Snapshot) -> String;
+        /// The symbol; `known` looks a text up.
+        fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol>;
+        /// The text; `known` gives that of a symbol.
+        fn text(self, known: impl FnOnce(Symbol) -> String) -> String;
     }
 }
 
@@ -50,32 +53,32 @@ impl<T: sealed::Named> Named for T {}
 
 impl sealed::Named for Symbol {
     #[inline]
-    fn symbol(self, _: &Snapshot) -> Option<Symbol> {
+    fn symbol(self, _: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
         Some(self)
     }
 
-    fn text(self, snapshot: &Snapshot) -> String {
-        snapshot.text(self).to_owned()
+    fn text(self, known: impl FnOnce(Symbol) -> String) -> String {
+        known(self)
     }
 }
 
 impl sealed::Named for &str {
     #[inline]
-    fn symbol(self, snapshot: &Snapshot) -> Option<Symbol> {
-        snapshot.shape.names.get(self)
+    fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
+        known(self)
     }
 
-    fn text(self, _: &Snapshot) -> String {
+    fn text(self, _: impl FnOnce(Symbol) -> String) -> String {
         self.to_owned()
     }
 }
 
 impl sealed::Named for &String {
-    fn symbol(self, snapshot: &Snapshot) -> Option<Symbol> {
-        snapshot.shape.names.get(self)
+    fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
+        known(self)
     }
 
-    fn text(self, _: &Snapshot) -> String {
+    fn text(self, _: impl FnOnce(Symbol) -> String) -> String {
         self.clone()
     }
 }

@@ -132,7 +132,7 @@ impl Snapshot {
 
     /// The number of a name, if any element or the schema has it.
     pub fn symbol(&self, name: impl Named) -> Option<Symbol> {
-        name.symbol(self)
+        name.symbol(|text| self.shape.names.get(text))
     }
 
     /// The name with a number.

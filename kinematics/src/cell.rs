@@ -2,7 +2,8 @@
 
 use crate::ast::{Math, What};
 use crate::inverse::Inverse;
-use rc_formula::{Operation, Program, Recorder, Rejected, Term};
+use crate::work::Work;
+use rc_formula::{Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};
 use rc_robot::dynamics::{self, Load};
@@ -86,44 +87,6 @@ impl Shape {
             Self::Vector(length) => length,
             Self::Matrix(rows, columns) => rows * columns,
         }
-    }
-}
-
-/// How much a solver computes. It is the same in each call: no operation depends on a condition.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Sums and differences.
-    pub sums: usize,
-    /// Products and quotients.
-    pub products: usize,
-    /// Sines, cosines and roots.
-    pub functions: usize,
-}
-
-impl Work {
-    /// How much a formula computes.
-    pub(crate) fn of(program: &Program) -> Self {
-        let mut work = Self::default();
-        for node in program.nodes() {
-            match node.operation {
-                Operation::Add | Operation::Subtract => work.sums += 1,
-                Operation::Multiply | Operation::Divide => work.products += 1,
-                Operation::Input(_) | Operation::Negate => {}
-                Operation::Root
-                | Operation::Floor
-                | Operation::Nearest
-                | Operation::Sine
-                | Operation::Cosine
-                | Operation::Angle
-                | Operation::Length
-                | Operation::IfBelow
-                | Operation::Store(_)
-                | Operation::Require(..)
-                | Operation::Call { .. }
-                | Operation::Result(_) => work.functions += 1,
-            }
-        }
-        work
     }
 }
 

@@ -1,6 +1,6 @@
 //! Inverse solvers: which joints move a frame to a pose, or with a velocity.
 
-use crate::cell::Work;
+use crate::work::Work;
 use rc_formula::{Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};

@@ -8,15 +8,18 @@
 pub mod ast;
 mod cell;
 mod inverse;
+mod names;
 mod parse;
 mod print;
 mod resolve;
+mod work;
 
-pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver, Work};
+pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver};
 pub use inverse::{Asked, Inverse, RateLimits, Rates, Search};
 pub use parse::parse;
 pub use print::{c, python, rust, rust_methods};
 pub use resolve::load;
+pub use work::Work;
 
 /// The formatting options of `.kdsl` files.
 pub const STYLE: rc_syntax::Style = rc_syntax::Style {

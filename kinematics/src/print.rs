@@ -4,7 +4,7 @@ mod inverse;
 
 use crate::ast::Math;
 use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};
-use crate::resolve::ARRAYS;
+use crate::names::{ARRAYS, type_name};
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
 
@@ -103,16 +103,6 @@ fn names(cell: &Cell) -> String {
         .map(|name| quoted(name))
         .collect();
     names.join(", ")
-}
-
-/// The name of the type of what a solver gives: that of `reach_far` is `ReachFarResult`.
-pub(crate) fn type_name(name: &str) -> String {
-    let words = name.split('_').map(|word| {
-        let mut letters = word.chars();
-        let first = letters.next().map(|first| first.to_ascii_uppercase());
-        first.into_iter().chain(letters).collect::<String>()
-    });
-    words.collect::<String>() + "Result"
 }
 
 /// All solvers as Rust, with `f64`. The text is a module. With [`Math::Libm`] it needs the crate `libm` in

@@ -4,8 +4,8 @@ mod inverse;
 
 use crate::ast::{self, Math, OutputKind, What};
 use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, recorded};
+use crate::names::{ARRAYS, type_name};
 use crate::parse::parse;
-use crate::print::type_name;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::is_reserved;
 use rc_robot::{Chain, Robot, dynamics};
@@ -49,9 +49,6 @@ const TAKEN: [&str; 24] = [
     "tuple",
     "zip",
 ];
-
-/// The arguments of printed functions that have the numbers of joints.
-pub(crate) const ARRAYS: [&str; 4] = ["positions", "velocities", "accelerations", "efforts"];
 
 /// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.

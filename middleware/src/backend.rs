@@ -11,6 +11,7 @@ use crate::error::{CallError, OpenError, ReceiveError, SendError};
 use crate::lifecycle::LifecycleService;
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
+pub use crate::profile::Profile;
 use crate::request_body::RequestBody;
 use crate::shared_value::{Message, SharedValue};
 use crate::started::Awaiting;
@@ -32,18 +33,6 @@ impl std::fmt::Display for TypeIdentity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}#{:016x}", self.name, self.hash)
     }
-}
-
-/// How the body of a call follows its envelope, see [`crate::rpc`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Profile {
-    /// OMG DDS-RPC: the envelope travels with the body. A reply holds a result or one exception.
-    #[default]
-    Rpc,
-    /// Only the body travels, and the backend says which request and operation it belongs to. It
-    /// begins at a multiple of 8 bytes. Where an operation throws, its reply holds a code, every
-    /// exception and the result.
-    Bare,
 }
 
 /// The type of an operation in a middleware that has types of its own.

@@ -26,11 +26,11 @@ pub enum CallError {
         "the queue of the server at `{0}` is full; it takes requests more slowly than they are sent"
     )]
     QueueFull(String),
-    /// A call is not started: [`STARTED_CALLS`](crate::started::STARTED_CALLS) of this client have
+    /// A call is not started: [`STARTED_CALLS`](crate::qos::STARTED_CALLS) of this client have
     /// not ended, or their results were not taken.
     #[error(
         "{} started calls have not ended, or nobody has taken their results",
-        crate::started::STARTED_CALLS
+        crate::qos::STARTED_CALLS
     )]
     TooManyStarted,
     /// The server refused the request, for this reason.

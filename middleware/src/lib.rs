@@ -37,6 +37,7 @@ mod macros;
 mod member;
 pub mod network_time;
 pub mod parameters;
+mod profile;
 pub mod qos;
 pub mod queue_gauge;
 pub mod request_body;

@@ -16,6 +16,9 @@ pub const MOST_PUBLISHERS: usize = 64;
 pub const MAX_NODES: usize = 128;
 /// Most requests of one client that wait at a server.
 pub const REQUEST_QUEUE: usize = 16;
+/// Most started calls of one client that have not ended. Half the queue of requests stays free for
+/// commands and for calls that wait.
+pub const STARTED_CALLS: usize = REQUEST_QUEUE / 2;
 
 /// How many publishers a topic of this depth admits: as many as it is deep, so that a sample of each
 /// waits at a subscriber, but [`MAX_PUBLISHERS`] at least and [`MOST_PUBLISHERS`] at most.

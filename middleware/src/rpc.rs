@@ -30,8 +30,8 @@
 //! assert_eq!(reader.get(), Ok(42_i32));
 //! ```
 
-use crate::backend::Profile;
 use crate::cdr::{DecodeError, Reader, Writer};
+use crate::profile::Profile;
 use rc_diagnostics::foreign::clean;
 
 /// Identifies a request by client GUID and sequence number, from 1.

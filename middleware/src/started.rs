@@ -1,13 +1,10 @@
 //! Calls that were started and have not ended, for the clients of all middlewares.
 
 use crate::error::CallError;
+pub use crate::qos::STARTED_CALLS;
 use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
 use std::time::{Duration, Instant};
-
-/// Most started calls of one client that have not ended. Half the queue of requests stays free for
-/// commands and for calls that wait.
-pub const STARTED_CALLS: usize = crate::qos::REQUEST_QUEUE / 2;
 
 /// What to wait for while started calls of a client have not ended.
 #[derive(Clone, Copy, Debug)]

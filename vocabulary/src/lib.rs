@@ -29,6 +29,7 @@ pub mod address;
 pub mod duration;
 pub mod foreign;
 mod key;
+mod key_lookup;
 mod kind;
 mod language;
 pub mod layout;
@@ -49,7 +50,8 @@ mod value;
 mod word;
 mod world;
 
-pub use key::{Key, key, keys, unknown_key_help};
+pub use key::Key;
+pub use key_lookup::{key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
 pub use language::{Language, Needs};
 pub use layout::Layout;

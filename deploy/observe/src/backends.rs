@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::network::Topic;
+use crate::reach::shares_memory;
 use rc_deploy_client::place;
 use rc_middleware::{
     Address, Backend, Durability, Endpoint, Environment, ExternalType, Qos, Reliability,
@@ -114,18 +115,6 @@ impl Backends {
             backend.linger(limit);
         }
     }
-}
-
-/// Whether messages of this middleware travel in shared memory.
-pub(crate) fn shares_memory(middleware: &str) -> bool {
-    let known = rc_vocabulary::Middleware::from_word(middleware);
-    known.is_some_and(|middleware| middleware.can().shares_memory)
-}
-
-/// Whether messages of this middleware stay in their process.
-pub(crate) fn is_inside_process(middleware: &str) -> bool {
-    let known = rc_vocabulary::Middleware::from_word(middleware);
-    known.is_some_and(|middleware| !middleware.can().joins_processes)
 }
 
 /// The endpoint of a topic for a tool that receives.

@@ -25,6 +25,7 @@ mod network;
 mod observer;
 mod poller;
 mod processes;
+mod reach;
 mod responder;
 mod sender;
 mod source;

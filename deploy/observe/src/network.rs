@@ -1,8 +1,8 @@
 //! A running network, from the descriptions of its components.
 
-use crate::backends::is_inside_process;
 use crate::error::Error;
 use crate::lookup::find;
+use crate::reach::is_inside_process;
 use rc_deploy_client::{by_hand, connection, names, place};
 use rc_diagnostics::foreign::clean;
 use rc_management::component::{Request, Role, Status};

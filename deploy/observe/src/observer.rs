@@ -1,8 +1,9 @@
 //! The messages of topics and of tapped slots, in one stream.
 
-use crate::backends::{Backends, is_inside_process, receiving, shares_memory};
+use crate::backends::{Backends, receiving};
 use crate::error::Error;
 use crate::network::{End, Network, Topic, connect, failed};
+use crate::reach::{is_inside_process, shares_memory};
 use rc_management::component::{Done, Request};
 use rc_management::observation::{Notification, Tapped, TappedKind};
 use rc_management::{Client, Incoming, rpc};

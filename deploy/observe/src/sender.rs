@@ -1,8 +1,9 @@
 //! Sends samples to a topic.
 
-use crate::backends::{Backends, is_inside_process, sending, shares_memory};
+use crate::backends::{Backends, sending};
 use crate::error::Error;
 use crate::network::{End, Network, Topic, connect, failed};
+use crate::reach::{is_inside_process, shares_memory};
 use rc_management::Client;
 use rc_management::component::{Done, Request};
 use rc_middleware::{Header, Publisher, now};

@@ -1,10 +1,10 @@
 //! Resolves a name of a command line to a topic, or to the calls of an operation.
 
-use crate::backends::{is_inside_process, shares_memory};
 use crate::clock::MachineClock;
 use crate::error::Error;
 use crate::network::{End, Network, Operation, Topic};
 use crate::observer::{FeedId, Observer};
+use crate::reach::{is_inside_process, shares_memory};
 
 /// The clock by which the senders of a source stamp their messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,6 @@
 
 use crate::qos;
 use crate::schema::Schema;
-use crate::writer::{ChannelId, Writer};
 use std::collections::BTreeMap;
 
 /// Memory of a message in addition to its bytes.
@@ -25,11 +24,6 @@ impl NewChannel {
     /// Whether its last message holds until the next one.
     pub(crate) fn is_latched(&self) -> bool {
         qos::is_latched(&self.metadata)
-    }
-
-    pub(crate) fn add_to(&self, writer: &mut Writer) -> ChannelId {
-        let (schema, metadata) = (self.schema.clone(), self.metadata.clone());
-        writer.channel(&self.topic, self.encoding, schema, metadata)
     }
 }
 

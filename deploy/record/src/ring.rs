@@ -160,8 +160,7 @@ impl Ring {
                 for file in files {
                     writer.attach(&file.name, file.media_type, file.data.clone())?;
                 }
-                let channels: Vec<ChannelId> =
-                    channels.iter().map(|new| new.add_to(&mut writer)).collect();
+                let channels: Vec<ChannelId> = channels.iter().map(|new| writer.add(new)).collect();
                 let messages = messages.into_iter();
                 let messages = messages.map(|(_, at, stamp, data)| (at, stamp, data));
                 for (at, stamp, data) in before.into_iter().chain(messages) {

@@ -140,7 +140,7 @@ fn run(
         };
         let size = job.size();
         match job {
-            Job::Channel(new) => channels.push(new.add_to(writer)),
+            Job::Channel(new) => channels.push(writer.add(&new)),
             Job::Message(at, stamp, data) => writer.write(channels[at], stamp, &data)?,
             Job::Attach(file) => writer.attach(&file.name, file.media_type, file.data)?,
             Job::Table(name, table) => writer.metadata(&name, &table)?,

@@ -7,7 +7,7 @@
 
 mod part;
 
-use crate::content::OVERHEAD;
+use crate::content::{NewChannel, OVERHEAD};
 use crate::error::RecordError;
 use crate::qos;
 use crate::reader::files::{NUMBER, PART, RECORDING, REPEATED, REPEATED_FILES};
@@ -186,6 +186,11 @@ impl Writer {
             // without it.
             let _ = part.end_early(&without_number(&reason.to_string()));
         }
+    }
+
+    pub(crate) fn add(&mut self, new: &NewChannel) -> ChannelId {
+        let (schema, metadata) = (new.schema.clone(), new.metadata.clone());
+        self.channel(&new.topic, new.encoding, schema, metadata)
     }
 
     /// Adds a channel: its topic, its encoding (`cdr`, `json`), its schema and what else is known

@@ -31,6 +31,7 @@ mod number;
 mod parse;
 mod plan;
 mod program;
+mod scratch;
 
 pub use fault::Fault;
 pub use formula::{Formula, Operand, Operation, Step};

@@ -6,10 +6,10 @@ mod run;
 mod steps;
 
 use crate::fault::Fault;
-use crate::formula::Scratch;
 use crate::item::Item;
 use crate::moves::{Frame, Move, Needed, Transform};
 use crate::number::Stored;
+use crate::scratch::Scratch;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -60,20 +60,28 @@ impl fmt::Display for UnitError {
     }
 }
 
-pub(crate) fn unit(text: &str) -> Result<Unit, UnitError> {
-    let fail = |range, problem| Err(UnitError { range, problem });
-    if text.len() > MAX_LENGTH {
-        return fail(0..text.len(), UnitProblem::TooLong);
-    }
-    // A unit that stands alone keeps its zero.
-    if let Some(unit) = table::find(text.trim()) {
-        return Ok(unit);
-    }
-    let mut parser = Parser { text, at: 0 };
-    let unit = parser.product()?;
-    match parser.next() {
-        None => Ok(unit),
-        Some(c) => fail(parser.at..parser.at + c.len_utf8(), UnitProblem::Unexpected),
+impl Unit {
+    /// Reads a unit: named units with prefixes of the SI, joined by `*`, `·` or `/`, with powers
+    /// (`^2`, `²`) and parentheses. Products are read from left to right, so `kg/m*s` is
+    /// `(kg/m)*s`.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and at which of its bytes.
+    pub fn parse(text: &str) -> Result<Self, UnitError> {
+        let fail = |range, problem| Err(UnitError { range, problem });
+        if text.len() > MAX_LENGTH {
+            return fail(0..text.len(), UnitProblem::TooLong);
+        }
+        // A unit that stands alone keeps its zero.
+        if let Some(unit) = table::find(text.trim()) {
+            return Ok(unit);
+        }
+        let mut parser = Parser { text, at: 0 };
+        let unit = parser.product()?;
+        match parser.next() {
+            None => Ok(unit),
+            Some(c) => fail(parser.at..parser.at + c.len_utf8(), UnitProblem::Unexpected),
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::conversion::{Conversion, Offset};
 use crate::dimension::Dimension;
-use crate::parse::{self, UnitError};
 use crate::scale::Scale;
 
 /// A unit of measurement. Two units are equal if their numbers mean the same: `m/s` is `m*s^-1`.
@@ -22,16 +21,6 @@ impl Unit {
         scale: Scale::ONE,
         zero: Offset::ZERO,
     };
-
-    /// Reads a unit: named units with prefixes of the SI, joined by `*`, `·` or `/`, with powers
-    /// (`^2`, `²`) and parentheses. Products are read from left to right, so `kg/m*s` is
-    /// `(kg/m)*s`.
-    ///
-    /// # Errors
-    /// What is wrong with the text, and at which of its bytes.
-    pub fn parse(text: &str) -> Result<Self, UnitError> {
-        parse::unit(text)
-    }
 
     /// The dimension.
     #[must_use]

@@ -1,29 +1,13 @@
 //! What no replica sends, and how much one may send: a delta beyond that is refused whole.
 
 use crate::error::Error;
+use crate::limits::{
+    GREATEST, MOST_AHEAD, MOST_AHEAD_THERE, MOST_ATTRIBUTES, MOST_NAME, MOST_VALUE, MOST_WRITERS,
+};
 use crate::record::{Delta, Record, Stamp, count};
 use crate::replica::Replica;
 use property_graph::{Id, MOST_BYTES, Value};
 use std::collections::{BTreeMap, HashSet};
-
-/// How long a name of a type or of an attribute is at most, in bytes.
-pub(crate) const MOST_NAME: usize = 256;
-/// The longest text or array of a value, in bytes.
-const MOST_VALUE: usize = 1 << 24;
-/// How many elements a replica keeps at most, removed ones and those that are not known yet among them.
-pub const MOST_ELEMENTS: usize = 1 << 22;
-/// How many attributes an element has at most.
-const MOST_ATTRIBUTES: usize = 1 << 12;
-/// How many writers a replica knows at most.
-const MOST_WRITERS: usize = 1 << 14;
-/// How far a number in a delta may be ahead of what a replica knows. At a change each microsecond,
-/// a replica is ahead by this after nine years.
-pub(crate) const MOST_AHEAD: u64 = 1 << 48;
-/// What replicas count themselves never comes near this. Beyond, a number may be ahead by less, so that
-/// enough are left, whatever messages have said.
-const GREATEST: u64 = 1 << 62;
-/// How far a number beyond [`GREATEST`] may be ahead.
-const MOST_AHEAD_THERE: u64 = 1 << 24;
 
 /// Refuses a name that no schema has: an empty or long one, or one with control characters.
 pub(crate) fn check_name(name: &str, writer: u64) -> Result<(), Error> {

@@ -24,7 +24,7 @@ pub enum Error {
     /// A name of a type or an attribute is empty, too long, or has control characters.
     #[error(
         "a name in a change of writer {0} is empty, longer than {most} bytes, or has control characters",
-        most = crate::bounds::MOST_NAME
+        most = crate::limits::MOST_NAME
     )]
     Name(u64),
     /// A value is one that no graph holds.

@@ -10,15 +10,17 @@
 mod bounds;
 mod digest;
 mod error;
+mod hash;
 mod hidden;
+mod limits;
 mod record;
 mod replica;
 mod sound;
 mod view;
 
-pub use bounds::MOST_ELEMENTS;
 pub use error::Error;
 pub use hidden::Hidden;
+pub use limits::MOST_ELEMENTS;
 pub use record::{Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
 pub use sound::{allows, has_attribute, missing};

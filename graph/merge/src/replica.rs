@@ -1,8 +1,8 @@
 //! One replica: its elements, what it has seen, and what others have seen.
 
-use crate::bounds::{MOST_AHEAD, MOST_ELEMENTS};
-use crate::digest::range_of;
 use crate::error::Error;
+use crate::hash::range_of;
+use crate::limits::{MOST_AHEAD, MOST_ELEMENTS};
 use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
 use property_graph::{Id, Value};
 use std::collections::{BTreeMap, BTreeSet, HashSet};

@@ -27,6 +27,13 @@ pub enum Cell {
     Edge(EdgeId),
 }
 
+impl Cell {
+    /// A node as a value: the edge, if it stands for one.
+    pub(crate) fn of_node(graph: &Snapshot, node: NodeId) -> Self {
+        graph.stands_for(node).map_or(Self::Node(node), Self::Edge)
+    }
+}
+
 impl From<&Value> for Cell {
     fn from(value: &Value) -> Self {
         match value {

@@ -2,8 +2,8 @@
 
 use crate::ast::{Aggregate, Chain, Clause, Expr, Function, Item, Name, Operator};
 use crate::cell::Cell;
+use crate::measured::Measured;
 use crate::parse::Parsed;
-use crate::units::Measured;
 use property_graph::Schema;
 use rc_diagnostics::{Diagnostic, Diagnostics, foreign, nearest};
 use std::collections::{HashMap, HashSet};

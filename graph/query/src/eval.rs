@@ -267,11 +267,11 @@ impl Scope<'_> {
             }
             (Function::StartNode, Cell::Edge(edge)) => {
                 let from = self.graph.edge(*edge).map_err(removed)?.from();
-                Ok(crate::matching::cell(self.graph, from))
+                Ok(Cell::of_node(self.graph, from))
             }
             (Function::EndNode, Cell::Edge(edge)) => {
                 let to = self.graph.edge(*edge).map_err(removed)?.to();
-                Ok(crate::matching::cell(self.graph, to))
+                Ok(Cell::of_node(self.graph, to))
             }
             (Function::Size, Cell::List(all)) => Ok(Cell::Int(all.len() as i64)),
             (Function::Size, Cell::Text(text)) => Ok(Cell::Int(text.chars().count() as i64)),

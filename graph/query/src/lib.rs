@@ -37,6 +37,7 @@ mod eval;
 mod groups;
 mod lexer;
 mod matching;
+mod measured;
 mod named;
 mod parse;
 mod plan;

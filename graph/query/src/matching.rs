@@ -51,11 +51,6 @@ impl Hasher for Quick {
     }
 }
 
-/// A node as a value: the edge, if it stands for one.
-pub(crate) fn cell(graph: &Snapshot, node: NodeId) -> Cell {
-    graph.stands_for(node).map_or(Cell::Node(node), Cell::Edge)
-}
-
 /// Where the edges of a node, or of an edge to which others refer, begin and end.
 fn place(graph: &Snapshot, cell: &Cell) -> Option<NodeId> {
     match cell {
@@ -206,7 +201,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         };
         let before = row[*from].clone();
         for (here, weight) in std::mem::take(&mut self.ends) {
-            row[*from] = cell(self.scope.graph, here);
+            row[*from] = Cell::of_node(self.scope.graph, here);
             self.weight = weight;
             self.hop(plan.steps.len() - 1, way, *to, here, row)?;
         }
@@ -310,7 +305,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
     }
 
     fn arrive(&mut self, at: usize, to: Place<'p>, other: NodeId, row: &mut [Cell]) -> Result<()> {
-        let other = cell(self.scope.graph, other);
+        let other = Cell::of_node(self.scope.graph, other);
         match &row[to.node.variable] {
             Cell::Null => self.node(at, to, other, row),
             known if *known == other => self.node(at, to, other, row),

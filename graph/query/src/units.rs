@@ -1,51 +1,12 @@
 //! Units of what a query computes: numbers that are written with a unit are converted, and numbers of
 //! different units are not compared.
 
-use crate::ast::{Expr, InUnit, Name, Operator};
+use crate::ast::{Expr, Name, Operator};
 use crate::check::Checker;
+use crate::measured::{Measured, convert};
 use property_graph::schema::{Attribute, Kind, compared_units, conversion, is_same_unit};
 use rc_diagnostics::{Diagnostic, Span, foreign};
 use rc_quantity::Unit;
-
-/// What is known of the numbers of an expression.
-#[derive(Clone, Debug)]
-pub(crate) struct Measured {
-    pub(crate) unit: String,
-    /// The attribute. `None` if the query says the unit: such a number is converted where another
-    /// unit is expected.
-    attribute: Option<String>,
-    span: Span,
-}
-
-impl Measured {
-    fn told(&self) -> String {
-        let unit = foreign::clean(&self.unit);
-        match &self.attribute {
-            Some(name) => format!("`{}` is in `{unit}`", foreign::clean(name)),
-            None => format!("a number is in `{unit}`"),
-        }
-    }
-}
-
-/// Puts a conversion around an expression. Returns whether there is one. In a sum, it may only multiply:
-/// 5 K more is not -268 °C more.
-fn convert(expr: &mut Expr, from: &Measured, to: &Measured, is_sum: bool) -> bool {
-    let conversion = conversion(&from.unit, &to.unit);
-    let Some(conversion) = conversion.filter(|way| !is_sum || way.factor().is_scale()) else {
-        return false;
-    };
-    let of = std::mem::replace(expr, Expr::List(Vec::new()));
-    let unit = Name {
-        text: to.unit.clone(),
-        span: from.span,
-    };
-    *expr = Expr::InUnit(Box::new(InUnit {
-        of,
-        unit,
-        factor: Some(conversion.factor()),
-    }));
-    true
-}
 
 impl Checker<'_> {
     /// The unit of an attribute of a variable; of one number of it, if there is an index.

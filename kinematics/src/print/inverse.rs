@@ -1,8 +1,8 @@
 //! Prints inverse solvers: the motion as straight lines, and the loops over it.
 
-use super::type_name;
 use crate::cell::Cell;
 use crate::inverse::{Asked, Inverse, RateLimits, Rates, Search};
+use crate::names::type_name;
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
 

@@ -1,7 +1,7 @@
 //! Many numbers of one type, which take no more memory than on the wire.
 
-use crate::types::Primitive;
 use rc_middleware::{Cdr, DecodeError, Reader, Writer};
+use rc_vocabulary::Primitive;
 
 /// An element of [`Numbers`], or a single number: a number of any of the types.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,5 @@
 //! Types with all names resolved.
 
-use crate::value::Value;
 pub use rc_vocabulary::{Layout, Number, Primitive};
 use std::fmt;
 use std::sync::Arc;
@@ -85,22 +84,6 @@ pub fn limit_json(limit: Number) -> Option<serde_json::Number> {
             serde_json::Number::from_i128(value)
         }
         Number::Int(_) | Number::Float(_) => serde_json::Number::from_f64(limit.as_float()),
-    }
-}
-
-impl Range {
-    /// Whether the number is in the range. NaN is in no range. Values of other types always are.
-    pub fn contains(self, value: &Value) -> bool {
-        let number = match value {
-            Value::Int(value) => Number::Int(i128::from(*value)),
-            Value::Uint(value) => Number::Int(i128::from(*value)),
-            other => match other.number() {
-                Some(value) if value.is_nan() => return false,
-                Some(value) => Number::Float(value),
-                None => return true,
-            },
-        };
-        self.min.is_none_or(|min| number >= min) && self.max.is_none_or(|max| number <= max)
     }
 }
 

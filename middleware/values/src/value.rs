@@ -2,7 +2,7 @@
 
 use crate::error::ValueError;
 use crate::numbers::{Element, Numbers};
-use crate::types::{Enum, Struct};
+use crate::types::{Enum, Number, Range, Struct};
 use rc_diagnostics::nearest;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::sync::Arc;
@@ -69,6 +69,22 @@ impl Numbers {
             _ => return false,
         };
         self.push_element(element)
+    }
+}
+
+impl Range {
+    /// Whether the number is in the range. NaN is in no range. Values of other types always are.
+    pub fn contains(self, value: &Value) -> bool {
+        let number = match value {
+            Value::Int(value) => Number::Int(i128::from(*value)),
+            Value::Uint(value) => Number::Int(i128::from(*value)),
+            other => match other.number() {
+                Some(value) if value.is_nan() => return false,
+                Some(value) => Number::Float(value),
+                None => return true,
+            },
+        };
+        self.min.is_none_or(|min| number >= min) && self.max.is_none_or(|max| number <= max)
     }
 }
 

@@ -15,6 +15,12 @@ pub(crate) struct Locator {
 }
 
 impl Locator {
+    /// For findings without a source.
+    pub(crate) fn nowhere() -> Self {
+        let source = SourceMap::new().add("", "");
+        Self { source }
+    }
+
     /// The span of `range`, or `around` if there is no range.
     pub(crate) fn span(self, range: Option<Range<usize>>, around: Span) -> Span {
         range.map_or(around, |range| {

@@ -10,7 +10,7 @@ use crate::path::{Target, resolve};
 use crate::rules;
 use crate::untyped_value::UntypedValue;
 use crate::values::{PathFolders, Values, path_from};
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_vocabulary::ParameterStatus;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ impl CheckedChanges {
 impl LiveParameters {
     /// The parameters of a component that starts with `values` of a checked configuration.
     pub fn new(model: Parameters, values: &Values) -> Self {
-        let at = no_location().start();
+        let at = Locator::nowhere().start();
         let running = Block::of(&model.parameters, values, "", at);
         Self {
             next: running.clone(),
@@ -81,7 +81,7 @@ impl LiveParameters {
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
     ) -> Result<CheckedChanges, Diagnostics> {
         let changes = changes.into_iter();
-        let at = no_location().start();
+        let at = Locator::nowhere().start();
         self.check_changes(changes.map(|(path, value)| (path, value, at)), false)
     }
 
@@ -91,7 +91,7 @@ impl LiveParameters {
         &self,
         changes: impl IntoIterator<Item = (&'c str, &'c Json)>,
     ) -> Result<CheckedChanges, Diagnostics> {
-        let at = no_location().start();
+        let at = Locator::nowhere().start();
         let changes = changes.into_iter();
         self.check_overrides(changes.map(|(path, value)| (path, value, at)))
     }
@@ -113,7 +113,7 @@ impl LiveParameters {
         given: &UntypedValue,
         folder: &Path,
     ) -> Result<Json, Diagnostic> {
-        let at = no_location().start();
+        let at = Locator::nowhere().start();
         let target = resolve(path, &self.model.parameters, &self.next, at)?;
         Ok(match &target.parameter.kind {
             Kind::Scalar { ty, array } => {
@@ -212,7 +212,7 @@ impl LiveParameters {
         starts: bool,
         found: &mut Diagnostics,
     ) -> Option<(Target<'m>, Option<Value>)> {
-        let locator = no_location();
+        let locator = Locator::nowhere();
         let target = resolve(path, &self.model.parameters, &self.next, at);
         let target = target.map_err(|diagnostic| found.push(diagnostic)).ok()?;
         let (parameter, path) = (target.parameter, target.path.as_str());
@@ -321,7 +321,7 @@ impl LiveParameters {
                 path,
                 &self.model.parameters,
                 &self.running,
-                no_location().start(),
+                Locator::nowhere().start(),
             );
             let target = match target {
                 Ok(target) => target,
@@ -414,12 +414,6 @@ fn absolute(value: Json, folder: &Path) -> Json {
         Json::Array(paths) => paths.into_iter().map(|p| absolute(p, folder)).collect(),
         other => other,
     }
-}
-
-/// A locator for findings without a source.
-pub(crate) fn no_location() -> Locator {
-    let source = SourceMap::new().add("", "");
-    Locator { source }
 }
 
 /// Sets a value.

@@ -4,6 +4,7 @@ use crate::block::{Block, Content, Field, Origin};
 use crate::condition::{
     EvaluationError, Function, Reference, ReferenceValues, first_duplicate, position_of_extreme,
 };
+use crate::document::Locator;
 use crate::model::{Parameters, Rule, Value};
 use crate::values::Values;
 use rc_diagnostics::{Diagnostic, Span};
@@ -11,7 +12,7 @@ use rc_diagnostics::{Diagnostic, Span};
 /// The rules of `parameters` that `values` violate, each by its index and with an explanation. The
 /// values have been checked otherwise, as those of running components.
 pub fn violations_by(parameters: &Parameters, values: &Values) -> Vec<(usize, String)> {
-    let at = crate::live::no_location().start();
+    let at = Locator::nowhere().start();
     let root = Block::of(&parameters.parameters, values, "", at);
     let broken = violations(&parameters.rules, &root).into_iter();
     broken

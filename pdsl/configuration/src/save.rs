@@ -2,8 +2,9 @@
 
 use crate::block::{Block, Content, Field};
 use crate::change::ParamChange;
+use crate::document::Locator;
 use crate::edit::Edit;
-use crate::live::{LiveParameters, no_location};
+use crate::live::LiveParameters;
 use crate::model::Value;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
@@ -68,7 +69,12 @@ impl LiveParameters {
             return Err(SaveError::Invalid(sources, found));
         }
         let (parameters, values) = (&self.model.parameters, &configuration.parameters);
-        Ok(Block::of(parameters, values, "", no_location().start()))
+        Ok(Block::of(
+            parameters,
+            values,
+            "",
+            Locator::nowhere().start(),
+        ))
     }
 }
 

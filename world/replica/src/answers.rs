@@ -1,8 +1,9 @@
 //! Questions for what a replica lacks, and their answers in chunks.
 
+use crate::content::Content;
 use crate::core::Core;
 use crate::digest::RANGES;
-use crate::message::{Content, MOST_CHUNK};
+use crate::message::MOST_CHUNK;
 use crate::peers::missing;
 use crate::protocol::between;
 use crate::wire;

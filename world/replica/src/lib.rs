@@ -31,6 +31,7 @@
 mod answers;
 mod apply;
 mod check;
+mod content;
 mod core;
 mod digest;
 mod error;
@@ -52,10 +53,11 @@ mod watch;
 mod wire;
 mod world;
 
+pub use content::Topic;
 pub use error::Error;
 pub use graph_merge::{Conflict, Reason};
 pub use health::Health;
-pub use message::{MOST_CHUNK, Message, STATE, STREAM, Topic};
+pub use message::{MOST_CHUNK, Message, STATE, STREAM};
 pub use news::{News, NewsOf, Reader};
 pub use overheard::Overheard;
 pub use overruled::Overruled;

@@ -1,7 +1,8 @@
 //! Answers that replicas give each other, for who reads them and asks nothing, as of a recording.
 
 use crate::answers::MOST_ANSWER;
-use crate::message::{Content, MOST_CHUNK, Message};
+use crate::content::Content;
+use crate::message::{MOST_CHUNK, Message};
 use crate::world::World;
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! The other replicas, as far as they have told.
 
+use crate::content::DigestOf;
 use crate::digest;
-use crate::message::DigestOf;
 use graph_merge::Vector;
 use rc_diagnostics::foreign;
 use std::collections::BTreeMap;

@@ -3,9 +3,10 @@
 
 use crate::answers::{Answers, Question};
 use crate::check::Check;
+use crate::content::{Content, DigestOf};
 use crate::core::Core;
 use crate::digest::{self, Digests};
-use crate::message::{Content, DigestOf, MOST_CHUNK, Message};
+use crate::message::{MOST_CHUNK, Message};
 use crate::overruled;
 use crate::peers::{Peers, missing};
 use crate::status::Counts;

@@ -1,6 +1,6 @@
 //! Messages as bytes: the structures of `World.idsl`, encoded as CDR.
 
-use crate::message::{Content, DigestOf, Topic};
+use crate::content::{Content, DigestOf, Topic};
 use crate::streams::Sample;
 use graph_merge::{Delta, Record, Stamp, Vector};
 use property_graph::{Id, Time, Value};

@@ -1,6 +1,5 @@
 //! Numbers that have the same offsets in all elements of a loop, or in each group.
 
-use super::steps::Step;
 use crate::fault::Fault;
 use crate::formula::Formula;
 use crate::kernel::Kernel;
@@ -29,8 +28,7 @@ pub(super) struct Fixed {
 }
 
 impl Fixed {
-    pub(super) fn new(body: &[Step], formula: &Formula) -> Option<Self> {
-        let record = layout(body, Some(Marks::default()))?;
+    pub(super) fn new(record: Record, formula: &Formula) -> Option<Self> {
         let kernel = Kernel::new(formula, &record.marks.as_ref()?.0)?;
         Some(Self { record, kernel })
     }
@@ -48,54 +46,6 @@ impl Fixed {
         let group = bytes.get_mut(start..end)?;
         self.kernel.run(group).then_some(end)
     }
-}
-
-/// The layout of the elements of a loop with this body, if all elements have one.
-pub(super) fn record(body: &[Step]) -> Option<Record> {
-    let [first, _, ..] = body else {
-        // One step takes all elements anyway.
-        return None;
-    };
-    let record = match first {
-        Step::Group { .. } => layout(&body[1..], Some(Marks::default())),
-        _ => layout(body, None),
-    };
-    // Otherwise elements that follow each other begin at different alignments.
-    record.filter(|record| record.size.is_multiple_of(record.align))
-}
-
-/// The layout of numbers that follow each other. `marks` are those of a group, if it is one.
-fn layout(body: &[Step], mut marks: Option<Marks>) -> Option<Record> {
-    let (mut size, mut align) = (0_usize, 1);
-    for step in body {
-        let (one, count) = match (step, &mut marks) {
-            (Step::Marked { count, number }, Some(_)) => (number.size(), *count),
-            // Only the formula converts numbers of a group.
-            (Step::Singles { .. } | Step::Doubles { .. } | Step::Integers { .. }, Some(_)) => {
-                return None;
-            }
-            (step, _) => step.numbers(),
-        };
-        if one == 0 {
-            return None;
-        }
-        let start = next_multiple(size, one)?;
-        size = start.checked_add(one.checked_mul(count)?)?;
-        align = align.max(one);
-        if let (Step::Marked { number, .. }, Some(Marks(marks))) = (step, &mut marks) {
-            marks.extend((start..size).step_by(one).map(|at| (at, *number)));
-        }
-    }
-    let first = match body.first()? {
-        Step::Marked { number, .. } => number.size(),
-        step => step.numbers().0,
-    };
-    Some(Record {
-        size,
-        align,
-        first,
-        marks,
-    })
 }
 
 /// The next multiple of a power of 2.

@@ -5,8 +5,8 @@ use super::layout::{Record, length, next_multiple, span};
 use super::numbers::{doubles, integers, singles};
 use super::steps::Step;
 use crate::fault::Fault;
-use crate::formula::{Rejected, Scratch};
 use crate::lanes::Marks;
+use crate::scratch::{Rejected, Scratch};
 use core::ops::Range;
 
 /// How many elements of a block that is refused run by single steps.

@@ -1,8 +1,9 @@
 //! The steps of a program, and how they are made of the values of a message.
 
-use super::layout::{Fixed, Record, record};
+use super::layout::{Fixed, Record, next_multiple};
 use crate::formula::Formula;
 use crate::item::Item;
+use crate::lanes::Marks;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use rc_quantity::{Conversion, Factor};
@@ -103,7 +104,9 @@ pub(super) fn add(steps: &mut Vec<Step>, items: &[Item]) {
                 add(steps, items);
                 let end = steps.len();
                 let formula = formula.clone();
-                let fixed = Fixed::new(&steps[open + 1..], &formula).map(Box::new);
+                let record = layout(&steps[open + 1..], Some(Marks::default()));
+                let fixed = record.and_then(|record| Fixed::new(record, &formula));
+                let fixed = fixed.map(Box::new);
                 steps[open] = Step::Group {
                     end,
                     formula,
@@ -155,6 +158,54 @@ pub(super) fn add(steps: &mut Vec<Step>, items: &[Item]) {
             }
         }
     }
+}
+
+/// The layout of the elements of a loop with this body, if all elements have one.
+fn record(body: &[Step]) -> Option<Record> {
+    let [first, _, ..] = body else {
+        // One step takes all elements anyway.
+        return None;
+    };
+    let record = match first {
+        Step::Group { .. } => layout(&body[1..], Some(Marks::default())),
+        _ => layout(body, None),
+    };
+    // Otherwise elements that follow each other begin at different alignments.
+    record.filter(|record| record.size.is_multiple_of(record.align))
+}
+
+/// The layout of numbers that follow each other. `marks` are those of a group, if it is one.
+fn layout(body: &[Step], mut marks: Option<Marks>) -> Option<Record> {
+    let (mut size, mut align) = (0_usize, 1);
+    for step in body {
+        let (one, count) = match (step, &mut marks) {
+            (Step::Marked { count, number }, Some(_)) => (number.size(), *count),
+            // Only the formula converts numbers of a group.
+            (Step::Singles { .. } | Step::Doubles { .. } | Step::Integers { .. }, Some(_)) => {
+                return None;
+            }
+            (step, _) => step.numbers(),
+        };
+        if one == 0 {
+            return None;
+        }
+        let start = next_multiple(size, one)?;
+        size = start.checked_add(one.checked_mul(count)?)?;
+        align = align.max(one);
+        if let (Step::Marked { number, .. }, Some(Marks(marks))) = (step, &mut marks) {
+            marks.extend((start..size).step_by(one).map(|at| (at, *number)));
+        }
+    }
+    let first = match body.first()? {
+        Step::Marked { number, .. } => number.size(),
+        step => step.numbers().0,
+    };
+    Some(Record {
+        size,
+        align,
+        first,
+        marks,
+    })
 }
 
 impl Step {

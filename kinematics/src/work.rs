@@ -1,0 +1,41 @@
+//! How much a solver computes.
+
+use rc_formula::{Operation, Program};
+
+/// How much a solver computes. It is the same in each call: no operation depends on a condition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Sums and differences.
+    pub sums: usize,
+    /// Products and quotients.
+    pub products: usize,
+    /// Sines, cosines and roots.
+    pub functions: usize,
+}
+
+impl Work {
+    /// How much a formula computes.
+    pub(crate) fn of(program: &Program) -> Self {
+        let mut work = Self::default();
+        for node in program.nodes() {
+            match node.operation {
+                Operation::Add | Operation::Subtract => work.sums += 1,
+                Operation::Multiply | Operation::Divide => work.products += 1,
+                Operation::Input(_) | Operation::Negate => {}
+                Operation::Root
+                | Operation::Floor
+                | Operation::Nearest
+                | Operation::Sine
+                | Operation::Cosine
+                | Operation::Angle
+                | Operation::Length
+                | Operation::IfBelow
+                | Operation::Store(_)
+                | Operation::Require(..)
+                | Operation::Call { .. }
+                | Operation::Result(_) => work.functions += 1,
+            }
+        }
+        work
+    }
+}
