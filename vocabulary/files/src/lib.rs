@@ -56,7 +56,7 @@ pub fn read(path: &Path) -> io::Result<String> {
     }
     // Check before opening: opening a device can have side effects.
     check(&metadata(path)?)?;
-    text(&open(path, false)?)
+    text(&nonblocking(false).open(path)?)
 }
 
 /// Reads the bytes of a regular file.
@@ -65,7 +65,7 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// As [`read`], but for text that is not UTF-8.
 pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     check(&metadata(path)?)?;
-    bytes(&open(path, false)?)
+    bytes(&nonblocking(false).open(path)?)
 }
 
 /// Opens a regular file of any size for reading.
@@ -122,7 +122,7 @@ fn replace_keeping(path: &Path, old: &str, new: &str, kept: u32) -> io::Result<(
     }
     // The system releases the lock when a process ends. So if this process holds the lock, a file
     // at `temporary` is left over from a process that was killed.
-    let file = open(&path, true)?;
+    let file = open(&path)?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|error| {
         if error == rustix::io::Errno::WOULDBLOCK {
             being_edited()
@@ -216,16 +216,18 @@ fn stage(mut out: File, file: &File, new: &str, kept: u32) -> io::Result<()> {
 /// Checks that `path` still names `file` and that its content is still `old`.
 fn check_unchanged(path: &Path, file: &File, old: &str) -> io::Result<()> {
     let (now, then) = (fs::metadata(path)?, file.metadata()?);
-    if (now.dev(), now.ino()) == (then.dev(), then.ino()) && text(&open(path, false)?)? == old {
+    if (now.dev(), now.ino()) == (then.dev(), then.ino())
+        && text(&nonblocking(false).open(path)?)? == old
+    {
         Ok(())
     } else {
         Err(being_edited())
     }
 }
 
-/// Opens a regular file. Does not block if `path` is a pipe.
-fn open(path: &Path, write: bool) -> io::Result<File> {
-    let file = nonblocking(write).open(path)?;
+/// Opens a regular file for reading and writing. Does not block if `path` is a pipe.
+fn open(path: &Path) -> io::Result<File> {
+    let file = nonblocking(true).open(path)?;
     check(&file.metadata()?)?;
     Ok(file)
 }
@@ -244,14 +246,19 @@ fn text(file: &File) -> io::Result<String> {
 }
 
 fn bytes(mut file: &File) -> io::Result<Vec<u8>> {
-    // Without room for all of it, a small file takes several reads.
-    let size = usize::try_from(file.metadata()?.len().min(LARGEST)).unwrap_or_default();
-    let mut bytes = Vec::with_capacity(size + 1);
-    // The file may grow while it is read.
-    let read = Read::by_ref(&mut file)
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)?;
-    if read as u64 > LARGEST {
+    let metadata = file.metadata()?;
+    check(&metadata)?;
+    let size = usize::try_from(metadata.len()).unwrap_or_default();
+    // A small file is read at once: fewer bytes than there is room for are all of it.
+    let mut bytes = vec![0; size + 1];
+    let read = file.read(&mut bytes)?;
+    bytes.truncate(read);
+    if read != size {
+        // It has grown, or the system gives it in parts.
+        let rest = (LARGEST + 1).saturating_sub(read as u64);
+        Read::by_ref(&mut file).take(rest).read_to_end(&mut bytes)?;
+    }
+    if bytes.len() as u64 > LARGEST {
         return Err(too_large());
     }
     Ok(bytes)
@@ -385,13 +392,13 @@ mod tests {
         fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("to set");
         let refused = replace(&path, "older", "new").expect_err("it has another text");
         assert!(refused.to_string().contains("being edited"), "{refused}");
-        let held = open(&path, true).expect("to open");
+        let held = open(&path).expect("to open");
         flock(&held, FlockOperation::LockExclusive).expect("to lock");
         let refused = replace(&path, "old", "new").expect_err("another one replaces it");
         assert!(refused.to_string().contains("being edited"), "{refused}");
         drop(held);
         // Another file with the same text took its place; it may have another owner.
-        let moved = open(&path, true).expect("to open");
+        let moved = open(&path).expect("to open");
         fs::rename(&path, folder.path().join("other")).expect("to rename");
         fs::copy(folder.path().join("other"), &path).expect("to copy");
         check_unchanged(&path, &moved, "old").expect_err("another file");
@@ -410,7 +417,7 @@ mod tests {
             }
         }
         // The file became a pipe between the check and the opening.
-        assert!(open(&pipe, true).is_err_and(|e| e.to_string() == "not a regular file"));
+        assert!(open(&pipe).is_err_and(|e| e.to_string() == "not a regular file"));
         let large = file(&folder, 0o600);
         let hollow = File::options().write(true).open(&large).expect("to open");
         hollow.set_len(LARGEST + 1).expect("to grow");
