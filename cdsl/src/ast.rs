@@ -62,7 +62,7 @@ pub enum Clause {
 pub struct World {
     /// The path of its schema, as written.
     pub schema: Name,
-    /// What the worker calls it.
+    /// Its name in the worker.
     pub name: Name,
     /// `writes` and `reads`, each with what follows. `None` without a block.
     pub access: Option<Vec<(Name, Vec<Access>)>>,
@@ -95,9 +95,9 @@ pub struct Dependency {
 /// `scan, base.bumped -> setSpeed budget 3ms;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reaction {
-    /// What it begins with.
+    /// Its cause.
     pub causes: Vec<OperationPath>,
-    /// What follows.
+    /// Its effects.
     pub effects: Vec<OperationPath>,
     /// `budget 3ms`
     pub budget: Option<Literal>,

@@ -44,18 +44,19 @@ fn named(component: &Component, prototypes: &Library, found: &mut Diagnostics) {
         let is_own =
             |of: &Prototype| of.interface_type().is_some() && of.interface_type() == ty.as_deref();
         let Some(prototype) = prototypes.prototype(&name.text) else {
-            // Interfaces are shared: what this component does not import may be another one's.
+            // Interfaces are shared: a structure that this component does not import may be another
+            // one's.
             if prototypes.prototypes.iter().any(is_own) {
                 found.push(unknown(name));
             }
             return;
         };
         if !is_own(prototype) {
-            let message = format!("`{}` is no prototype of the type of `{of}`", name.text);
+            let message = format!("`{}` is not a prototype of the type of `{of}`", name.text);
             let error = Diagnostic::error("wrong-type", name.span, message);
             let help = match ty {
                 Some(ty) => format!("name one with `ddr = :: IDSL{{{ty}}}`"),
-                None => "`@dproto` stands at a structure, or at a sequence or an array of them"
+                None => "`@dproto` belongs to a structure, or at a sequence or an array of them"
                     .to_owned(),
             };
             found.push(error.help(help));

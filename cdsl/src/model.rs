@@ -35,7 +35,7 @@ pub struct Component {
     pub python: Option<Python>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
-    /// What follows what. `None` without the clause: all outputs follow all inputs, through
+    /// The effects of causes. `None` without the clause: all outputs follow all inputs, through
     /// `compute()`.
     pub reactions: Option<Vec<Reaction>>,
     /// Whether the worker can advance the time of its network.
@@ -51,7 +51,7 @@ pub struct Component {
     pub library: Library,
     /// The `.dproto` files that it imports, as written.
     pub prototype_imports: Vec<Name>,
-    /// What its values mean: the prototypes of these files, once [`meanings`](crate::meanings) read
+    /// The files with the prototypes of its values, once [`meanings`](crate::meanings) has read
     /// them.
     pub prototypes: Arc<rc_prototypes::model::Library>,
 }
@@ -62,13 +62,14 @@ pub struct Component {
 pub struct World {
     /// The path of its schema, as written.
     pub schema: Name,
-    /// What the worker calls it.
+    /// Its name in the worker.
     pub name: Name,
-    /// What it writes and reads. `None` is everything, shared with every other component.
+    /// What the component writes and reads. `None` is everything, shared with every other
+    /// component.
     pub access: Option<Access>,
 }
 
-/// What a component does with its world.
+/// The access of a component to its world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Access {
     /// The types and attributes that it sets.
@@ -147,10 +148,10 @@ pub struct StateMachine {
 /// The period of a component without a `period` clause.
 pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 
-/// What one cause leads to. A cause has one reaction.
+/// A cause with its effects. A cause has one reaction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reaction {
-    /// What it begins with: a period, or a received message.
+    /// Its cause: a period, or a received message.
     pub cause: Step,
     /// The messages that are sent. `compute()` stands for what it sends with its next period.
     pub effects: Vec<Step>,
@@ -217,8 +218,8 @@ pub struct Slot {
 }
 
 impl Slot {
-    /// The name as a path, as it stands in addresses and in rules of ROS 2: `Laser`, or
-    /// `lasers/front` for the member `lasers.front` of an array.
+    /// The name as a path, as in addresses and in rules of ROS 2: `Laser`, or `lasers/front` for
+    /// the member `lasers.front` of an array.
     pub fn path(&self) -> String {
         self.name.replace('.', "/")
     }

@@ -67,7 +67,7 @@ pub fn settings(role: Role) -> Vec<(&'static str, String, Option<Values>)> {
     policies.chain(choice).collect()
 }
 
-/// A literal as a value of a policy. The language has no word for no limit: it is the default.
+/// A literal as a value of a policy. The language cannot express "no limit", which is the default.
 fn scalar(value: &Literal) -> Scalar<'_> {
     match &value.kind {
         LiteralKind::Name(word) if word != "none" => Scalar::Text(word),

@@ -348,8 +348,8 @@ impl Resolver<'_> {
         self.warn_not_generated(word, "`gui`");
     }
 
-    /// Where the options `InnerModelViewer` and `InnerModelSlots` stand. Of the other ones, `dsr` has an
-    /// effect in some languages.
+    /// Where the options `InnerModelViewer` and `InnerModelSlots` are written. Of the others, only
+    /// `dsr` has an effect, in some languages.
     fn options(
         &mut self,
         word: &Name,

@@ -16,8 +16,8 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 /// one.
 const INTERFACES: &str = "interfaces";
 
-/// The crate that the crate of interfaces stands on, and a crate of the same origin that workspaces
-/// of every age name.
+/// The crate that the crate of interfaces depends on, and a crate of the same origin that
+/// workspaces of every age name.
 const MIDDLEWARE: (&str, &str) = ("rc-middleware", "/middleware");
 const RUNTIME: (&str, &str) = ("rc-runtime", "/runtime");
 
@@ -29,8 +29,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// The workspace that a package in `folder` belongs to; none where there is none. `folder` need
-    /// not exist yet.
+    /// The workspace that a package in `folder` belongs to, if any. `folder` need not exist yet.
     ///
     /// # Errors
     /// A manifest in `folder` or above it cannot be read, or is not TOML.
@@ -143,8 +142,8 @@ impl Workspace {
         Ok(manifests.collect())
     }
 
-    /// The text of its manifest, and the same with `folder`, from the root, among its members; none
-    /// where its members name it.
+    /// The text of its manifest, and that text with `folder`, from the root, among its members;
+    /// none if its members name it already.
     pub(crate) fn with_member(&self, folder: &Path) -> io::Result<Option<(String, String)>> {
         if self.names(&self.root.join(folder)) {
             return Ok(None);
@@ -159,17 +158,17 @@ impl Workspace {
             text.parse().map_err(|e: toml_edit::TomlError| faulty(&e))?;
         let workspace = manifest.get_mut("workspace");
         let workspace = workspace.and_then(Item::as_table_like_mut);
-        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is no table"))?;
+        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is not a table"))?;
         let members = workspace
             .entry("members")
             .or_insert(toml_edit::value(Array::new()));
         let members = members
             .as_array_mut()
-            .ok_or_else(|| faulty(&"`members` is no list"))?;
+            .ok_or_else(|| faulty(&"`members` is not a list"))?;
         let mut member = Value::from(folder.to_string_lossy().as_ref());
         let last = members.len().checked_sub(1);
         if let Some(last) = last.and_then(|last| members.get_mut(last)) {
-            // On a line of its own if the last member stands on one.
+            // On a line of its own if the last member is on one.
             let text = |raw: Option<&toml_edit::RawString>| {
                 let text = raw.and_then(toml_edit::RawString::as_str);
                 text.filter(|text| text.contains('\n')).map(str::to_owned)
@@ -213,9 +212,9 @@ impl Workspace {
         Ok((components, unlisted))
     }
 
-    /// The text of its manifest, and the same with `rc-middleware` and `interfaces` among the
-    /// dependencies, and `no_packages` excluded where a pattern of the members names them; none
-    /// where nothing of this is missing.
+    /// The text of its manifest, and that text with `rc-middleware` and `interfaces` among the
+    /// dependencies, and `no_packages` excluded if a pattern of the members names them; none if
+    /// nothing is missing.
     pub(crate) fn as_needed(&self, no_packages: &[&Path]) -> io::Result<Option<(String, String)>> {
         // Another generation may have changed it since it was found.
         let Some(manifest) = manifest(&self.root)? else {
@@ -237,7 +236,7 @@ impl Workspace {
         Ok(new.map(|new| (text, new)))
     }
 
-    /// A manifest with these folders among `exclude`; none where cargo takes none of them for a
+    /// A manifest with these folders among `exclude`; none if cargo does not consider any of them a
     /// package.
     fn exclude(&self, manifest: &str, folders: &[&Path]) -> io::Result<Option<String>> {
         let mut missing = Vec::new();
@@ -259,13 +258,13 @@ impl Workspace {
         let mut manifest = manifest.map_err(|error| faulty(&error))?;
         let workspace = manifest.get_mut("workspace");
         let workspace = workspace.and_then(Item::as_table_like_mut);
-        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is no table"))?;
+        let workspace = workspace.ok_or_else(|| faulty(&"`workspace` is not a table"))?;
         let excluded = workspace
             .entry("exclude")
             .or_insert(toml_edit::value(Array::new()));
         let excluded = excluded
             .as_array_mut()
-            .ok_or_else(|| faulty(&"`exclude` is no list"))?;
+            .ok_or_else(|| faulty(&"`exclude` is not a list"))?;
         for folder in missing {
             excluded.push(folder.to_string_lossy().as_ref());
         }
@@ -406,8 +405,8 @@ fn manifest(folder: &Path) -> io::Result<Option<Arc<DocumentMut>>> {
     }
 }
 
-/// Texts of manifests, with what they say. A generation reads that of its workspace several times,
-/// and parsing it takes a hundred times as long as reading it.
+/// Parsed texts of manifests. A generation reads the manifest of its workspace several times, and
+/// parsing takes a hundred times as long as reading.
 static PARSED: Mutex<Vec<(String, Arc<DocumentMut>)>> = Mutex::new(Vec::new());
 /// How many of them are kept.
 const KEPT: usize = 8;
@@ -438,8 +437,8 @@ fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
     table.get(last)
 }
 
-/// The language that a `.cdsl` names. `None` if there is none of this name, or if the file cannot
-/// be read as a description.
+/// The language that a `.cdsl` names. `None` if it is unknown, or if the file cannot be read as a
+/// description.
 ///
 /// # Errors
 /// The system does not give the file.

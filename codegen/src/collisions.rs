@@ -6,7 +6,7 @@ use rc_idsl::Library;
 use rc_idsl::model::{Interface, TypeDeclKind, TypeId};
 use rc_syntax::Name;
 
-/// How a language names the declarations of the IDSL.
+/// The names of the declarations of the IDSL in a language.
 pub(crate) struct Naming {
     /// The language, for people.
     pub(crate) language: &'static str,

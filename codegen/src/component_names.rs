@@ -1,4 +1,4 @@
-//! What names of components have in common, whatever the language of the worker is.
+//! Rules for names of components that hold for all languages of workers.
 
 /// The length of a name, in characters.
 const LONGEST: usize = 64;

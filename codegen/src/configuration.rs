@@ -11,7 +11,7 @@ use rc_vocabulary::member;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The configuration that lies beside a `.cdsl`, if there is one.
+/// The configuration next to a `.cdsl`, if there is one.
 pub fn own(cdsl: &Path) -> Option<PathBuf> {
     let path = cdsl.parent()?.join("etc/config.toml");
     let owner = owner(&path).ok()??;
@@ -19,7 +19,7 @@ pub fn own(cdsl: &Path) -> Option<PathBuf> {
     Some(path).filter(|path| same && path.exists())
 }
 
-/// The component in whose `etc/` a configuration lies; a finding where there is none.
+/// The component whose `etc/` contains a configuration; a finding if there is none.
 pub fn component(
     path: &Path,
     source: SourceId,
@@ -46,7 +46,7 @@ fn owner(path: &Path) -> io::Result<Option<PathBuf>> {
 }
 
 /// The text of a configuration that belongs to another file, which is the one that a command line
-/// names; a finding where it is no text.
+/// names; a finding where it is not text.
 pub fn read(
     path: &Path,
     sources: &mut SourceMap,
@@ -63,15 +63,15 @@ pub fn read(
     }
 }
 
-/// All that is wrong with a configuration, and what it leaves to defaults. Without a project its
-/// description has errors.
+/// All findings about a configuration, and the parameters that it leaves to defaults. Without a
+/// project its description has errors.
 pub fn check(sources: &SourceMap, source: SourceId, project: Option<&Project>) -> Vec<Diagnostic> {
     let parameters = project.and_then(|project| project.parameters.as_ref());
     let (configuration, mut found) = rc_configuration::check(sources, source, parameters);
     if let Some(project) = project {
         found.extend(unknown_slots(&configuration, &project.component));
     }
-    // What a description with errors declares is not known; the framework's own keys are.
+    // The declarations of a description with errors are not known; the framework's own keys are.
     let known = |d: &Diagnostic| project.is_some() || d.code != "unknown-parameter";
     let mut found: Vec<Diagnostic> = found.into_iter().filter(known).collect();
     if project.is_some()
@@ -122,7 +122,7 @@ pub fn unknown_slots(configuration: &Configuration, component: &Component) -> Ve
     diagnostics.collect()
 }
 
-/// A configuration, and what is to become of it.
+/// A configuration, and its planned changes.
 #[derive(Debug)]
 pub struct Updated {
     /// File of the configuration.
@@ -140,7 +140,7 @@ impl Updated {
         self.update.text != self.text
     }
 
-    /// Writes the new text in place of the old one, or nothing at all.
+    /// Replaces the old text by the new one, or writes nothing at all.
     pub fn write(&self) -> io::Result<()> {
         if self.differs() {
             if self.has_secrets {
@@ -153,8 +153,8 @@ impl Updated {
     }
 }
 
-/// What has to become of the configuration that `path` is, or of that of the component that `path`
-/// is. Nothing where the findings say why. An error is a file that the system does not give.
+/// The planned changes of the configuration `path`, or of that of the component `path`. Nothing if
+/// the findings prevent it. An error is a file that the system cannot read.
 pub fn update(
     path: &Path,
     sources: &mut SourceMap,

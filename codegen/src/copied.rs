@@ -10,11 +10,11 @@ use std::collections::btree_map::Entry;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What to do about a copy.
+/// The advice about a copy.
 pub const HELP: &str = "give the copy a name of its own: in its .cdsl, in `name` of its Cargo.toml, and in \
                         the paths `NAME_generated` of its src/; or start with `rcgen new NAME --from FILE.cdsl`";
 
-const TWICE: &str = "stands in two folders of the workspace";
+const TWICE: &str = "is in two folders of the workspace";
 
 /// The manifests of the members of workspaces with their folders, each read once.
 #[derive(Debug, Default)]
@@ -67,12 +67,12 @@ pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
         .filter(|project| project.is_built_by_cargo())
     {
         let folder = absolute(project.code())?;
-        // Descriptions that nobody builds may have any name.
+        // Descriptions that are not built may have any name.
         let workspace = Workspace::of(&folder)?.filter(|workspace| workspace.lists(&folder));
         if let Some(workspace) = workspace {
             let package = names::package(&project.component.name.text);
             let key = (workspace.root().to_path_buf(), package);
-            // Two descriptions of one folder are no copies.
+            // Two descriptions of one folder are not copies.
             let same = named.entry(key).or_default();
             if same.iter().all(|(known, _)| *known != folder) {
                 same.push((folder, project));
@@ -100,7 +100,7 @@ pub fn check(projects: &[&Project], found: &mut Diagnostics) -> io::Result<()> {
     Ok(())
 }
 
-/// That a component has a twin in another folder of its workspace.
+/// The finding that a component has a twin in another folder of its workspace.
 pub fn message(project: &Project, twin: &Path) -> String {
     let (name, twin) = (&project.component.name.text, twin.display());
     format!("component `{name}` {TWICE}, also in `{twin}`")

@@ -15,7 +15,8 @@ use crate::collisions::{self, Naming};
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
-/// Reports names that C++ cannot have or cannot tell apart, and what workers in C++ do not have.
+/// Reports names that are not possible or not distinct in C++, and features that workers in C++ do
+/// not have.
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     const NAMING: Naming = Naming {
         language: "C++",

@@ -117,8 +117,8 @@ pub fn lead_from(component: &mut Component, own: &Path, folder: &Path) -> std::i
 }
 
 /// The dependencies that the worker's manifest in `folder` lacks, and warnings for those and for
-/// others than the description has. Where there is no manifest yet, or one that is no TOML, there
-/// is nothing to compare.
+/// others than the description has. Without a manifest, or with one that is not TOML, there is
+/// nothing to compare.
 pub(crate) fn compare<'a>(
     component: &'a Component,
     folder: &Path,

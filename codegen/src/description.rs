@@ -1,6 +1,6 @@
-//! The description of a component in another language than Rust: what the runtime reads when it
-//! starts, and what tools read of a component that has no executable of its own. Functions have the
-//! names of Python, in messages of the runtime too.
+//! The description of a component in another language than Rust, which the runtime reads when it
+//! starts, and tools read for a component without an executable of its own. Functions have the
+//! names of Python, also in messages of the runtime.
 
 use crate::project::Project;
 use crate::python::names;
@@ -9,7 +9,7 @@ use crate::view::component::{Slot, Time};
 use rc_vocabulary::{Middlewares, Role};
 use serde_json::{Value, json};
 
-/// How deep a slot, a type or a state lies in a description.
+/// The nesting depth of a slot, a type or a state in a description.
 const ROW: usize = 2;
 
 /// The last part of the names of a state's functions.
@@ -17,7 +17,7 @@ pub(crate) fn state_suffix(state: &str) -> String {
     names::snake(state).trim_end_matches('_').to_owned()
 }
 
-/// What the language of a worker decides.
+/// The parts that depend on the language of a worker.
 pub(crate) struct Guest {
     /// Whether handlers of samples in place get views.
     pub(crate) in_place: bool,
@@ -146,8 +146,8 @@ fn of_machine(machine: &view::Machine) -> Result<Value, serde_json::Error> {
         "guards": functions(&machine.guards),
         "actions": functions(&machine.actions),
     });
-    // What RoboComp's template of a machine fires itself: after the start, and in each period in a
-    // state.
+    // The events that RoboComp's template of a machine fires itself: after the start, and in each
+    // period in a state.
     let is_template = machine.name.eq_ignore_ascii_case("defaultMachine");
     let event = |wanted: &str| {
         let mut events = machine.events.iter();

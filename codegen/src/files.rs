@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 pub enum Owner {
     /// The generator: rewritten at every generation.
     Generic,
-    /// The user: written where there is none, and never touched again.
+    /// The user: written if there is none, and never changed again.
     Specific,
-    /// The export: rewritten at every export; what lies beside it is not looked at.
+    /// The export: rewritten at every export; other files next to it are ignored.
     Exported,
     /// The user: a few lines are added, and everything else of the file stays.
     Edited,
@@ -135,8 +135,7 @@ impl Files {
             });
         }
         let mut there = Vec::new();
-        // Files that hold nothing generated (a new workspace) have no say over a folder of that
-        // name.
+        // Files without generated code (a new workspace) do not claim a folder of that name.
         if self.all.values().any(|(owner, _)| *owner == Owner::Generic) {
             list(folder, Path::new(GENERATED), &mut there)?;
         }
@@ -150,7 +149,7 @@ impl Files {
                 change: Change::Remove,
             });
         }
-        // What a generation that was killed has left beside files of the user.
+        // The remains of a generation that was killed, next to files of the user.
         let left = self.all.keys().map(|path| temporary_of(path));
         for path in left.filter(|path| folder.join(path).is_file()) {
             if !steps.iter().any(|step| step.path == path) {
@@ -197,8 +196,8 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
     let all = || {
         let steps = folders.iter().zip(&plans);
         steps.flat_map(|((folder, files), steps)| {
-            // The manifest is last: it holds what the other files are. The next generation
-            // completes one that was killed.
+            // The manifest is last: it lists the other files. The next generation completes one
+            // that was killed.
             let is_manifest = |step: &&Step| step.path == Path::new(GENERATED).join("Cargo.toml");
             let (last, first): (Vec<&Step>, Vec<&Step>) = steps.iter().partition(is_manifest);
             let steps = first.into_iter().chain(last);
@@ -263,7 +262,7 @@ pub fn write(folders: &[(&Path, &Files)]) -> io::Result<Vec<Vec<Step>>> {
     Ok(plans)
 }
 
-/// Writes the file under another name. `mode` is what the umask leaves of it.
+/// Writes the file under another name. `mode` is limited by the umask.
 fn stage(target: &Path, text: &str, mode: u32) -> io::Result<()> {
     if let Some(parent) = target.parent() {
         std::fs::create_dir_all(parent)?;
@@ -295,8 +294,8 @@ fn list(folder: &Path, inside: &Path, out: &mut Vec<PathBuf>) -> io::Result<()> 
         let entry = entry?;
         let path = inside.join(entry.file_name());
         let name = entry.file_name();
-        // What cargo leaves there when the crate is built alone, and Python when it runs, is not
-        // generated.
+        // Files that cargo writes there when the crate is built alone, and Python when it runs, are
+        // not generated.
         if entry.file_type()?.is_dir() {
             if name != "target" && name != "__pycache__" {
                 list(folder, &path, out)?;

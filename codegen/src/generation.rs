@@ -36,7 +36,7 @@ fn lacks_library(folder: &Path) -> bool {
 }
 
 impl Component {
-    /// Prints a project that has no errors. None where one of the findings is an error.
+    /// Prints a project that has no errors. None if one of the findings is an error.
     pub fn of(
         project: &Project,
         folder: PathBuf,
@@ -100,7 +100,7 @@ impl Component {
 
 /// Reads what every generation needs, in the time in which descriptions are read.
 pub fn prepare() {
-    // Whoever needs it first waits for it, so nobody waits for the thread.
+    // The first user waits for it, so nothing else waits for the thread.
     drop(std::thread::spawn(print::prepare));
 }
 
@@ -110,13 +110,13 @@ pub struct Part {
     pub folder: PathBuf,
     /// The files, relative to the folder.
     pub files: Files,
-    /// An index of the components; none for what they share.
+    /// An index of the components; none for the shared part.
     pub component: Option<usize>,
 }
 
 /// The files of components of one workspace, and of the crate that they share with `own`, the
-/// definitions in its folder. Other modules of the crate stay unless `exact`. None where a module
-/// has two definitions.
+/// definitions in its folder. Other modules of the crate stay unless `exact`. None if a module has
+/// two definitions.
 ///
 /// Hold [`InterfaceCrate::lock`] from before this until the files are written.
 pub fn parts(
@@ -208,8 +208,8 @@ pub fn add_interfaces(interfaces: &InterfaceCrate, projects: &[&Project]) -> Res
     Ok(())
 }
 
-/// Generates one component into `folder`, with the interfaces that it uses. Nothing is written
-/// where one of the findings is an error.
+/// Generates one component into `folder`, with the interfaces that it uses. Nothing is written if
+/// one of the findings is an error.
 pub fn generate(
     project: &Project,
     folder: PathBuf,

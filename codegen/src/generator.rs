@@ -1,4 +1,4 @@
-//! What differs between the languages that workers are written in.
+//! The differences between the languages of workers.
 
 use crate::files::Files;
 use crate::project::Project;
@@ -21,10 +21,10 @@ pub(crate) struct Generator {
     /// interfaces.
     pub(crate) print:
         fn(&view::Component, &Component, &str, &mut Files) -> Result<(), TemplateError>,
-    /// The file of the first test of a component, which has none once there is a worker. Empty in a
-    /// language without one.
+    /// The file of the first test of a component, which is not written once there is a worker.
+    /// Empty in a language without one.
     pub(crate) first_test: &'static str,
-    /// Compares a component that is generated into a folder with what is there.
+    /// Compares a component that is generated into a folder with the existing one.
     pub(crate) compare: fn(&Project, Middleware, &Path, &mut Diagnostics) -> io::Result<()>,
     /// Compares the worker that is there with the description.
     pub(crate) worker: fn(&Project, &mut SourceMap, &mut Diagnostics) -> io::Result<()>,

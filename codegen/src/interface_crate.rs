@@ -1,10 +1,10 @@
 //! The crate `interfaces` of a workspace: one module for each module of the IDSL that its
 //! components use, so that a type of two components is one type.
 //!
-//! It lies in `interfaces/generated/` of the workspace, or of the component where there is no
-//! workspace. Each generation adds the modules of its components; generating the whole workspace
-//! also removes what no component uses. The manifest of the crate records the definition of each
-//! module: its file, and the hash of its text without comments.
+//! It is in `interfaces/generated/` of the workspace, or of the component outside of a workspace.
+//! Each generation adds the modules of its components; generating the whole workspace also removes
+//! those that no component uses. The manifest of the crate records the definition of each module:
+//! its file, and the hash of its text without comments.
 
 mod contents;
 mod definition;
@@ -83,7 +83,7 @@ impl InterfaceCrate {
         &self.root
     }
 
-    /// The workspace; none where a component is in none.
+    /// The workspace; none if a component is in none.
     pub fn workspace(&self) -> Option<&Workspace> {
         self.workspace.as_ref()
     }
@@ -108,7 +108,7 @@ impl InterfaceCrate {
     /// Another process holds it for half a minute, or the root cannot be opened.
     pub fn lock(&self) -> io::Result<Lock> {
         std::fs::create_dir_all(&self.root)?;
-        // A lock on the folder leaves no file behind.
+        // A lock on the folder leaves no file.
         let folder = File::open(&self.root)?;
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -173,7 +173,7 @@ impl InterfaceCrate {
     }
 
     /// The definitions, with their files as the crate records them. The folder of interfaces comes
-    /// first, so that its comments are those that are printed.
+    /// first, so that its comments are printed.
     pub fn definitions(&self, all: Vec<Definitions>) -> Vec<Definition> {
         let all = all.into_iter().flat_map(|definitions| definitions.0);
         let mut all: Vec<Definition> = all
@@ -194,9 +194,8 @@ impl InterfaceCrate {
         all
     }
 
-    /// The files of the crate with these modules, relative to [`InterfaceCrate::folder`]; those
-    /// that it has already stay unless `exact`. None where a module has two definitions, which
-    /// `found` shows.
+    /// The files of the crate with these modules, relative to [`InterfaceCrate::folder`]; existing
+    /// ones stay unless `exact`. None if a module has two definitions, which `found` shows.
     pub fn files(
         &self,
         definitions: Vec<Definition>,
@@ -273,11 +272,11 @@ impl InterfaceCrate {
         contents::print(&entries).map(Some)
     }
 
-    /// Prints a module of the crate anew, after the definition of a module that it imports changed:
-    /// its code holds the hashes of their types.
+    /// Prints a module of the crate again, after the definition of a module that it imports
+    /// changed: its code contains the hashes of their types.
     ///
     /// # Errors
-    /// Its file is gone or has errors, or it imports another definition than the crate holds.
+    /// Its file was deleted or has errors, or it imports another definition than the crate has.
     fn renew(
         &self,
         stem: &str,
@@ -296,7 +295,7 @@ impl InterfaceCrate {
         let definition = definitions.into_iter().find(|d| d.code.stem == stem);
         let Some(definition) = definition.filter(|_| same) else {
             let message = format!(
-                "a module that `{}` imports changed, and rcgen cannot print it anew from {}; \
+                "a module that `{}` imports changed, and rcgen cannot print it again from {}; \
                  generate the whole workspace: rcgen .",
                 entry.name, entry.file
             );
@@ -313,7 +312,7 @@ impl InterfaceCrate {
         Ok(())
     }
 
-    /// The definitions that a recorded file reaches; none where it is gone or has errors.
+    /// The definitions that a recorded file reaches; none if it was deleted or has errors.
     fn load(
         &self,
         file: &str,
@@ -345,8 +344,8 @@ impl InterfaceCrate {
         Ok(self.definitions(vec![definitions]))
     }
 
-    /// The workspace's manifest with what the crate needs of it, and without `no_packages`, folders
-    /// that cargo must not take for packages, where something is missing.
+    /// The workspace's manifest with the entries that the crate needs, and without `no_packages`,
+    /// folders that cargo must not consider packages, if something is missing.
     ///
     /// # Errors
     /// The manifest cannot be read.
@@ -361,8 +360,7 @@ impl InterfaceCrate {
         }))
     }
 
-    /// Where another definition of the same module stands that the crate holds, if it is still
-    /// there.
+    /// The place of another definition of the same module that the crate has, if it still exists.
     fn elsewhere(
         &self,
         entry: &Entry,

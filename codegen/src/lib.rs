@@ -1,10 +1,10 @@
 //! From description files to a component's Rust.
 //!
-//! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] says what there is
-//! to print, neutral of the language that prints it; [`rust`] and [`python`] add the names and
-//! types of a language; templates hold the code; [`files::Files`] is the result in memory, written
-//! in one place, all or nothing. [`stubs`] finds the handlers that a worker lacks after its
-//! description changed; [`export`] writes interfaces in languages of other frameworks.
+//! [`project::Project::load`] reads a `.cdsl` with all that it names; [`view`] lists what to print,
+//! independently of the printed language; [`rust`] and [`python`] add the names and types of a
+//! language; templates contain the code; [`files::Files`] is the result in memory, written in one
+//! place, all or nothing. [`stubs`] finds the handlers that a worker lacks after its description
+//! changed; [`export`] writes interfaces in languages of other frameworks.
 
 pub mod cargo_workspace;
 mod collisions;

@@ -170,7 +170,7 @@ impl FileLoader {
             .map_or_else(Vec::new, |(_, folders)| folders.clone())
     }
 
-    /// The folders that are searched for what the file `from` imports, in order.
+    /// The folders in which imports of the file `from` are searched, in order.
     fn folders(&self, from: &Path) -> Vec<PathBuf> {
         let own = from.parent().unwrap_or(Path::new(""));
         std::iter::once(own.to_path_buf())
@@ -266,13 +266,13 @@ pub(crate) fn shipped(path: &Path) -> Option<&'static str> {
         .map(|(_, text)| *text)
 }
 
-/// The finding that a file is no text, at its first byte that is not UTF-8.
+/// The finding that a file is not text, at its first byte that is not UTF-8.
 pub fn not_utf8(path: &Path, bytes: &[u8], sources: &mut SourceMap) -> Diagnostic {
     // The map of sources drops a byte order mark.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let valid = std::str::from_utf8(bytes).map_or_else(|e| e.valid_up_to(), str::len);
     let source = sources.add(path, String::from_utf8_lossy(bytes));
-    // A character replaces what is wrong: a span within it is none of the text.
+    // A character replaces the wrong bytes, so a span within it is not part of the text.
     let end = valid + char::REPLACEMENT_CHARACTER.len_utf8();
     let span = Span::new(source, valid, end.min(sources.text(source).len()));
     Diagnostic::error("not-utf8", span, "this file is not UTF-8")

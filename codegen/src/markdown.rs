@@ -3,7 +3,7 @@
 use crate::templates::{self, TemplateError};
 use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
-use crate::view::parameters::{Holds, Parameter, Parameters, Rule};
+use crate::view::parameters::{Parameter, Parameters, Rule, ValueKind};
 use crate::view::types::{Named, Type};
 use crate::view::world::{World, Written};
 use crate::view::{Component, Slot};
@@ -44,7 +44,7 @@ fn print(tera: &Tera, template: &str, context: &Context) -> Result<String, Templ
     Ok(format!("{}\n", text.trim_end()))
 }
 
-/// What the component does with the world that it shares.
+/// The component's access to the world that it shares.
 #[derive(Debug, Serialize)]
 struct WorldPage {
     name: String,
@@ -102,7 +102,7 @@ struct OperationRow<'a> {
 }
 
 fn slots(component: &Component) -> Vec<SlotPage<'_>> {
-    // The page says of a world what the component does with it.
+    // For a world, the page describes the component's access to it.
     let slots = component.slots.iter().filter(|slot| !slot.of_world);
     let slots = slots.filter_map(|slot| Some((slot, component.interface(slot)?)));
     slots
@@ -111,7 +111,7 @@ fn slots(component: &Component) -> Vec<SlotPage<'_>> {
 }
 
 fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
-    // What others offer is documented by them.
+    // The providers document their own operations.
     let offers = matches!(slot.role, Role::Implements | Role::Publishes);
     let operations = interface.operations.iter().map(|operation| OperationRow {
         signature: code(&signature(operation)),
@@ -128,7 +128,7 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
     }
 }
 
-/// What follows what, a line for each cause.
+/// The reactions, a line for each cause.
 fn reactions(component: &Component) -> Vec<String> {
     let all = component.reactions.iter().flatten();
     all.map(|reaction| {
@@ -211,7 +211,7 @@ struct Section<'a> {
     /// The head of the table.
     heading: String,
     doc: &'a [String],
-    /// The kind of the table; empty if there is nothing to say.
+    /// The kind of the table; empty if it has no rows.
     about: String,
     rows: Vec<Row>,
     rules: Vec<String>,
@@ -262,11 +262,11 @@ fn add<'a>(
         scope.push(&parameter.name);
         let path = format!("parameters.{}", scope.join("."));
         let (heading, about) = match (parameter.kind, &parameter.length) {
-            (Holds::List, Some(length)) => (
+            (ValueKind::List, Some(length)) => (
                 format!("[[{path}]]"),
                 format!("A list, {length}; each has a head of its own."),
             ),
-            (Holds::Values(_) | Holds::Group | Holds::List, _) => {
+            (ValueKind::Values(_) | ValueKind::Group | ValueKind::List, _) => {
                 (format!("[{path}]"), String::new())
             }
         };
@@ -286,9 +286,9 @@ fn add<'a>(
 
 fn row(parameter: &Parameter) -> Option<Row> {
     let ty = match (parameter.kind, &parameter.length) {
-        (Holds::Group | Holds::List, _) => return None,
-        (Holds::Values(ty), None) => ty.word().to_owned(),
-        (Holds::Values(ty), Some(length)) => format!("array of {}, {length}", ty.word()),
+        (ValueKind::Group | ValueKind::List, _) => return None,
+        (ValueKind::Values(ty), None) => ty.word().to_owned(),
+        (ValueKind::Values(ty), Some(length)) => format!("array of {}, {length}", ty.word()),
     };
     let choices = parameter.choices.iter().map(|value| cell(&code(value)));
     let choices: Vec<String> = choices.collect();

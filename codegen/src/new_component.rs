@@ -28,7 +28,7 @@ pub struct NewComponent {
     pub from: Option<PathBuf>,
 }
 
-/// Why there is no new component.
+/// The reason why there is no new component.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The request cannot be met; the text says what to do.
@@ -56,7 +56,7 @@ pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
     Ok(workspace)
 }
 
-/// Programs that lie beside those of components in a shared target folder, and in the PATH.
+/// Programs next to those of components in a shared target folder, and in the PATH.
 const TOOLS: [&str; 4] = ["rcgen", "rcview", "rcfoxglove", "rcforward"];
 
 impl NewComponent {
@@ -151,8 +151,8 @@ impl NewComponent {
         ))
     }
 
-    /// The text of an existing description, for a component of this name and language. The files
-    /// beside it that it names come with it.
+    /// The text of an existing description, for a component of this name and language, and the
+    /// files next to it that it names.
     fn renamed(&self, from: &Path, files: &mut Files) -> Result<String, Error> {
         if !self.slots.is_empty() || self.period.is_some() {
             let message = "--from takes slots and period from the file; change them there";

@@ -58,7 +58,7 @@ impl Note {
     }
 
     /// Reads the note from the generated code in a component's folder. `None` if the file has no
-    /// note. Of a component in Python, it is a part of the description in its package.
+    /// note. For a component in Python, it is a part of the description in its package.
     ///
     /// # Errors
     /// The system cannot read the file. `NotFound` before the first generation.
@@ -81,7 +81,7 @@ impl Note {
         }))
     }
 
-    /// Reads the note from the package of a component in Python, which lies in `generated`.
+    /// Reads the note from the package of a component in Python, which is in `generated`.
     fn of_package(generated: &Path) -> std::io::Result<Option<Self>> {
         for entry in std::fs::read_dir(generated).into_iter().flatten() {
             match rc_files::read(&entry?.path().join(DESCRIPTION)) {
@@ -94,7 +94,7 @@ impl Note {
                     }));
                 }
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-                // A file beside the package.
+                // A file next to the package.
                 Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {}
                 Err(error) => return Err(error),
             }

@@ -50,7 +50,7 @@ pub fn relative(from: &Path, to: &Path) -> PathBuf {
     up.chain(to.iter().skip(shared)).collect()
 }
 
-/// The error about a path where nothing is, with what it was most likely meant to be.
+/// The error about a path that does not exist, with the most likely one.
 pub fn missing(path: &Path) -> io::Error {
     let near = rc_files::nearest_path(path);
     let hint = near.map(|near| format!("; did you mean `{}`?", near.display()));

@@ -35,8 +35,8 @@ pub struct Project {
     pub state_machine: Option<StateMachine>,
     /// The files of the modules that its imports reach, in the order of the library.
     pub origins: Vec<Origin>,
-    /// Hash of all the description files that its generated code comes from, comments and white
-    /// space aside.
+    /// Hash of all the description files that its generated code comes from, without comments and
+    /// white space.
     pub hash: u64,
     /// Whether the file itself names C++, whatever an option of rcgen says.
     says_cpp: bool,
@@ -44,7 +44,7 @@ pub struct Project {
     code: OnceLock<PathBuf>,
 }
 
-/// The text of a component without the imports that say what its values mean: they are no part of
+/// The text of a component without the imports that say what its values mean: they are not part of
 /// its code.
 fn without_prototypes(component: &Component, text: &str) -> String {
     let mut out = text.to_owned();
@@ -61,7 +61,7 @@ fn without_prototypes(component: &Component, text: &str) -> String {
 
 impl Project {
     /// Reads a component. There is one unless a file could not be read at all; it may be used only
-    /// where no diagnostic is an error. An error is a `.cdsl` that the system does not give.
+    /// if no diagnostic is an error. An error is a `.cdsl` that the system cannot read.
     pub fn load(
         path: &Path,
         sources: &mut SourceMap,
@@ -144,7 +144,7 @@ impl Project {
         }));
         let hash = rc_idsl::canonical::hash(&texts.join("\n"));
         let origins = Origin::all(&component.library, sources);
-        // What values mean is no part of the code, so these files do not count.
+        // The meanings of values are not part of the code, so these files do not count.
         found.extend(rc_cdsl::meanings(&mut component, sources, loader, source));
         (
             Some(Self {
@@ -280,8 +280,8 @@ fn kinematics(
     all
 }
 
-/// The text of a file that a `.cdsl` names, or a finding with the nearest file of these endings
-/// beside it.
+/// The text of a file that a `.cdsl` names, or a finding with the nearest file of these extensions
+/// in its folder.
 fn read(
     path: &Path,
     file: &Name,

@@ -1,8 +1,8 @@
-//! What the pieces of a worker are for.
+//! The purposes of the pieces of a worker.
 
 use crate::view;
 
-/// What a piece of the worker is for.
+/// The purpose of a piece of the worker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// The `impl` of a slot's trait: the index of the slot in the component.

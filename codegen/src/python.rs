@@ -1,5 +1,5 @@
-//! What Python calls the things of a view. A view says what there is; the templates in
-//! `templates/python` hold the code.
+//! Names and types of a view in Python. A view lists what there is; the templates in
+//! `templates/python` contain the code.
 
 pub(crate) mod component;
 pub mod component_interpreter;

@@ -108,8 +108,8 @@ pub(crate) fn line(dependency: &Dependency) -> String {
 }
 
 /// The dependencies that the worker's `pyproject.toml` in `folder` lacks, and warnings for those
-/// and for others than the description has. Where there is no manifest yet, or one that is no TOML,
-/// there is nothing to compare.
+/// and for others than the description has. Without a manifest, or with one that is not TOML, there
+/// is nothing to compare.
 pub(crate) fn compare<'a>(
     component: &'a Component,
     folder: &Path,

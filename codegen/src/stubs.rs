@@ -41,7 +41,7 @@ pub struct Missing {
     view: view::Component,
     worker: String,
     pieces: Vec<Piece>,
-    /// The `src/` of a component that is no library yet.
+    /// The `src/` of a component that is not a library yet.
     no_library: Option<PathBuf>,
     /// The functions of states that the worker may have and has not: documentation and signature.
     hooks: Vec<(String, String)>,
@@ -237,7 +237,7 @@ fn worker(code: &Code) -> String {
 }
 
 /// Whether an implementation of an interface is that of this slot: the second argument of the trait
-/// is the marker that tells the slot from an earlier one with its interface.
+/// is the marker that distinguishes the slot from an earlier one with its interface.
 fn is_marked_for(block: &Block, of: &WorkerTrait) -> bool {
     let marker = of.slot.as_ref().map_or("", |served| &served.marker);
     match block.arguments.get(1) {
@@ -394,7 +394,7 @@ pub fn old_contexts(project: &Project, sources: &mut SourceMap) -> Result<Diagno
     let (view, _) = view::component::of(project, Middleware::DEFAULT);
     let component = rust::component::of(&view);
     let krate = format!("{}_generated", component.package);
-    // What is no Rust is reported by `of`, and by the compiler.
+    // `of`, and the compiler, report text that is not Rust.
     let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
     contexts(&component, &code, &worker(&code), &mut found);
     Ok(found)
@@ -414,7 +414,7 @@ pub fn unreachable(project: &Project, sources: &mut SourceMap) -> Result<Diagnos
         "{}_generated",
         rust::names::package(&project.component.name.text)
     );
-    // What is no Rust is reported by `stubs`, and by the compiler.
+    // `stubs`, and the compiler, report text that is not Rust.
     let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
     for state in machine.unreachable() {
         let during = rust::state_names::hook("during", &state.name.text);

@@ -1,4 +1,4 @@
-//! How names of the description languages become names of types, in every language.
+//! Converts names of the description languages into names of types, for every language.
 
 use heck::ToUpperCamelCase;
 use std::collections::HashSet;

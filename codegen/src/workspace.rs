@@ -19,9 +19,9 @@ pub enum Framework {
 }
 
 impl Framework {
-    /// A git address has a scheme or ends in `.git`; `?branch=…`, `?tag=…` or `?rev=…` behind it
-    /// chooses what is taken. A version is written as in Cargo.toml. Everything else is a folder,
-    /// which must hold this project.
+    /// A git address has a scheme or ends in `.git`; `?branch=…`, `?tag=…` or `?rev=…` after it
+    /// chooses a version. A version is written as in Cargo.toml. Everything else is a folder, which
+    /// must contain this project.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (address, query) = match text.split_once('?') {
             Some((address, query)) => (address, Some(query)),
@@ -35,7 +35,7 @@ impl Framework {
                 match known {
                     Some(key) if !value.is_empty() => Ok((key, value.to_owned())),
                     _ => Err(format!(
-                        "--framework: expected `?branch=…`, `?tag=…` or `?rev=…` behind the address, found `?{query}`"
+                        "--framework: expected `?branch=…`, `?tag=…` or `?rev=…` after the address, found `?{query}`"
                     )),
                 }
             });
@@ -55,9 +55,9 @@ impl Framework {
         Ok(Self::Path(path))
     }
 
-    /// The source for a workspace in `root`, which is absolute: a path that both share with
-    /// every user of the workspace is relative. That is one inside the workspace, or in the
-    /// same git repository.
+    /// The source for a workspace in `root`, which is absolute: a path that every user of the
+    /// workspace shares is relative. That is one inside the workspace, or in the same git
+    /// repository.
     #[must_use]
     pub fn seen_from(self, root: &Path) -> Self {
         let repository = |path: &Path| {
@@ -173,11 +173,11 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
 }
 
 /// Lets the workspace in `root` build into the target folder of a framework on this machine, with
-/// the versions and profiles of the framework. Cargo then compiles hardly a crate of crates.io
-/// a second time.
+/// the versions and profiles of the framework. Cargo then compiles few crates of crates.io
+/// again.
 ///
 /// # Errors
-/// The framework is no folder, or has no Cargo.lock that can be read.
+/// The framework is not a folder, or has no readable Cargo.lock.
 pub fn share_target(files: &mut Files, root: &Path, framework: &Framework) -> Result<(), String> {
     let Framework::Path(path) = framework else {
         return Err("--shared-target: --framework must be a folder with this project".to_owned());

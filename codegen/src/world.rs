@@ -1,5 +1,5 @@
-//! The graph that a component shares with others: its schema, and whether it has what the component
-//! reads and writes.
+//! The graph that a component shares with others: its schema, and a check that it has what the
+//! component reads and writes.
 
 use graph_language::Schema;
 use graph_language::model::Attribute;

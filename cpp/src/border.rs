@@ -107,7 +107,7 @@ thread_local! {
 /// Answers a call of the headers. A panic is an error of the call.
 fn answer(act: impl FnOnce() -> Result<Answer, Answer>) -> RawAnswer {
     let acted = catch_unwind(AssertUnwindSafe(act));
-    let panicked = |_| Answer::new(INTERNAL, 0, "the runtime panicked; its log says where");
+    let panicked = |_| Answer::new(INTERNAL, 0, "the runtime panicked; its log has the place");
     let answer = acted.unwrap_or_else(|panic| Err(panicked(panic)));
     let answer = answer.unwrap_or_else(|error| error);
     // A destructor of a thread-local object may ask after the end of this one.
@@ -153,7 +153,7 @@ pub unsafe extern "C" fn robocomp_run(
         eprintln!(
             "error: this program was built with the headers of robocomp {release}, whose interface is version \
              {version}; librobocomp_cpp.so is of robocomp {own}, whose interface is version {VERSION}; \
-             build the program anew: `rcdeploy up --build`"
+             build the program again: `rcdeploy up --build`"
         );
         return NOT_STARTED.into();
     }
@@ -174,7 +174,7 @@ pub unsafe extern "C" fn robocomp_run(
         let program = match Program::read(&description) {
             Ok(program) => Arc::new(program.in_folder(folder)),
             Err(error) => {
-                eprintln!("error: {error}; generate the component anew");
+                eprintln!("error: {error}; generate the component again");
                 return NOT_STARTED;
             }
         };

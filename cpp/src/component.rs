@@ -53,13 +53,13 @@ pub(crate) struct Component {
 
 /// Lends core and machine to the session while a function of the worker runs. A panic gives them
 /// back, too: the runtime reads the machine for its message.
-struct Lending<'j> {
+struct ContextLoan<'j> {
     component: &'j mut Component,
     core: Option<Core>,
     machine: Option<Machine<Number, Number>>,
 }
 
-impl Drop for Lending<'_> {
+impl Drop for ContextLoan<'_> {
     fn drop(&mut self) {
         (self.component.core, self.component.machine) = (self.core.take(), self.machine.take());
     }
@@ -126,12 +126,12 @@ impl Component {
     /// Runs a function of the worker.
     fn run(&mut self, call: &Call<'_>) -> Answer {
         let (core, machine) = (self.core.take(), self.machine.take());
-        let mut lending = Lending {
+        let mut lending = ContextLoan {
             component: self,
             core,
             machine,
         };
-        let Lending {
+        let ContextLoan {
             component,
             core,
             machine,

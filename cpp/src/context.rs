@@ -1,4 +1,5 @@
-//! What a worker reaches through its context. The border calls these on the worker's thread.
+//! The functions that a worker reaches through its context. The border calls these on the worker's
+//! thread.
 
 use crate::status::{Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE};
 use rc_host::link::{self, Reading};

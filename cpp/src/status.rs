@@ -1,4 +1,4 @@
-//! What a call across the border returns, as `enum rc_status` of `abi.h` numbers it.
+//! The result of a call across the border, as `enum rc_status` of `abi.h` numbers it.
 
 use rc_host::HostError;
 use rc_middleware::{CallError, SendError};
@@ -47,7 +47,7 @@ impl Answer {
         }
     }
 
-    /// Nothing went wrong.
+    /// Success.
     pub(crate) fn number(number: i64) -> Self {
         Self::new(DONE, number, [])
     }
@@ -56,7 +56,7 @@ impl Answer {
         Self::new(DONE, 0, text)
     }
 
-    /// The text of the answer of a worker, which may be of any encoding.
+    /// The text of the answer of a worker, which may have any encoding.
     pub(crate) fn reason(&self) -> String {
         String::from_utf8_lossy(&self.bytes).into_owned()
     }

@@ -34,9 +34,9 @@ const PERIOD: Duration = Duration::from_secs(1);
 pub struct Adaptor {
     /// The slot that gives it its meaning and its files.
     pub of: Origin,
-    /// Its component, of which there is no file.
+    /// Its component, which has no file.
     pub component: Component,
-    /// The instance beside which it runs: an index into [`Deployment::instances`].
+    /// The instance that it serves: an index into [`Deployment::instances`].
     pub beside: usize,
     /// Its slots that are in place of one of that instance, each with the name of the latter.
     pub slots: Vec<(String, String)>,
@@ -56,15 +56,15 @@ struct Found<'a> {
     clause: Clause,
     of: Origin,
     span: Span,
-    /// The slot and its instance. Of a program outside: its slot, and the end of its peer.
+    /// The slot and its instance. For a program outside: its slot, and the end of its peer.
     consumer: (Endpoint, &'a Slot),
     provider: (Endpoint, &'a Slot),
-    /// That of the consumer.
+    /// The settings of the consumer.
     component: &'a Component,
     trees: Vec<Tree<'a>>,
 }
 
-/// Where an adaptor comes from.
+/// The declaration that requires an adaptor.
 #[derive(Clone, Copy)]
 enum Clause {
     /// An index into [`Deployment::binds`].
@@ -79,7 +79,7 @@ struct Tree<'a> {
     peer: TreePeer,
 }
 
-/// What the file says of the peer of a slot.
+/// The declared peer of a slot.
 enum TreePeer {
     /// To these, each with its `convert`.
     Bound(Vec<(SlotPath, Option<Span>)>),
@@ -194,8 +194,8 @@ impl<'a> Ends<'a, '_> {
         })
     }
 
-    /// A consumer outside cannot be told to convert, so its values are converted for it. One of the
-    /// network converts by itself, unless the file wants a process for it.
+    /// A consumer outside cannot be told to convert, so an adaptor converts its values. A consumer
+    /// of the network converts itself, unless the file asks for a process.
     fn of_external(
         &self,
         at: usize,
@@ -208,7 +208,7 @@ impl<'a> Ends<'a, '_> {
         let provides = is_provider(own.1.role);
         let convert = peer.convert.span?;
         let span = peer.convert.process.or(provides.then_some(convert))?;
-        // What does not fit is reported where the connections are computed.
+        // Mismatches are reported when the connections are computed.
         let outside = peer_slot(peer, known, (component, own.1), &mut Diagnostics::new())?;
         let outside = (own.0, outside);
         let (of, consumer, provider, component) = if provides {
@@ -300,7 +300,7 @@ fn is_pair(consumer: Role, provider: Role) -> bool {
     )
 }
 
-/// The instance of an adaptor, beside its consumer.
+/// The instance of an adaptor, in the group and on the host of its consumer.
 fn instance(deployment: &Deployment, found: &Found<'_>) -> Instance {
     let (end, slot) = found.consumer;
     let own = &deployment.instances[end.instance];

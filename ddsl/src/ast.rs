@@ -220,11 +220,11 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes.
     pub provider: SlotPath,
-    /// Where `convert;` stands in its block.
+    /// The place of `convert;` in its block.
     pub convert: Option<Span>,
     /// The slots that `convert { frames SLOT; }` names.
     pub frames: Vec<Name>,
-    /// Where `via process` stands.
+    /// The place of `via process`.
     pub process: Option<Span>,
 }
 
@@ -235,7 +235,7 @@ pub struct External {
     pub slots: Vec<SlotPath>,
     /// The address of their peer.
     pub address: Option<Name>,
-    /// What the file says of their peer.
+    /// The file about their peer.
     pub peer: Option<Peer>,
 }
 
@@ -244,18 +244,18 @@ pub struct External {
 pub struct Peer {
     /// The path of the `.cdsl` that describes the peer.
     pub cdsl: Name,
-    /// How the connection converts.
+    /// The conversion of the connection.
     pub convert: Convert,
 }
 
-/// `convert via process { frames tree; }`, if it stands.
+/// `convert via process { frames tree; }`, if present.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Convert {
-    /// Where `convert` stands.
+    /// The place of `convert`.
     pub span: Option<Span>,
     /// The slots that `frames` names.
     pub frames: Vec<Name>,
-    /// Where `via process` stands.
+    /// The place of `via process`.
     pub process: Option<Span>,
 }
 
@@ -291,6 +291,6 @@ pub struct SlotPath {
 pub struct Slots {
     /// Arrays, each with its members.
     pub lists: Vec<(Name, Vec<Name>)>,
-    /// Where `all;` stands: the members are those of the scene.
+    /// The place of `all;`: the members are those of the scene.
     pub all: Option<Span>,
 }

@@ -154,7 +154,7 @@ impl<'a> CompatibilityChecker<'a> {
         own.or_else(|| instance.auto.is_none().then_some(instance.middleware))
     }
 
-    /// The fastest middleware that reaches both endpoints, where neither has one.
+    /// The fastest middleware that reaches both endpoints if neither has selected one.
     pub(crate) fn fastest(&self, one: Endpoint, other: Endpoint) -> Middleware {
         let instances = &self.deployment.instances;
         self.deployment

@@ -87,7 +87,7 @@ const MAX_LISTED: usize = 8;
 pub(crate) struct Connector<'a> {
     pub(crate) deployment: &'a Deployment,
     pub(crate) components: &'a [Option<&'a Component>],
-    /// The number of instances that are no programs outside.
+    /// The number of instances that are not programs outside.
     count: usize,
     pub(crate) exports: Exports<'a>,
     compatibility: CompatibilityChecker<'a>,

@@ -1,16 +1,16 @@
-//! What a connection with `convert;` converts: its members, and the plan for the process of the
+//! The conversion of a connection with `convert;`: its members, and the plan for the process of the
 //! consumer.
 
 pub use crate::converted::Converted;
 use crate::end::End;
 use crate::image::image_items;
 use crate::meaning::Meanings;
-use crate::moves::{Moves, NoMove};
+use crate::moves::{MoveError, Moves};
 use crate::pair::{Members, NoPlan, Pair};
 use rc_conversion::{Frame, Item, Move, Part, Place, Plan};
 use std::fmt;
 
-/// What a connection converts.
+/// The conversion of a connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Conversion {
     /// The members that are converted, in the order of the interface.
@@ -108,7 +108,7 @@ pub(crate) fn plan(
             let is_text = |change: &Move| matches!(change.from, Frame::Kept(_));
             if moves.iter().any(is_text) {
                 let path = there.from.library.type_path(one);
-                return Err(NoPlan::Move(path, NoMove::InPlace));
+                return Err(NoPlan::Move(path, MoveError::InPlace));
             }
             parts.push((Place::InputImage, moves, items));
         }
@@ -155,8 +155,7 @@ pub(crate) fn plan(
     if fits { Ok(out) } else { Err(NoPlan::TooLarge) }
 }
 
-/// Joins numbers that follow each other, and leaves out what is behind the last number that is
-/// converted.
+/// Joins adjacent numbers, and drops everything after the last number that is converted.
 fn merged(items: Vec<Item>) -> Vec<Item> {
     let mut out = joined(items);
     while out.last().is_some_and(|last| !last.converts()) {

@@ -21,11 +21,11 @@ pub enum Converted {
         /// The type of its numbers.
         number: Primitive,
     },
-    /// Values of a structure that mean the same in another representation.
+    /// Values of a structure with equal meaning in another representation.
     Meaning {
         /// `Module::Struct`
         path: String,
-        /// What changes, and what it costs.
+        /// The changes and their cost.
         what: String,
     },
 }
@@ -49,7 +49,7 @@ impl fmt::Display for Converted {
     }
 }
 
-/// What a number costs and loses: `1 operation a number`.
+/// The cost and loss of a number: `1 operation a number`.
 pub(crate) fn effort(factor: &Factor, number: Primitive) -> String {
     let count = factor.factor().operations();
     let rounded = match number.class() {

@@ -1,4 +1,4 @@
-//! What conversions know of one end of a connection.
+//! One end of a connection, as conversions see it.
 
 use rc_idsl::Library;
 use rc_idsl::model::InterfaceId;
@@ -9,7 +9,7 @@ pub(crate) struct End<'a> {
     /// `INSTANCE.SLOT`
     pub(crate) name: &'a str,
     pub(crate) library: &'a Library,
-    /// What its types mean.
+    /// The meanings of its types.
     pub(crate) prototypes: &'a rc_prototypes::model::Library,
     pub(crate) interface: InterfaceId,
     /// Whether it is a consumer of topics, which receives all values.

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap};
 pub(crate) struct Exports<'a> {
     /// For everybody outside: of a group with a proxy, a slot of the proxy.
     seen: HashMap<(usize, &'a str), Option<Endpoint>>,
-    /// Of groups with a proxy, the slots behind it, in the order of the exports.
+    /// For groups with a proxy, the slots behind it, in the order of the exports.
     behind: Vec<(usize, &'a str, Endpoint)>,
 }
 
@@ -120,8 +120,8 @@ impl<'a> Exports<'a> {
         own.map(|(_, name, end)| (*name, *end))
     }
 
-    /// Whether the exports of `group` are without errors, so that a member which none of them means
-    /// does not exist.
+    /// Whether the exports of `group` are without errors. Only then is a member unknown if no
+    /// export names it.
     pub(crate) fn knows(&self, group: usize, slot: &str) -> bool {
         let array = member::split(slot).map_or(slot, |(array, _)| array);
         !self.seen.contains_key(&(group, slot)) && !self.seen.contains_key(&(group, array))

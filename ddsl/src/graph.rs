@@ -12,8 +12,8 @@ pub(crate) fn cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
         if seen[start] {
             continue;
         }
-        // The nodes of the path, each with the number of edges followed. No recursion: a chain may
-        // be too long for it.
+        // The nodes of the path, each with the number of edges followed. It is explicit because a
+        // chain may be too long for recursion.
         seen[start] = true;
         position[start] = Some(0);
         let mut path = vec![(start, 0)];

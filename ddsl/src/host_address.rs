@@ -5,7 +5,7 @@ use std::net::Ipv6Addr;
 /// The host of components without the field `host`.
 pub(crate) const LOCALHOST: &str = "localhost";
 
-/// What to write in place of `text`, unless it is a host name or an IP address.
+/// The corrected text for `text`, unless it is a host name or an IP address.
 pub(crate) fn wrong_address(text: &str) -> Option<String> {
     let is_name = |text: &str| {
         let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
@@ -40,7 +40,7 @@ pub(crate) fn wrong_address(text: &str) -> Option<String> {
     Some(help)
 }
 
-/// How a host gets another port of ssh.
+/// How to set another ssh port of a host.
 fn with_port(host: &str, port: &str) -> String {
     format!(
         "write `address \"{host}\";`, and the port into ~/.ssh/config, from which `rcdeploy` and ssh have it: `Host {host}` and below it `Port {port}`"

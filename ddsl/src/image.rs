@@ -71,7 +71,7 @@ impl Image {
         let known = meaning.as_ref().and_then(Known::get);
         let is_identity = known.is_some_and(|meaning| meaning.is_identity);
         let open = self.moves.count();
-        // The plan of the encoded message has the same changes, and reports missing ones.
+        // The plan of the encoded message has the same changes, and already reports missing ones.
         let change = pair.changes((from, to), (one, other), meaning.as_ref(), &mut self.moves);
         self.marks = meaning.map(Marks::new);
         let start = self.items.len();
@@ -86,7 +86,8 @@ impl Image {
             items.iter_mut().for_each(unmark);
             self.items.extend(items);
         } else {
-            // The plan of the encoded message has the same numbers, and reports missing ones.
+            // The plan of the encoded message has the same numbers, and already reports missing
+            // ones.
             let group = change.ok().and_then(|change| marks.group(items, change));
             self.items.extend(group);
         }

@@ -1,5 +1,5 @@
-//! What the values of the two ends of a connection mean, where prototypes say it, and the formula
-//! that takes those of one end to those of the other one.
+//! The meanings of the values at both ends of a connection, as prototypes declare them, and the
+//! formula between them.
 
 use crate::end::End;
 use rc_conversion::{Formula, Operand, is_frame};
@@ -60,7 +60,7 @@ pub(crate) fn chosen<'a>(end: End<'a>, whole: Option<TypeId>, member: &Member) -
     })
 }
 
-/// How a structure is converted.
+/// The conversion of a structure.
 pub(crate) struct Meaning {
     /// The members of the structure that mean something at an end, by their paths.
     pub(crate) members: BTreeSet<String>,
@@ -103,7 +103,7 @@ impl FrameOf {
     }
 }
 
-/// What a prototype says of its frame: a name, or the path of a member.
+/// The frame of a prototype: a name, or the path of a member.
 fn frame_of(of: &Prototype, end: &str) -> Option<FrameOf> {
     let mut frames = of.frames.iter();
     let (_, text) = frames.find(|(own, _)| own == end)?;
@@ -134,20 +134,20 @@ pub(crate) fn has_prefix(paths: &BTreeSet<String>, prefix: &str) -> bool {
 /// A prototype of a library, by the number of the library and the name.
 type Key = (usize, String);
 
-/// What structures mean at both ends. The check of a connection and its plans, for the message and
-/// for its image, ask for the same pairs, and so do connections between components that import the
-/// same files: each is planned once.
+/// The meanings of structures at both ends. The check of a connection, its plans for messages and
+/// for images, and connections between components that import the same files ask for the same
+/// pairs; each is planned once.
 #[derive(Default)]
 pub(crate) struct Meanings {
-    /// The numbers of libraries by their place in memory, and by what they say.
+    /// The numbers of libraries, by address and by content.
     places: RefCell<HashMap<*const Library, usize>>,
     texts: RefCell<HashMap<String, usize>>,
     known: RefCell<HashMap<(Key, Key, bool), Rc<Result<Meaning, NotConverted>>>>,
 }
 
 impl Meanings {
-    /// How values of one prototype become those of another one, also in other frames if something
-    /// knows where these are. Both libraries live as long as this.
+    /// The plans between prototypes, also between frames that move if a slot knows where these are.
+    /// Both libraries live as long as this.
     pub(crate) fn of(
         &self,
         (sender, from): (End<'_>, &Prototype),
@@ -164,7 +164,7 @@ impl Meanings {
         found
     }
 
-    /// The number of a library. Those that say the same have one.
+    /// The number of a library. Libraries with equal contents have one number.
     fn number(&self, library: &Library) -> usize {
         let place: *const Library = library;
         if let Some(known) = self.places.borrow().get(&place) {
@@ -172,7 +172,7 @@ impl Meanings {
         }
         let mut texts = self.texts.borrow_mut();
         let next = texts.len();
-        // Without a text, it shares its number with no other one.
+        // Without a text, it shares its number with no other library.
         let text = serde_json::to_string(library).unwrap_or_else(|_| format!("{next} {place:p}"));
         let number = *texts.entry(text).or_insert(next);
         self.places.borrow_mut().insert(place, number);
@@ -209,7 +209,7 @@ fn directions(library: &Library, name: Option<&String>) -> Option<String> {
     Some(axes.directions.replace(", ", "-"))
 }
 
-/// How values of one prototype become those of another one.
+/// The plan from one prototype to another one.
 fn meaning(
     (sender, from): (End<'_>, &Prototype),
     (receiver, to): (End<'_>, &Prototype),
@@ -352,7 +352,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// What a prototype says, in a few words: `Position (cartesian, x in mm, right-ahead-up)`.
+/// A short text for a prototype: `Position (cartesian, x in mm, right-ahead-up)`.
 pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
     let mut words = Vec::new();
     match &of.content {
@@ -373,9 +373,9 @@ pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
 }
 
 impl Meaning {
-    /// The formula over the members with these paths, which stand in the order of the message.
-    /// Members that only the sender has a meaning for stay as they are. A change of frames has this
-    /// number among those of the message.
+    /// The formula over the members with these paths, in the order of the message. Members with a
+    /// meaning at the sender only stay as they are. A change of frames has this number among those
+    /// of the message.
     pub(crate) fn formula(&self, marks: &[String], change: u32) -> Formula {
         let places: HashMap<&str, u32> = marks.iter().map(String::as_str).zip(0..).collect();
         let placed = |paths: &[String]| -> Vec<Option<u32>> {

@@ -109,7 +109,7 @@ fn member(array: &Slot, name: &Name) -> Slot {
     }
 }
 
-/// Reports lists of what is no array of the component.
+/// Reports lists of slots that are not arrays of the component.
 fn check_arrays(instance: &Instance, component: &Component, found: &mut Diagnostics) {
     for Array { name, .. } in &instance.arrays {
         match component.slots.iter().find(|slot| slot.name == name.text) {

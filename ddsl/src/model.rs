@@ -41,7 +41,7 @@ pub struct Deployment {
     pub references: Vec<(Span, InstanceOrGroup)>,
     /// Where the files name imported files.
     pub imports: Vec<(Span, SourceId)>,
-    /// What must follow what, and how soon.
+    /// The chains: paths of messages with time limits.
     pub chains: Vec<Chain>,
     /// The graph that its components share.
     pub world: Option<World>,
@@ -84,8 +84,8 @@ pub struct Instance {
     pub doc: Vec<String>,
     /// The innermost group around it: an index into [`Deployment::groups`].
     pub group: Option<usize>,
-    /// Of the proxy of a group, this group: an index into [`Deployment::groups`]. It has no `.cdsl`;
-    /// [`crate::proxied`] says what it forwards.
+    /// For a proxy, its group: an index into [`Deployment::groups`]. A proxy has no `.cdsl`;
+    /// [`crate::proxied`] computes what it forwards.
     pub proxy: Option<usize>,
     /// The process whose thread it is: the full name of one of [`Deployment::processes`], where
     /// this component names it. `None` for one of its own.
@@ -106,7 +106,7 @@ pub struct Instance {
     /// The middleware of its slots, unless a slot sets its own. With `auto`, that of its slots
     /// without connections.
     pub middleware: Middleware,
-    /// Of `middleware auto;`, the middleware between hosts: each connection has the fastest
+    /// For `middleware auto;`, the middleware between hosts: each connection has the fastest
     /// middleware that reaches, see [`crate::Network::middlewares`].
     pub auto: Option<Middleware>,
     /// The settings of middlewares. Each key of a middleware occurs once.
@@ -137,9 +137,9 @@ pub struct Instance {
     pub parameters: Vec<Parameter>,
     /// The members of slot arrays, as listed. After [`crate::expand`], all arrays of its component.
     pub arrays: Vec<Array>,
-    /// Where `slots { all; }` stands: the members are those that its component opens.
+    /// The place of `slots { all; }`: the members are those that its component opens.
     pub all_members: Option<Span>,
-    /// Of an adaptor, which [`crate::add_adaptors`] adds: where `via process` stands. `None` for a
+    /// For an adaptor, which [`crate::add_adaptors`] adds: the place of `via process`. `None` for a
     /// component of the file.
     pub adaptor: Option<Span>,
 }
@@ -203,7 +203,7 @@ pub struct Group {
     pub instances: Range<usize>,
     /// The exported slots. Each name matches one slot inside.
     pub exports: Vec<Name>,
-    /// What stands for the group outside of it.
+    /// The proxy, which represents the group outside.
     pub proxy: Option<Proxy>,
 }
 
@@ -219,7 +219,7 @@ pub struct Proxy {
 /// A process that runs components as its threads.
 #[derive(Clone, Debug)]
 pub struct Process {
-    /// Name without enclosing groups, where it stands first.
+    /// Name without enclosing groups, at its first place.
     pub name: Name,
     /// Full name in the network.
     pub path: String,
@@ -252,13 +252,13 @@ pub struct World {
     pub folder: PathBuf,
     /// The path of its `.gdsl`, as written. `None` after an error.
     pub schema: Option<Name>,
-    /// The file with what is in it at first.
+    /// The file with its initial content.
     pub start: Option<Name>,
     /// The file that keeps it, and how often it is written.
     pub keep: Option<(Name, Duration)>,
 }
 
-/// What must follow what, and how soon: from one message to another one.
+/// A path of messages from one message to another one, with time limits.
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// Name without enclosing groups.
@@ -269,7 +269,7 @@ pub struct Chain {
     pub doc: Vec<String>,
     /// The message that begins it.
     pub from: ChainPoint,
-    /// What it passes, in this order. It may pass others.
+    /// What it passes, in this order. There may be others between them.
     pub through: Vec<ChainPoint>,
     /// The message that ends it.
     pub to: ChainPoint,
@@ -289,7 +289,7 @@ pub enum Late {
     /// A warning.
     #[default]
     Warn,
-    /// An event that is no warning.
+    /// An event that is not a warning.
     Event,
     /// The component is stopped.
     Stop(usize),
@@ -317,11 +317,11 @@ pub struct Bind {
     pub consumer: SlotPath,
     /// The slot that implements or publishes. `None` after an error.
     pub provider: Option<SlotPath>,
-    /// Where `convert;` stands: the consumer converts units that differ.
+    /// The place of `convert;`: the consumer converts units that differ.
     pub convert: Option<Span>,
     /// The slots of the consumer that know where frames are: `convert { frames SLOT; }`.
     pub frames: Vec<Name>,
-    /// Where `via process` stands: a process of its own converts. [`crate::add_adaptors`] adds it.
+    /// The place of `via process`: an adaptor converts. [`crate::add_adaptors`] adds it.
     pub process: Option<Span>,
 }
 
@@ -333,7 +333,7 @@ pub struct External {
     pub slot: SlotPath,
     /// The address of its peer, as written. `None` for the default address.
     pub address: Option<Name>,
-    /// What the file says of the peer.
+    /// The file about the peer.
     pub peer: Option<Peer>,
 }
 
@@ -344,7 +344,7 @@ pub struct Peer {
     pub folder: PathBuf,
     /// The path of the `.cdsl` file that describes it, as written.
     pub cdsl: Name,
-    /// How the connection converts.
+    /// The conversion of the connection.
     pub convert: Convert,
 }
 

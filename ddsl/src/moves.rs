@@ -18,14 +18,14 @@ const UNITS: [(&str, u32); 4] = [
 
 /// Why a message has no change of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NoMove {
+pub(crate) enum MoveError {
     /// The values repeat, each with a frame of its own.
     Repeated,
-    /// The time is no number with a unit, and no seconds with nanoseconds.
+    /// The time is neither a number with a unit nor seconds with nanoseconds.
     Time,
     /// The time has another unit at the other end, and would be converted before it is read.
     Unit,
-    /// The frame is no string.
+    /// The frame is not a string.
     Frame,
     /// The frame is a string of a message that travels in place.
     InPlace,
@@ -94,9 +94,9 @@ impl Moves {
         &mut self,
         (library, whole): (&Library, TypeId),
         (meaning, change): (&Meaning, &Change),
-    ) -> Result<u32, NoMove> {
+    ) -> Result<u32, MoveError> {
         if self.loops > 0 {
-            return Err(NoMove::Repeated);
+            return Err(MoveError::Repeated);
         }
         let number = self.all.len();
         let mut wanted = |path: String, part| {
@@ -106,15 +106,15 @@ impl Moves {
                 part,
             });
         };
-        for (path, unit) in time_of(library, whole, &change.stamp).ok_or(NoMove::Time)? {
+        for (path, unit) in time_of(library, whole, &change.stamp).ok_or(MoveError::Time)? {
             wanted(path, Part::Time(unit));
         }
         let from = match &change.from {
             FrameOf::Named(name) => Frame::Named(name.clone()),
             FrameOf::Member(path) => {
-                let member = member(library, whole, path).ok_or(NoMove::Frame)?;
+                let member = member(library, whole, path).ok_or(MoveError::Frame)?;
                 if !matches!(library.resolved(&member.ty), Type::Text { .. }) {
-                    return Err(NoMove::Frame);
+                    return Err(MoveError::Frame);
                 }
                 wanted(path.clone(), Part::Frame);
                 // Its place is known when the text is found.
@@ -143,12 +143,12 @@ impl Moves {
         self.open.len()
     }
 
-    /// Closes the changes of a structure, behind so many of those around it. All that they need must
-    /// have been found.
-    pub(crate) fn close(&mut self, count: usize) -> Result<(), NoMove> {
+    /// Closes the changes of a structure except this many of those around it. Everything that they
+    /// need must have been found.
+    pub(crate) fn close(&mut self, count: usize) -> Result<(), MoveError> {
         self.open.truncate(count);
         if self.open.is_empty() && !self.wanted.is_empty() {
-            return Err(NoMove::Hidden);
+            return Err(MoveError::Hidden);
         }
         Ok(())
     }

@@ -32,8 +32,8 @@ pub struct ConnectionDiagnostic {
 pub struct Network {
     /// Pairs of consumer and provider. A subscriber of several publishers has several connections.
     pub connections: Vec<Connection>,
-    /// What the consumers of connections with `convert;` convert. Of a connection with a program that is
-    /// not part of the network, that end is behind the last instance.
+    /// The conversions of consumers of connections with `convert;`. If the other end is a program
+    /// outside the network, its index is after the last instance.
     pub conversions: BTreeMap<Connection, Conversion>,
     /// The middleware of each connection.
     pub transports: BTreeMap<Connection, Middleware>,
@@ -48,7 +48,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// What a consumer converts: all its connections have one plan.
+    /// The conversion of a consumer: all its connections have one plan.
     pub fn conversion(&self, consumer: Endpoint) -> Option<&Conversion> {
         let mut own = self.conversions.iter();
         own.find(|(made, _)| made.consumer == consumer)

@@ -1,9 +1,9 @@
-//! How values of a sender become those of a receiver: the items of a plan.
+//! The conversion of the values of a sender into those of a receiver: the items of a plan.
 
 use crate::converted::Converted;
 use crate::end::End;
 use crate::meaning::{Chosen, Meaning, Meanings, NotConverted, chosen, has_prefix, prototype};
-use crate::moves::{Moves, NoMove};
+use crate::moves::{MoveError, Moves};
 use rc_conversion::Item;
 use rc_idsl::Library;
 use rc_idsl::model::{Member, Primitive, Type, TypeDeclKind, TypeId};
@@ -19,7 +19,7 @@ pub(crate) enum NoPlan {
     /// This type has a prototype with numbers at places that no plan has.
     Place(String),
     /// The frame or the time of values of this type is not where a plan can find it.
-    Move(String, NoMove),
+    Move(String, MoveError),
 }
 
 /// The conversion between the units of two members. `None` if their numbers are equal.
@@ -59,7 +59,7 @@ pub(crate) struct Marks {
     pub(crate) prefix: String,
 }
 
-/// What a structure means at both ends, of which a connection converts one into the other.
+/// The meanings of a structure at both ends.
 #[derive(Clone)]
 pub(crate) struct Known(Rc<Result<Meaning, NotConverted>>);
 
@@ -112,7 +112,7 @@ impl Marks {
 }
 
 impl<'a> Pair<'a> {
-    /// What a structure becomes. `None` if its members are converted by themselves.
+    /// The conversion of a structure. `None` if its members are converted by themselves.
     pub(crate) fn meaning(
         &self,
         from: TypeId,
@@ -128,7 +128,7 @@ impl<'a> Pair<'a> {
         known.get().is_some().then_some(known)
     }
 
-    /// What the only parameter chooses for its type.
+    /// The prototype that the only parameter chooses for its type.
     pub(crate) fn chosen_in(&self, from: &[Member], to: &[Member]) -> ChosenPair<'a> {
         let one = |end, members: &[Member]| chosen(end, None, members.first()?);
         (one(self.from, from), one(self.to, to))
@@ -236,7 +236,7 @@ impl<'a> Pair<'a> {
         (one, other): (&[Member], &[Member]),
         own: Option<&Known>,
         moves: &mut Moves,
-    ) -> Result<u32, NoMove> {
+    ) -> Result<u32, MoveError> {
         if !self.moves {
             return Ok(0);
         }
@@ -265,7 +265,7 @@ impl<'a> Pair<'a> {
         };
         match &meaning.change {
             None => Ok(0),
-            Some(change) if change.of_sequence => moves.known(meaning).ok_or(NoMove::Hidden),
+            Some(change) if change.of_sequence => moves.known(meaning).ok_or(MoveError::Hidden),
             Some(change) => moves.open((library, from), (meaning, change)),
         }
     }
@@ -287,10 +287,10 @@ impl<'a> Pair<'a> {
             self.to.library.resolved(to),
         );
         if let Some(item) = found.moves.take(from) {
-            // What a change of frames reads stays as it is.
+            // The members that a change of frames reads stay as they are.
             return match factor {
                 None => Ok(vec![item]),
-                Some(_) => Err(NoPlan::Move(path.to_owned(), NoMove::Unit)),
+                Some(_) => Err(NoPlan::Move(path.to_owned(), MoveError::Unit)),
             };
         }
         if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
@@ -326,7 +326,7 @@ impl<'a> Pair<'a> {
             }
             (Type::Named(one), Type::Named(other)) => self.declared(*one, *other, chosen, found)?,
             (from, to) => {
-                // How many values these have is known later, so none of them belong to the formula
+                // Their number is known only at run time, so none of them belong to the formula
                 // around them.
                 let marks = found.marks.take();
                 found.moves.repeat();

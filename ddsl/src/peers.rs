@@ -1,8 +1,8 @@
 //! Programs that are not part of a network, but of which the file has a `.cdsl`:
 //! `external mapper.lidar at "scan" { cdsl "lidar.cdsl"; convert; };`
 //!
-//! While the connections are computed, such a program is an instance that nobody else sees, with the
-//! one slot that is meant. So it is compared with its peer as any other component is.
+//! While the connections are computed, such a program is an instance that no other slot sees, with
+//! the one slot that is meant. So it is compared with its peer like any other component.
 
 use crate::endpoint::{Endpoint, slot};
 use crate::exports::{Exports, is_provider};
@@ -188,7 +188,7 @@ impl<'a> WithPeers<'a> {
             name,
             cdsl: Some(peer.cdsl.clone()),
             process: None,
-            // Nobody sees it.
+            // No other slot sees it.
             adaptor: Some(peer.cdsl.span),
             ..own.clone()
         };
@@ -200,7 +200,7 @@ impl<'a> WithPeers<'a> {
         let (consumer, provider, frames) = if is_consumer {
             (external.slot.clone(), path, frames)
         } else {
-            // That it knows no frames is reported where it would get an adaptor.
+            // A program that knows no frames is reported where it would get an adaptor.
             (path, external.slot.clone(), Vec::new())
         };
         self.deployment.binds.push(Bind {

@@ -1,7 +1,7 @@
 //! Groups with a proxy: what the proxy forwards, and its connections to the slots inside.
 //!
 //! The component of a proxy has a slot for each exported one, which outsiders see, and then, in the
-//! same order, their opposites, which connect to the slots inside.
+//! same order, the opposite slots, which connect to the slots inside.
 
 use crate::connect::Connector;
 use crate::endpoint::Endpoint;
@@ -12,9 +12,9 @@ use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostics, Span};
 use std::collections::HashMap;
 
-/// The slots that the proxy of a group stands for, each with its name outside: in the order of the
-/// exports, all members of an array. The proxies of groups inside have to have their components.
-/// [`crate::connect`] reports exports that are wrong.
+/// The slots of the proxy of a group, each with its name outside: in the order of the exports, all
+/// members of an array. The proxies of groups inside must have their components. [`crate::connect`]
+/// reports wrong exports.
 pub fn proxied(
     deployment: &Deployment,
     components: &[Option<&Component>],

@@ -103,7 +103,7 @@ impl<T> Default for Names<T> {
 }
 
 impl<T> Names<T> {
-    /// Declares a name. Of two equal names, the first one stays.
+    /// Declares a name. Of two equal names, the first one counts.
     fn declare(&mut self, name: &Name, what: T, found: &mut Diagnostics) {
         if let Some(first) = self.by_lowercase.get(&name.text.to_lowercase()) {
             let message = format!("duplicate name `{}`", name.text);

@@ -10,7 +10,7 @@ use rc_vocabulary::{Key, Kind, Scalar, Value, ValueError, duration, unknown_key_
 
 /// The word by which connections choose their middleware themselves.
 const AUTO: &str = "auto";
-/// What connects hosts after `auto`, unless `remote` names another one.
+/// The default middleware between hosts after `auto`, without `remote`.
 const REMOTE: Middleware = Middleware::BETWEEN_HOSTS;
 
 /// The middleware and the settings of a block. Components in it inherit them.
@@ -18,7 +18,7 @@ const REMOTE: Middleware = Middleware::BETWEEN_HOSTS;
 pub(crate) struct Choice {
     /// The middleware of slots that do not choose one.
     pub(crate) middleware: Middleware,
-    /// Of `middleware auto;`, the middleware between hosts.
+    /// For `middleware auto;`, the middleware between hosts.
     pub(crate) auto: Option<Middleware>,
     /// The settings, each key of a middleware once.
     pub(crate) settings: Vec<Setting>,
@@ -34,12 +34,12 @@ impl Default for Choice {
     }
 }
 
-/// What the name of a middleware stands for.
+/// The meaning of the name of a middleware.
 #[derive(Clone, Copy, PartialEq)]
-enum Of {
+enum Scope {
     /// The middleware of a block.
     Block,
-    /// What connects hosts after `auto`.
+    /// The middleware between hosts after `auto`.
     Remote,
 }
 
@@ -73,7 +73,7 @@ impl<'a> Block<'a> {
         if tree.name.text.eq_ignore_ascii_case(AUTO) {
             return self.auto(tree);
         }
-        let Some(backend) = self.known(&tree.name, Of::Block) else {
+        let Some(backend) = self.known(&tree.name, Scope::Block) else {
             return;
         };
         if let Some(remote) = &tree.remote {
@@ -91,7 +91,7 @@ impl<'a> Block<'a> {
         } else if let Some(first) = self.named.first().filter(|_| tree.settings.is_none()) {
             let message = format!("`middleware {}` comes second here", tree.name.text);
             let error = Diagnostic::error("repeated-clause", tree.name.span, message)
-                .label(first.span, "the middleware of what stands here")
+                .label(first.span, "the middleware of this block")
                 .help("a further one only sets something of it, in braces: write first what the components use");
             self.found.push(error);
         } else if self.named.is_empty() {
@@ -117,13 +117,13 @@ impl<'a> Block<'a> {
         let remote = match &tree.remote {
             None => Some(REMOTE),
             Some(name) => self
-                .known(name, Of::Remote)
+                .known(name, Scope::Remote)
                 .filter(|remote| self.joins_hosts(*remote, name)),
         };
         if let Some(first) = self.named.first() {
             let message = format!("`middleware {AUTO}` comes second here");
             let error = Diagnostic::error("repeated-clause", tree.name.span, message)
-                .label(first.span, "the middleware of what stands here")
+                .label(first.span, "the middleware of this block")
                 .help("a block has one middleware: write one of the two");
             self.found.push(error);
         } else {
@@ -150,7 +150,7 @@ impl<'a> Block<'a> {
             let message = format!("`{}` does not connect hosts", remote.word());
             let error = Diagnostic::error("misplaced-remote", name.span, message);
             self.found.push(error.help(format!(
-                "after `remote` stands one of: {}",
+                "after `remote`, write one of: {}",
                 others.join(", ")
             )));
         }
@@ -241,11 +241,11 @@ impl<'a> Block<'a> {
         None
     }
 
-    fn known(&mut self, name: &Name, of: Of) -> Option<Middleware> {
+    fn known(&mut self, name: &Name, of: Scope) -> Option<Middleware> {
         let known = Middleware::from_file(&name.text);
         if known.is_none() {
             let message = format!("unknown middleware `{}`", name.text);
-            let auto = Some(AUTO).filter(|_| of == Of::Block);
+            let auto = Some(AUTO).filter(|_| of == Scope::Block);
             let words = Middleware::in_files().map(Middleware::word).chain(auto);
             self.found.push(
                 Diagnostic::error("unknown-middleware", name.span, message)

@@ -1,5 +1,5 @@
-//! Whether the two ends of a connection mean the same. The wire and its hashes know no units and no
-//! prototypes, so ends whose types are equal can differ in them.
+//! Compares the meanings at the two ends of a connection. The wire and its hashes contain no units
+//! and no prototypes, so ends with equal types can differ in them.
 
 use crate::conversion::{Conversion, plan};
 use crate::converted::effort;
@@ -7,7 +7,7 @@ use crate::end::End;
 use crate::meaning::{
     Ambiguous, Chosen, Meanings, NotConverted, chosen, described, has_prefix, prototype,
 };
-use crate::moves::NoMove;
+use crate::moves::MoveError;
 use crate::pair::NoPlan;
 use rc_conversion::TREE;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
@@ -22,11 +22,11 @@ use std::collections::{BTreeSet, HashSet};
 pub(crate) struct Line<'a> {
     /// The location of the connection.
     pub(crate) span: Span,
-    /// `bind a.Laser -> b.Laser {`, behind which `convert; };` is missing.
+    /// `bind a.Laser -> b.Laser {`, after which `convert; };` is missing.
     pub(crate) text: &'a str,
-    /// Where `convert;` stands.
+    /// The place of `convert;`.
     pub(crate) convert: Option<Span>,
-    /// Where the slot stands that knows where frames are.
+    /// The place of the slot that knows where frames are.
     pub(crate) frames: Option<Span>,
     /// Whether an adaptor connects two middlewares, also if it has nothing to convert.
     pub(crate) bridges: bool,
@@ -104,29 +104,29 @@ pub(crate) fn compare(
                     ),
                     "its numbers must be members of the structure, of structures in it, or of arrays of numbers",
                 ),
-                NoPlan::Move(path, NoMove::Repeated) => (
+                NoPlan::Move(path, MoveError::Repeated) => (
                     format!("`{path}` has a frame that changes, and occurs in a sequence"),
                     "give the prototype to the structure around it: `sequence = member NAME`",
                 ),
-                NoPlan::Move(path, NoMove::Time) => (
-                    format!("the `stamp` of `{path}` is no time"),
+                NoPlan::Move(path, MoveError::Time) => (
+                    format!("the `stamp` of `{path}` is not a time"),
                     "name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds",
                 ),
-                NoPlan::Move(path, NoMove::Unit) => (
+                NoPlan::Move(path, MoveError::Unit) => (
                     format!(
                         "`{path}` is the time of a change of frames, and has another unit at each end"
                     ),
                     "give it the unit of the other end",
                 ),
-                NoPlan::Move(path, NoMove::Frame) => (
-                    format!("the frame of `{path}` is no string"),
+                NoPlan::Move(path, MoveError::Frame) => (
+                    format!("the frame of `{path}` is not a string"),
                     "name a member with the name of the frame, or the frame itself",
                 ),
-                NoPlan::Move(path, NoMove::InPlace) => (
+                NoPlan::Move(path, MoveError::InPlace) => (
                     format!("`{path}` travels in place, and its frame is a string in it"),
                     "name the frame in the prototype, or let the string have no bound",
                 ),
-                NoPlan::Move(path, NoMove::Hidden) => (
+                NoPlan::Move(path, MoveError::Hidden) => (
                     format!("the frame or the `stamp` of `{path}` is not in every message once"),
                     "name members that are neither optional nor in a sequence",
                 ),
@@ -295,7 +295,8 @@ impl<'a> Comparison<'a, '_> {
         }
     }
 
-    /// Compares what a structure means. Returns the members whose units belong to its prototypes.
+    /// Compares the meanings of a structure. Returns the members whose units belong to its
+    /// prototypes.
     fn meaning(
         &mut self,
         path: &str,
@@ -533,8 +534,8 @@ impl<'a> Comparison<'a, '_> {
     }
 }
 
-/// The numbers that the unit of a member is for: the member itself, or the elements of sequences,
-/// arrays and dictionaries. `None` if there are none.
+/// The numbers to which the unit of a member applies: the member itself, or the elements of
+/// sequences, arrays and dictionaries. `None` if there are none.
 fn numbers(library: &Library, ty: &Type) -> Option<Primitive> {
     match library.resolved(ty) {
         Type::Primitive(number) => number.number().map(|_| *number),

@@ -12,11 +12,11 @@
 //! - [`log`](mod@log): logs and events.
 //! - [`supervisor`]: one thread that waits for processes, links, signals and clients in one `poll`.
 //! - `remote`: components on other machines, over ssh; [`agent`](fn@agent) runs there.
-//! - `doctor`: what bites on a new machine.
+//! - `doctor`: usual problems of a new machine.
 //! - [`cli`]: the command line.
 //!
-//! Every wait has a limit. Processes are named by pid *and* time of start, and are signalled
-//! through a pidfd, so that a signal never reaches another process that got a used pid.
+//! Every wait has a limit. Processes are identified by pid *and* time of start, and are signalled
+//! through a pidfd, so that a signal never reaches another process with a reused pid.
 
 pub mod cli;
 mod doctor;

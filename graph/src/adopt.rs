@@ -25,8 +25,8 @@ impl From<Error> for Refused {
 pub(crate) fn adopt(edit: &mut Edit, wanted: &Snapshot) -> Result<(), Refused> {
     let before = edit.snapshot().clone();
     let mut is_equal = true;
-    // Remove the elements that `wanted` lacks or has as something else. Edges go first, so that they
-    // are not looked for once more with their nodes.
+    // Removes the elements that `wanted` lacks or has with another kind. Edges are removed first,
+    // so that they are not searched again with their nodes.
     for edge in before.edges() {
         let same = wanted
             .find_edge(edge.id())
@@ -36,7 +36,7 @@ pub(crate) fn adopt(edit: &mut Edit, wanted: &Snapshot) -> Result<(), Refused> {
                 && end(wanted, same.from()) == end(&before, edge.from())
                 && end(wanted, same.to()) == end(&before, edge.to())
         });
-        // It may have gone with an edge at its end.
+        // It may have been removed with an edge at its end.
         if !stays && edit.snapshot().edge(edge.edge_id()).is_ok() {
             edit.remove_edge(edge.edge_id())?;
             is_equal = false;
@@ -87,7 +87,7 @@ pub(crate) fn adopt(edit: &mut Edit, wanted: &Snapshot) -> Result<(), Refused> {
     }
 }
 
-/// The id of a node: that of the edge for which it stands.
+/// The id of a node: that of the edge that it represents.
 fn end(of: &Snapshot, node: NodeId) -> Id {
     of.node(node).map(|node| node.id()).unwrap_or_default()
 }
@@ -131,7 +131,7 @@ fn attributes(
             set.push((name, stored.value().clone()));
         }
     }
-    // First what is gone: it may be one value with what is set.
+    // Removals first: a removed attribute may be one value with one that is set.
     for symbol in gone {
         edit.unset(own, symbol)?;
         is_equal = false;

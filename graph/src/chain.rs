@@ -42,7 +42,7 @@ pub struct Chain {
     pub links: Vec<Link>,
 }
 
-/// How far two transforms are apart.
+/// The difference between two transforms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disagreement {
     /// Between the origins, in the unit of the translations.
@@ -59,7 +59,7 @@ impl Disagreement {
         let sine = turn.iter().map(|part| part * part).sum::<f64>().sqrt();
         Self {
             distance: (one.translation - other.translation).norm(),
-            // Of small angles, the sine is exact, and the cosine is not.
+            // For small angles, the sine is exact, and the cosine is not.
             angle: sine.atan2(between.trace() - 1.0),
         }
     }

@@ -13,10 +13,10 @@ use rc_diagnostics::foreign;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// How many touched elements are checked without notes of what was seen before: notes need memory.
+/// How many touched elements are checked without notes of earlier visits: notes need memory.
 const FEW: usize = 16;
 
-/// What the check of a large change has seen, so that it looks at a hub or a deep tree once.
+/// The notes of the check of a large change, so that it visits a hub or a deep tree once.
 struct Seen {
     is_kept: bool,
     /// Nodes whose ports are right.
@@ -185,7 +185,7 @@ fn check_attributes<'s>(
     Ok(())
 }
 
-/// Whether a value is one that the schema allows. If not: what was expected, and what was found.
+/// Whether the schema allows a value. If not: what was expected, and what was found.
 pub fn fits(attribute: &Attribute, value: &Value) -> Result<(), (String, String)> {
     let sized = |count: &Option<usize>, len: usize| count.is_none_or(|count| count == len);
     let type_fits = match (&attribute.kind, value) {

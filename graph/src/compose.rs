@@ -8,11 +8,10 @@ use graph_schema::COMPOSED_BY;
 use std::collections::HashSet;
 
 impl Edit {
-    /// Adds a node with these edges, and with the parts that its type, or one that it inherits from, is
-    /// composed by: each part is
-    /// the node of its type with the same edges, or a new one, and an edge `composed_by` leads to it.
-    /// What is there already is taken, also the node itself, so that the graph is the same whatever
-    /// it had before. Without edges, the node and all parts are new.
+    /// Adds a node with these edges, and with the parts that compose its type, or one that it
+    /// inherits from: each part is the node of its type with the same edges, or a new one, and an
+    /// edge `composed_by` leads to it. Existing nodes are used, also for the node itself, so that
+    /// the graph is the same whatever it had before. Without edges, the node and all parts are new.
     pub fn compose<R: Named>(
         &mut self,
         kind: impl Named,

@@ -8,9 +8,9 @@ use crate::stored::value;
 /// One difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// An edge is gone.
+    /// An edge was removed.
     EdgeRemoved(EdgeId, Id),
-    /// A node is gone.
+    /// A node was removed.
     NodeRemoved(NodeId, Id),
     /// A node is new.
     NodeAdded(NodeId),
@@ -21,9 +21,8 @@ pub enum Change {
 }
 
 impl Snapshot {
-    /// The differences from an older version of the same graph. The time it takes depends on the
-    /// changes, not on the size of the graph. Attributes of new elements are no differences of
-    /// their own.
+    /// The differences from an older version of the same graph. The time depends on the changes,
+    /// not on the size of the graph. Attributes of new elements are not listed separately.
     pub fn since(&self, older: &Self) -> Vec<Change> {
         let (mut nodes, mut edges) = (Vec::new(), Vec::new());
         self.nodes.differences(&older.nodes, &mut |at| {
@@ -49,7 +48,7 @@ impl Snapshot {
             new_edges.extend(new.map(Change::EdgeAdded));
         }
         for at in nodes {
-            // A node that stands for an edge is none of its own.
+            // A node that represents an edge is not listed.
             let own = |of: &Self| of.node_at(at).filter(|node| of.stands_for(*node).is_none());
             let (new, old) = (own(self), own(older));
             if new == old {

@@ -21,13 +21,13 @@ pub struct Edit {
     pub(crate) next: Snapshot,
     /// Elements that were added or changed, some of them several times.
     pub(crate) touched: Vec<Element>,
-    /// Nodes whose place in the tree of frames may be another one.
+    /// Nodes whose place in the tree of frames may have changed.
     pub(crate) moved: Vec<NodeId>,
     /// Nodes that lost an edge.
     pub(crate) bared: Vec<NodeId>,
-    /// Nodes of the tree that are gone.
+    /// Removed nodes of the tree.
     pub(crate) fallen: Vec<innermodel::NodeId>,
-    /// Whether a key may be another one.
+    /// Whether a key may have changed.
     pub(crate) keyed: Vec<u32>,
     /// Values of attributes that keep their history.
     pub(crate) kept: Vec<(Element, Symbol)>,
@@ -195,9 +195,9 @@ impl Edit {
         })
     }
 
-    /// The node that stands for an edge, so that other edges can start or end there. It has the type,
-    /// the id and the attributes of the edge, and is there while another edge refers to it: when a
-    /// change ends, one without edges is gone. The edge stays as it is.
+    /// The node that represents an edge, so that other edges can start or end there. It has the
+    /// type, the id and the attributes of the edge, and exists while another edge refers to it: a
+    /// node without edges is removed at the end of a change. The edge stays as it is.
     pub fn node_of(&mut self, edge: EdgeId) -> Result<NodeId, Error> {
         self.step()?;
         let here = self.next.edge_of(edge)?;
@@ -219,7 +219,7 @@ impl Edit {
         Ok(node)
     }
 
-    /// The end of an edge with this id: the node, or the one that stands for the edge with this id.
+    /// The end of an edge with this id: the node, or the one that represents the edge with this id.
     pub fn end(&mut self, id: Id) -> Result<NodeId, Error> {
         match self.next.find(id) {
             Some(Element::Node(node)) => Ok(node),
@@ -228,7 +228,7 @@ impl Edit {
         }
     }
 
-    /// The edge that a node stands for, or the node itself: which of them has the attributes.
+    /// The edge that a node represents, or the node itself: the element that has the attributes.
     fn owner(&self, element: Element) -> Element {
         let edge = match element {
             Element::Node(node) => self.next.stands_for(node),
@@ -237,7 +237,7 @@ impl Edit {
         edge.map_or(element, Element::Edge)
     }
 
-    /// Takes nodes away that stand for edges to which nobody refers any more.
+    /// Removes nodes that represent edges to which no other edge refers any more.
     pub(crate) fn demote(&mut self) -> Result<(), Error> {
         if self.next.shape.standing_count == 0 {
             return Ok(());
@@ -285,7 +285,7 @@ impl Edit {
         lists.get_mut(kind.0 as usize).ok_or(Error::Removed)
     }
 
-    /// Removes a node with its edges. If it stands for an edge, this is removed.
+    /// Removes a node with its edges. If it represents an edge, this edge is removed.
     pub fn remove_node(&mut self, node: NodeId) -> Result<(), Error> {
         self.step()?;
         if let Some(edge) = self.next.stands_for(node) {

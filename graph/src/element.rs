@@ -73,7 +73,8 @@ pub(crate) struct Node {
     pub(crate) id: Id,
     pub(crate) attributes: Attributes,
     pub(crate) frame: Option<Frame>,
-    /// The place of the edge that the node stands for, or [`NONE`]. Then the edge has the attributes.
+    /// The place of the edge that the node represents, or [`NONE`]. Then the edge has the
+    /// attributes.
     pub(crate) edge: u32,
 }
 
@@ -98,7 +99,7 @@ pub(crate) struct Half {
     pub(crate) relation: Symbol,
 }
 
-/// How many ends a node holds without memory of their own.
+/// How many ends a node holds without allocating memory.
 const FEW: usize = 4;
 
 /// The ends of a node in one direction, side by side.
@@ -160,7 +161,7 @@ impl Halves {
     }
 }
 
-/// A node among those behind it: what a step along edges reads.
+/// The end of an edge, as a step along edges reads it.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     /// Odd while the place is free.

@@ -48,14 +48,14 @@ pub enum Error {
         kind: String,
         /// The attribute.
         attribute: String,
-        /// What the schema says.
+        /// The schema's requirement.
         expected: String,
-        /// What the value is.
+        /// The actual value.
         found: String,
     },
     /// Another graph has two values where the schema of this one has one.
     #[error(
-        "`{}` and `{}` of `{kind}` are one value, which is said twice", .attributes[0], .attributes[1]
+        "`{}` and `{}` of `{kind}` are one value, which is given twice", .attributes[0], .attributes[1]
     )]
     SaidTwice {
         /// The type.
@@ -127,7 +127,7 @@ pub enum Error {
     Rule {
         /// The relation.
         relation: String,
-        /// What the schema says.
+        /// The schema's requirement.
         message: String,
         /// The left number.
         left: f64,

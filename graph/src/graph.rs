@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Debug)]
 pub struct Graph {
     current: ArcSwap<Snapshot>,
-    /// Writers wait for each other, readers for nobody.
+    /// Writers wait for each other; readers never wait.
     writing: Mutex<()>,
     tree: InnerModel,
     /// Held for a moment only, never while a change is made.
@@ -92,8 +92,8 @@ impl Graph {
         Ok(result)
     }
 
-    /// A graph of its own that starts with the present version. Both share what neither changes.
-    /// Its ids have the number of another writer.
+    /// An independent graph that starts with the present version. Both share memory for what
+    /// neither changes. Its ids have the number of another writer.
     #[must_use]
     pub fn fork(&self, writer: u64) -> Self {
         let alone = self.writing();
@@ -109,10 +109,10 @@ impl Graph {
         Self::of(snapshot, tree)
     }
 
-    /// Makes this graph hold what a version of another one holds, in one change at `time`: a replica, or
-    /// a file that was read again. Elements with equal ids are the same ones. What is equal stays as it
-    /// is, with its history and its place, so that [`NodeId`](crate::NodeId)s remain good; the present
-    /// version stays if all is equal. The schemas need not be equal.
+    /// Makes this graph equal to a version of another one, in one change at `time`: a replica, or a
+    /// file that was read again. Elements are identified by their ids. Equal elements stay as they
+    /// are, with their history and their place, so that [`NodeId`](crate::NodeId)s remain valid;
+    /// the present version stays if all are equal. The schemas need not be equal.
     ///
     /// # Errors
     /// The schema of this graph does not allow what the other one holds, also two attributes that are one

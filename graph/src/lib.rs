@@ -1,9 +1,9 @@
 //! A property graph: typed nodes and edges with attributes, checked against a schema, in versions.
 //!
-//! [`Graph`] holds it. A reader takes a [`Snapshot`], which never changes, and waits for nobody. A
-//! writer changes several things at once with [`Graph::change`]; the change is checked when it ends,
-//! and is published whole or not at all. Relations that a schema calls `tree interpolated` have the
-//! transforms of [`innermodel`].
+//! [`Graph`] holds it. A reader takes a [`Snapshot`], which never changes, and never waits. A
+//! writer changes several things at once with [`Graph::change`]; the change is checked when it
+//! ends, and is published whole or not at all. Relations that a schema calls `tree interpolated`
+//! have the transforms of [`innermodel`].
 //!
 //! ```
 //! use property_graph::{Error, Graph, Schema, Time};

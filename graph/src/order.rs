@@ -3,9 +3,9 @@
 use crate::element::Id;
 use std::collections::HashMap;
 
-/// The order of edges, given by their ids and ends, in which each comes behind those at its ends;
-/// otherwise as they were given. `is_there` says which ids need not be waited for. Edges that lead to
-/// nothing, or round to themselves, are in the second list.
+/// The order of edges, given by their ids and ends, in which each comes after those at its ends;
+/// otherwise as they were given. `is_there` says which ids need not be waited for. Edges that lead
+/// nowhere, or form cycles, are in the second list.
 pub fn in_order(
     edges: &[(Option<Id>, [Id; 2])],
     is_there: impl Fn(Id) -> bool,

@@ -19,7 +19,7 @@ pub use refs::{EdgeRef, NodeRef};
 
 /// One version of the graph.
 ///
-/// No question about one element and no step to neighbours allocates memory or takes a lock.
+/// Queries about one element and steps to neighbours neither allocate memory nor take a lock.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     pub(crate) version: u64,
@@ -42,7 +42,7 @@ pub(crate) struct Shape {
     pub(crate) names: Names,
     pub(crate) node_ids: Ids<Id>,
     pub(crate) edge_ids: Ids<Id>,
-    /// The places of nodes that stand for edges, by the places of these.
+    /// The places of nodes that represent edges, by the places of these.
     pub(crate) standing: Ids<u32>,
     pub(crate) standing_count: usize,
     /// The first node of each name. The others follow in [`Place::of_name`].
@@ -192,7 +192,7 @@ impl Snapshot {
         })
     }
 
-    /// All nodes, in the order of their places. A node that only stands for an edge is none of them.
+    /// All nodes, in the order of their places, without those that only represent an edge.
     pub fn nodes(&self) -> impl Iterator<Item = NodeRef<'_>> {
         self.places()
             .filter(|node| self.stands_for(*node).is_none())
@@ -203,7 +203,7 @@ impl Snapshot {
         (0..self.shape.places.len() as u32).filter_map(|at| self.node_at(at))
     }
 
-    /// The edge that a node stands for: as an end of other edges, an edge is a node.
+    /// The edge that a node represents: as an end of other edges, an edge is a node.
     #[inline]
     pub fn stands_for(&self, node: NodeId) -> Option<EdgeId> {
         if self.shape.standing_count == 0 {
@@ -214,7 +214,7 @@ impl Snapshot {
         (edge != NONE).then(|| self.edge_at(edge)).flatten()
     }
 
-    /// The node that stands for an edge, if other edges start or end there.
+    /// The node that represents an edge, if other edges start or end there.
     pub fn node_of(&self, edge: EdgeId) -> Option<NodeId> {
         self.edge_of(edge).ok()?;
         self.node_at(self.shape.standing.get(&edge.place)?)

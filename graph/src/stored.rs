@@ -64,11 +64,11 @@ impl Stored {
 /// How many attributes are looked through in their order.
 const FEW: usize = 16;
 
-/// What an element has under a name.
+/// The content of an element under a name.
 #[inline]
 pub(crate) fn stored(attributes: &Attributes, attribute: Symbol) -> Option<&Stored> {
     let all = attributes.as_deref()?;
-    // Of a few, a search from the start finds one sooner.
+    // For a few, a search from the start is faster.
     if all.len() <= FEW {
         let found = all.iter().find(|(known, _)| *known == attribute);
         return found.map(|(_, stored)| stored);

@@ -116,7 +116,7 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
             let own = made(edit, frames, node)?;
             held.push((own, above, pose));
         }
-        // A frame whose parent changes is in nobody's way at the root.
+        // A frame whose parent changes cannot conflict at the root.
         let mut changed = Vec::new();
         for (own, above, _) in &held {
             let parent = frames.snapshot().node(*own)?.parent();
@@ -150,8 +150,8 @@ pub(crate) fn frame(snapshot: &Snapshot, node: NodeId) -> Option<innermodel::Nod
     snapshot.nodes.get(node.place as usize)?.frame
 }
 
-/// Frames with their parents, each before its parent: when a frame gets a parent, that one is still at
-/// the root, so nobody walks up a deep tree for each frame of it.
+/// Frames with their parents, each before its parent: when a frame gets a parent, that one is still
+/// at the root, so the deep tree is not walked for each frame of it.
 fn from_the_leaves(
     changed: &[(innermodel::NodeId, innermodel::NodeId)],
 ) -> Vec<(innermodel::NodeId, innermodel::NodeId)> {

@@ -82,7 +82,7 @@ pub(crate) struct RelationType {
     pub(crate) ports: [Option<Symbol>; 2],
     pub(crate) tree: Option<TreeOf>,
     pub(crate) placed: Option<PlacedOf>,
-    /// What an edge is as an end of others.
+    /// The entity of an edge as an end of others.
     pub(crate) promotes: Option<Symbol>,
     /// Places of rules in the schema, with the symbols of their attributes.
     pub(crate) rules: Vec<(usize, Symbol, Symbol)>,
@@ -111,7 +111,7 @@ pub(crate) struct Types {
     relations: Vec<Option<RelationType>>,
     /// Whether any attribute keeps its history.
     pub(crate) has_history: bool,
-    /// Whether a relation has poses and is no tree.
+    /// Whether a relation has poses and is not a tree.
     pub(crate) has_loops: bool,
     /// Whether several attributes of a type have one value.
     pub(crate) has_groups: bool,
@@ -182,7 +182,7 @@ impl Types {
         &self.schema.relations[relation.at]
     }
 
-    /// What the schema says about an attribute of a type of nodes or edges.
+    /// The schema of an attribute of a type of nodes or edges.
     pub(crate) fn attribute(&self, kind: Symbol, attribute: Symbol) -> Option<&Attribute> {
         let (places, declared) = self.attributes_of(kind)?;
         declared.get(places.place(attribute)?)
@@ -196,7 +196,7 @@ impl Types {
         }
     }
 
-    /// The attributes of a type of nodes or edges, and what the schema says about them.
+    /// The attributes of a type of nodes or edges, with their schema.
     pub(crate) fn attributes_of(&self, kind: Symbol) -> Option<(&Attributes, &[Attribute])> {
         if let Some(entity) = self.entity(kind) {
             return Some((&entity.attributes, &self.described(entity).attributes));
@@ -215,7 +215,7 @@ impl Types {
         self.attributes_of(kind)?.0.group(attribute)
     }
 
-    /// What an edge of a relation is as an end of others.
+    /// The entity of an edge of a relation as an end of others.
     pub(crate) fn promoted(&self, relation: Symbol) -> Option<&EntityType> {
         self.entity(self.relation(relation)?.promotes?)
     }

@@ -18,8 +18,8 @@ impl Library {
         })
     }
 
-    /// The struct behind `ty` if its values can travel in place: a plain struct with a bounded
-    /// sequence.
+    /// The struct that `ty` resolves to, if its values can travel in place: a plain struct with a
+    /// bounded sequence.
     pub fn in_place(&self, ty: &Type) -> Option<TypeId> {
         let Type::Named(id) = self.resolved(ty) else {
             return None;

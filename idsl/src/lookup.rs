@@ -94,7 +94,7 @@ impl ModuleResolver<'_> {
                 self.report(
                     Diagnostic::warning("unscoped-name", span, message)
                         .help(format!("write {}", paths[0]))
-                        .mend(wanted, library.type_path(*one)),
+                        .fix(wanted, library.type_path(*one)),
                 );
                 return Some(*one);
             }

@@ -267,7 +267,7 @@ impl Library {
         )
     }
 
-    /// The type itself, or the type behind an alias.
+    /// The type itself, or the one that an alias resolves to.
     pub fn resolved<'a>(&'a self, ty: &'a Type) -> &'a Type {
         match ty {
             Type::Named(id) => match &self.ty(*id).kind {
@@ -282,7 +282,7 @@ impl Library {
         }
     }
 
-    /// The type with the types behind all aliases in it.
+    /// The type with all aliases in it resolved.
     pub fn unaliased(&self, ty: &Type) -> Type {
         let unaliased: Result<_, std::convert::Infallible> =
             ty.replace(&mut |id| match &self.ty(*id).kind {

@@ -1,4 +1,4 @@
-//! The points of point clouds. They are measured often, so they are no part of a version: the
+//! The points of point clouds. They are measured often, so they are not part of a version: the
 //! history would keep them all.
 
 use crate::link::NodeId;
@@ -50,7 +50,7 @@ impl Clouds {
         Arc::ptr_eq(&self.by_node, &other.by_node)
     }
 
-    /// These clouds without those of nodes that are no more.
+    /// These clouds without those of removed nodes.
     pub(crate) fn living(&self, tree: &Snapshot) -> ByNode {
         let all = self.by_node.iter();
         let lives = |node: NodeId| tree.node(node).is_ok_and(|n| *n.kind() == Kind::PointCloud);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// One difference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A node is gone.
+    /// A node was removed.
     Removed {
         /// It was this node.
         node: NodeId,

@@ -182,7 +182,7 @@ impl Edit {
         result
     }
 
-    /// Adds a node below `parent`, behind its other children.
+    /// Adds a node below `parent`, after its other children.
     pub fn add(&mut self, parent: impl Key, node: NewNode) -> Result<NodeId, Error> {
         check_possible(&node.id, &node.kind)?;
         self.insert(parent, node)
@@ -250,7 +250,7 @@ impl Edit {
         })
     }
 
-    /// Puts a node behind the other children of `parent`.
+    /// Moves a node after the other children of `parent`.
     fn attach(&mut self, place: u32, parent: u32) -> Result<(), Error> {
         let last = std::mem::replace(&mut self.link(parent)?.last, place);
         if last == NONE {
@@ -308,8 +308,8 @@ impl Edit {
         Ok(places.len())
     }
 
-    /// Moves a node below another parent. It keeps its pose in the parent, and so is at another
-    /// place in the world.
+    /// Moves a node below another parent. It keeps its pose in the parent, so its place in the
+    /// world changes.
     pub fn move_to(&mut self, key: impl Key, parent: impl Key) -> Result<(), Error> {
         let (place, parent) = (self.next.place(key)?, self.next.place(parent)?);
         if place == TOP {
@@ -348,7 +348,7 @@ impl Edit {
         self.place_at(place, &kind, pose)
     }
 
-    /// Changes what a node is: a size, a texture, the limits of a joint.
+    /// Changes the properties of a node: a size, a texture, the limits of a joint.
     pub fn set_kind(&mut self, key: impl Key, kind: Kind) -> Result<(), Error> {
         let place = self.next.place(key)?;
         if place == TOP {

@@ -114,7 +114,7 @@ pub(crate) fn parse(text: &str) -> Result<(Document, String), LoadError> {
     load(text, Path::new("text.xml"), &Nothing)
 }
 
-/// The reason for which a file cannot have an element, if there is one.
+/// The reason why a file cannot have an element, if there is one.
 pub(crate) fn problem(element: &str) -> Option<String> {
     let mut sources = SourceMap::new();
     let text = format!("<innerModel>{element}</innerModel>");

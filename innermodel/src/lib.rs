@@ -1,7 +1,7 @@
 //! The robot and its world as one tree of frames, exact and alive.
 //!
 //! [`InnerModel`] holds the tree. A reader takes a [`Snapshot`], which never changes, and asks it
-//! for transforms; it waits for nobody. A writer changes several things at once with
+//! for transforms, without waiting. A writer changes several things at once with
 //! [`InnerModel::change`] and publishes them as one new version.
 //!
 //! Lengths are millimetres, angles radians. The frame is left-handed: x points right, y up, z to

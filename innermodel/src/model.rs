@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Debug)]
 pub struct InnerModel {
     current: ArcSwap<Snapshot>,
-    /// Writers wait for each other, readers for nobody.
+    /// Writers wait for each other; readers never wait.
     history: Mutex<History>,
     pub(crate) clouds: ArcSwap<Clouds>,
 }
@@ -64,7 +64,7 @@ impl InnerModel {
     pub fn from_document(document: &Document) -> Result<Self, Error> {
         let model = Self::new();
         model.change(Time::ZERO, |edit| edit.add_document(NodeId::ROOT, document))?;
-        // The tree was empty for nobody.
+        // No reader has seen the empty tree.
         let snapshot = Snapshot::clone(&model.snapshot());
         Ok(Self::of(snapshot))
     }
@@ -115,7 +115,8 @@ impl InnerModel {
         self.current.store(next);
     }
 
-    /// A model of its own that starts with the present version. Both share what neither changes.
+    /// An independent model that starts with the present version. Both share memory for what
+    /// neither changes.
     #[must_use]
     pub fn fork(&self) -> Self {
         let mut snapshot = Snapshot::clone(&self.current.load());

@@ -21,7 +21,7 @@ impl InnerModel {
     /// There is no such node, it is of another kind, or all clouds would have more than
     /// [`Clouds::MOST_POINTS`] points.
     pub fn set_points(&self, key: impl Key, points: Vec<ColouredPoint>) -> Result<(), Error> {
-        // Of two writers, the second one sees what the first one did.
+        // Of two writers, the second one sees the changes of the first one.
         let _writers = self.history();
         let tree = self.snapshot();
         let node = tree.node(key)?;
@@ -48,7 +48,7 @@ impl InnerModel {
         Ok(())
     }
 
-    /// Drops the points of nodes that are no more, which the next `set_points` would do.
+    /// Drops the points of removed nodes, which the next `set_points` would do.
     pub fn forget_points(&self) {
         let _writers = self.history();
         let present = self.clouds.load();

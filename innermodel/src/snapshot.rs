@@ -108,7 +108,7 @@ impl Snapshot {
         self.count
     }
 
-    /// Whether there is no node but the root.
+    /// Whether the root is the only node.
     pub fn is_empty(&self) -> bool {
         self.count == 1
     }

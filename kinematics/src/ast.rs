@@ -60,15 +60,15 @@ pub struct Solver {
     pub name: Name,
     /// The comment before it.
     pub doc: Vec<String>,
-    /// What it gives, in the order of the text.
+    /// Its outputs, in the order of the text.
     pub outputs: Vec<Output>,
     /// `gravity X, Y, Z`
     pub gravity: Vec<(Span, Vec<Literal>)>,
     /// `payload NAME at FRAME`
     pub payloads: Vec<Payload>,
-    /// What it answers the other way round: which joints move a frame so.
+    /// Its inverse question: which joints move a frame in the wanted way.
     pub inverses: Vec<Inverse>,
-    /// How it does.
+    /// Its settings.
     pub settings: Vec<Setting>,
 }
 
@@ -98,16 +98,16 @@ pub struct Inverse {
     pub expressed: Option<Name>,
 }
 
-/// How an inverse solver searches.
+/// The search of an inverse solver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// The whole of it.
     pub span: Span,
-    /// What it says.
+    /// Its content.
     pub kind: SettingKind,
 }
 
-/// What a setting says.
+/// The content of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingKind {
     /// `within limits`
@@ -153,7 +153,7 @@ pub struct Output {
     pub kind: OutputKind,
 }
 
-/// What a solver gives.
+/// The output of a solver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OutputKind {
     /// `pose TIP in BASE` and others of two frames.

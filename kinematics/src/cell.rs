@@ -30,9 +30,9 @@ pub struct Cell {
 pub struct Solver {
     /// Its name.
     pub name: String,
-    /// What its author says of it.
+    /// The comment of its author.
     pub doc: Vec<String>,
-    /// What it gives.
+    /// Its outputs.
     pub outputs: Vec<Output>,
     /// Whether it takes velocities.
     pub takes_velocities: bool,
@@ -40,7 +40,7 @@ pub struct Solver {
     pub takes_accelerations: bool,
     /// Whether it takes efforts.
     pub takes_efforts: bool,
-    /// What it takes of each payload: [`PAYLOAD`] numbers.
+    /// The numbers of each payload: [`PAYLOAD`].
     pub payloads: Vec<Payload>,
     /// Its operations. The input has the positions of all coordinates, their velocities, accelerations
     /// and efforts, then the numbers of payloads; the output those of [`outputs`](Self::outputs) by rows.
@@ -56,7 +56,7 @@ pub const PAYLOAD: usize = 10;
 pub struct Payload {
     /// Its name in printed code.
     pub name: String,
-    /// What its numbers are.
+    /// The kind of its numbers.
     pub doc: String,
 }
 
@@ -65,16 +65,16 @@ pub struct Payload {
 pub struct Output {
     /// Its name in printed code.
     pub name: String,
-    /// What it is, in which unit and frame.
+    /// Its meaning, unit and frame.
     pub doc: String,
     /// How many numbers it has.
     pub shape: Shape,
 }
 
-/// How the numbers of an output stand.
+/// The layout of the numbers of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// So many numbers.
+    /// This many numbers.
     Vector(usize),
     /// Rows and columns.
     Matrix(usize, usize),
@@ -91,7 +91,7 @@ impl Shape {
 }
 
 impl Solver {
-    /// How much it computes.
+    /// Its operations.
     pub fn work(&self) -> Work {
         Work::of(&self.program)
     }
@@ -117,7 +117,7 @@ impl Solver {
     }
 }
 
-/// What an output computes, with its names resolved.
+/// The computation of an output, with its names resolved.
 #[derive(Clone, Debug)]
 pub(crate) enum Computed<'r> {
     Motion {

@@ -13,9 +13,9 @@ use rc_vocabulary::Primitive;
 pub struct Inverse {
     /// Its name.
     pub name: String,
-    /// What its author says of it.
+    /// The comment of its author.
     pub doc: Vec<String>,
-    /// What it is asked, in which unit and frame.
+    /// Its argument, with unit and frame.
     pub question: String,
     /// The number of coordinates of the robot.
     pub coordinates: usize,
@@ -24,20 +24,20 @@ pub struct Inverse {
     /// The motion of the frame. It takes the positions of [`joints`](Self::joints), and gives the six
     /// rows of the Jacobian for them; before it, for a pose, its three rows.
     pub motion: Program,
-    /// What is asked, and how the answer is found.
-    pub asked: Asked,
+    /// The question, and the method of the answer.
+    pub asked: Question,
 }
 
-/// What an inverse solver is asked.
+/// The question of an inverse solver.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Asked {
+pub enum Question {
     /// Positions for a pose.
     Pose(Search),
     /// Velocities for a velocity.
     Velocity(Rates),
 }
 
-/// How positions are searched. The lists have the numbers of the joints that move the frame.
+/// The search for positions. The lists have the numbers of the joints that move the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
     /// The tolerance, in m.
@@ -48,7 +48,7 @@ pub struct Search {
     pub lower: Vec<f64>,
     /// The greatest positions.
     pub upper: Vec<f64>,
-    /// Which joints are the same after a whole turn.
+    /// The joints that are equal after a whole turn.
     pub endless: Vec<bool>,
     /// Where the search begins again: positions after positions.
     pub starts: Vec<f64>,
@@ -65,10 +65,10 @@ impl Search {
     }
 }
 
-/// How velocities are chosen. The lists have the numbers of the joints that move the frame.
+/// The choice of velocities. The lists have the numbers of the joints that move the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
-    /// How dear velocities are that are not preferred.
+    /// The cost of velocities that are not preferred.
     pub damping: f64,
     /// The limits, if they are kept.
     pub limits: Option<RateLimits>,
@@ -85,12 +85,13 @@ pub struct RateLimits {
     pub upper: Vec<f64>,
     /// The greatest speeds; infinite where the robot says none.
     pub fastest: Vec<f64>,
-    /// How long velocities last, in s: no joint that moves on its own passes a limit meanwhile.
+    /// How long velocities last, in s: no joint that moves on its own passes a limit during this
+    /// time.
     pub period: f64,
 }
 
 impl Inverse {
-    /// How much one computation of the motion takes.
+    /// The operations of one computation of the motion.
     pub fn work(&self) -> Work {
         Work::of(&self.motion)
     }
@@ -98,7 +99,7 @@ impl Inverse {
     /// Computes positions without printed code: those of all coordinates, and how the search ended.
     /// `last` are the positions before; only an inverse of a velocity gives `None`.
     pub fn positions(&self, target: &[[f64; 4]; 4], last: &[f64]) -> Option<(Vec<f64>, Found)> {
-        let Asked::Pose(search) = &self.asked else {
+        let Question::Pose(search) = &self.asked else {
             return None;
         };
         let mut all = search.seed.clone().unwrap_or_else(|| last.to_vec());
@@ -138,7 +139,7 @@ impl Inverse {
         positions: &[f64],
         velocity: &[f64; 6],
     ) -> Result<Option<(Vec<f64>, [f64; 6])>, Rejected> {
-        let Asked::Velocity(rates) = &self.asked else {
+        let Question::Velocity(rates) = &self.asked else {
             return Ok(None);
         };
         if positions.len() != self.coordinates {

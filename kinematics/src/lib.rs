@@ -1,5 +1,5 @@
-//! Solvers for the motion of a robot: which poses, velocities, Jacobians and efforts a program needs,
-//! in a `.kdsl` file beside the robot's URDF.
+//! Solvers for the motion of a robot: a `.kdsl` file next to the robot's URDF lists the poses,
+//! velocities, Jacobians and efforts that a program needs.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] reads its robot as well, and
 //! resolves all names: a [`Cell`]. [`rust`], [`c`] and [`python`] print its solvers as functions in
@@ -15,7 +15,7 @@ mod resolve;
 mod work;
 
 pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver};
-pub use inverse::{Asked, Inverse, RateLimits, Rates, Search};
+pub use inverse::{Inverse, Question, RateLimits, Rates, Search};
 pub use parse::parse;
 pub use print::{c, python, rust, rust_methods};
 pub use resolve::load;

@@ -17,7 +17,7 @@ use rc_syntax::{Literal, Name, ParseContext};
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 
-/// What may stand in a solver.
+/// The contents of a solver.
 const OUTPUTS: [&str; 18] = [
     "pose",
     "jacobian",
@@ -94,7 +94,7 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
     kinematics
 }
 
-/// Reports what could not be read: a word that nothing begins with, or the rest behind one.
+/// Reports unreadable text: a word that begins no declaration, or the rest after one.
 fn skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &[&'static str], rule: Rule) {
     let first = r.first_word(pair);
     if words.contains(&first.text.to_lowercase().as_str()) {

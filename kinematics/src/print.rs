@@ -59,7 +59,7 @@ fn outputs(solver: &Solver) -> Vec<(&Output, Vec<String>)> {
         .collect()
 }
 
-/// What is said of a solver.
+/// The comment of a solver.
 fn about(solver: &Solver) -> Vec<String> {
     let work = solver.work();
     let mut lines = solver.doc.clone();
@@ -231,8 +231,8 @@ pub fn rust_methods(cell: &Cell) -> String {
 
 /// All solvers as C99. Each name begins with that of the cell.
 ///
-/// Compilers that join a product and a sum give other last bits than Rust (`-ffp-contract=off` tells GCC
-/// not to).
+/// Compilers that fuse a product and a sum give other last bits than Rust (`-ffp-contract=off`
+/// tells GCC not to).
 pub fn c(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
     let prefix = &cell.name;

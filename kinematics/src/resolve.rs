@@ -21,7 +21,7 @@ const MOST_NUMBERS: usize = 20_000;
 /// The most joints that the algorithms of all solvers of a file pass. Each takes some tens of operations.
 const MOST_STEPS: usize = 20_000;
 
-/// What printed code has beside solvers, and functions and types that it names.
+/// Names in printed code other than those of solvers, with functions and types that it uses.
 const TAKEN: [&str; 24] = [
     "joints",
     "lower",
@@ -84,7 +84,7 @@ pub fn load(
     let mut known: HashMap<String, Span> = HashMap::new();
     let (mut solvers, mut inverses) = (Vec::new(), Vec::new());
     if let [(first, _), (second, _), ..] = kinematics.math.as_slice() {
-        resolver.duplicate(*second, "`math` is said twice".to_owned(), *first);
+        resolver.duplicate(*second, "`math` occurs twice".to_owned(), *first);
     }
     resolver.postures(&kinematics.postures);
     for solver in &kinematics.solvers {
@@ -245,7 +245,7 @@ impl<'r> Resolver<'r> {
     fn gravity(&mut self, solver: &ast::Solver) -> [f64; 3] {
         let mut gravity = [0.0, 0.0, -9.80665];
         if let [(first, _), (second, _), ..] = solver.gravity.as_slice() {
-            let message = "`gravity` is said twice".to_owned();
+            let message = "`gravity` occurs twice".to_owned();
             self.duplicate(*second, message, *first);
         }
         let given = solver.gravity.iter().flat_map(|(_, numbers)| numbers);
@@ -458,7 +458,7 @@ impl<'r> Resolver<'r> {
         if let Some(frame) = expressed {
             if what == What::Pose {
                 let message =
-                    "a pose has no `expressed in`: it is in the frame behind `in`".to_owned();
+                    "a pose has no `expressed in`: it is in the frame after `in`".to_owned();
                 self.error("without-effect", frame.span, message);
                 return None;
             }

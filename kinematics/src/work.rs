@@ -2,7 +2,8 @@
 
 use rc_formula::{Operation, Program};
 
-/// How much a solver computes. It is the same in each call: no operation depends on a condition.
+/// The operations of a solver. Their number is equal in each call: no operation depends on a
+/// condition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Sums and differences.
@@ -14,7 +15,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// How much a formula computes.
+    /// The operations of a formula.
     pub(crate) fn of(program: &Program) -> Self {
         let mut work = Self::default();
         for node in program.nodes() {

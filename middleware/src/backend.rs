@@ -146,7 +146,8 @@ pub trait Publisher {
     }
 
     /// Lends memory of `length` bytes for an image, which its owner may keep while the publisher
-    /// sends other samples. `None` where the middleware lends none, so the sample has to be copied.
+    /// sends other samples. `None` if the middleware lends none, so that the sample has to be
+    /// copied.
     fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
         let _ = length;
         Ok(None)
@@ -163,8 +164,8 @@ pub trait Publisher {
         loan.send_image(header, encode)
     }
 
-    /// What subscribers see as [`Header::sender`] of its samples: one for each middleware, empty
-    /// where a backend cannot tell.
+    /// The value that subscribers see as [`Header::sender`] of its samples: one for each
+    /// middleware, empty if a backend cannot tell.
     fn senders(&self) -> Vec<u128> {
         Vec::new()
     }
@@ -204,13 +205,13 @@ pub const KEPT_SAMPLES: usize = 4;
 /// A received sample in the memory of the middleware. It may outlive its subscriber, and be used
 /// and dropped on any thread.
 pub trait KeptSample: Send {
-    /// The body. Its address stays the same.
+    /// The body. Its address does not change.
     fn memory(&self) -> &[u8];
 }
 
 /// A subscriber of a topic.
 pub trait Subscriber {
-    /// Readable when something may be there.
+    /// Readable when something may have arrived.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
     /// Clears readiness. Drain with `receive` before and after. `woken`: whether the descriptor was
@@ -220,7 +221,7 @@ pub trait Subscriber {
     /// Hands the next sample to `take`; says whether there was one.
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError>;
 
-    /// [`Subscriber::receive`], where a sample of a publisher in this process may be a value.
+    /// [`Subscriber::receive`] for samples that may be values of a publisher in this process.
     fn receive_message(
         &mut self,
         take: &mut dyn FnMut(Header, Message<'_>),
@@ -257,7 +258,7 @@ pub trait Client {
     /// Identifies this client in the envelopes of its calls.
     fn guid(&self) -> [u8; 16];
 
-    /// How this client writes its calls.
+    /// The form of this client's calls.
     fn profile(&self) -> Profile {
         Profile::Rpc
     }
@@ -287,7 +288,7 @@ pub trait Client {
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Result<(), CallError>;
 
-    /// [`Client::call`], where the reply of a server in this process may be a value.
+    /// [`Client::call`] for replies that may be values of a server in this process.
     fn call_message(
         &mut self,
         header: Header,
@@ -318,7 +319,7 @@ pub trait Client {
         take: &mut dyn FnMut(u64, Header, &[u8]),
     ) -> Option<(u64, Result<(), CallError>)>;
 
-    /// [`Client::poll`], where the reply of a server in this process may be a value.
+    /// [`Client::poll`] for replies that may be values of a server in this process.
     fn poll_message(
         &mut self,
         take: &mut dyn FnMut(u64, Header, Message<'_>),
@@ -335,9 +336,9 @@ pub trait Client {
     /// Forgets a started call: it does not end any more, and its reply is dropped.
     fn forget(&mut self, sequence: u64);
 
-    /// What to wait for while started calls have not ended. Poll until nothing is left before each
-    /// wait: other calls of this client also clear readiness. `None` also for a client whose calls
-    /// have ended when they are started.
+    /// The descriptor and time to wait for while started calls have not ended. Poll until nothing
+    /// is left before each wait: other calls of this client also clear readiness. `None` also for a
+    /// client whose calls have ended when they are started.
     fn awaiting(&self) -> Option<Awaiting<'_>> {
         None
     }
@@ -354,7 +355,7 @@ pub trait Client {
 
 /// A server.
 pub trait Server {
-    /// Readable when something may be there.
+    /// Readable when something may have arrived.
     fn descriptor(&self) -> BorrowedFd<'_>;
 
     /// Clears readiness. Drain with `serve` before and after. `woken`: as for a subscriber.
@@ -367,7 +368,7 @@ pub trait Server {
         handler: &mut dyn FnMut(Header, &[u8], &mut dyn Reply),
     ) -> Result<bool, ReceiveError>;
 
-    /// [`Server::serve`], where the request of a client in this process may be a value.
+    /// [`Server::serve`] for requests that may be values of a client in this process.
     fn serve_message(
         &mut self,
         handler: &mut dyn FnMut(Header, Message<'_>, &mut dyn Reply),
@@ -390,7 +391,7 @@ pub trait Reply {
     /// Reply buffer, initially empty. If it is empty after the call, no reply is sent.
     fn body(&mut self) -> &mut Vec<u8>;
 
-    /// How the request was written, and the reply has to be.
+    /// The form of the request, and of the reply.
     fn profile(&self) -> Profile {
         Profile::Rpc
     }
@@ -413,7 +414,7 @@ pub trait Reply {
     }
 
     /// Memory of the middleware, `length` bytes, for a reply of this encoding. An image follows its
-    /// envelope, and is aligned to 16. Its content is undefined but initialized. `None` where
+    /// envelope, and is aligned to 16. Its content is undefined but initialized. `None` if
     /// [`Reply::can_loan`] is false or the middleware has no memory left.
     fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
         let _ = (length, encoding);
@@ -423,15 +424,15 @@ pub trait Reply {
     /// Makes the memory of [`Reply::loan`] the reply, instead of [`Reply::body`].
     fn send_loan(&mut self) {}
 
-    /// Leaves the reply for later, instead of all above. `None` where the reply has to be ready when
-    /// the handler returns. Of a query only, and once.
+    /// Defers the reply, in place of sending it. `None` if the reply has to be ready when the
+    /// handler returns. Only for a query, and once.
     fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
         None
     }
 }
 
-/// A reply that comes after the handler of its request has returned. Dropping it leaves the client
-/// without a reply.
+/// A reply after the handler of its request has returned. Dropping it leaves the client without a
+/// reply.
 pub trait DeferredReply {
     /// Lets `write` write the reply and sends it. It cannot be deferred again.
     ///

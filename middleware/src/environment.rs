@@ -100,7 +100,7 @@ impl RunDirectory {
         self.0.join(name)
     }
 
-    /// Removes the directory with its content. It is no error if it does not exist.
+    /// Removes the directory with its content. A missing directory is not an error.
     pub fn remove(&self) -> io::Result<()> {
         match std::fs::remove_dir_all(&self.0) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -123,7 +123,7 @@ fn make_private(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Why a folder is not used, and the beginning of the command that mends it.
+/// Why a folder is not used, and the beginning of the command that fixes it.
 struct Refused {
     reason: String,
     command: &'static str,
@@ -135,7 +135,7 @@ fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<Refused> {
     let others_write = found.mode() & 0o022 != 0;
     let (reason, command) = if !found.is_dir() {
         let command = if is_own { "rm" } else { "sudo rm" };
-        ("is no folder".to_owned(), command)
+        ("is not a folder".to_owned(), command)
     } else if !is_own {
         let owner = user_name(found.uid());
         (format!("belongs to user {owner}"), "sudo rm -r")

@@ -43,7 +43,8 @@ fn send<'p>(
     sent.fold(Ok(()), Result::and)
 }
 
-/// Sends an image to publishers. A middleware that lends no memory for images carries none.
+/// Sends an image to publishers. A middleware that lends no memory for images does not transport
+/// them.
 fn send_image<'p>(
     ports: impl Iterator<Item = &'p mut Port>,
     header: Header,

@@ -12,10 +12,10 @@ const INCREDIBLE: u64 = 1 << 32;
 
 /// Counts the gaps in the sequences of the senders of one topic.
 ///
-/// The first sample of a sender is no gap, whatever its number: a late subscriber has lost nothing,
-/// and a sender that was started again is another one. Of many senders, the one that was silent the
-/// longest is forgotten. A single wild number counts for nothing. Requests need no such count:
-/// their queue refuses what it cannot hold, and the client gets an error.
+/// The first sample of a sender is not a gap, whatever its number: a late subscriber has lost
+/// nothing, and a restarted sender is another one. Of many senders, the one that was silent the
+/// longest is forgotten. A single wild number is ignored. Requests need no such count: their queue
+/// refuses what it cannot hold, and the client gets an error.
 ///
 /// ```
 /// use rc_middleware::{Gaps, Header};
@@ -47,7 +47,7 @@ impl Gaps {
         let Header {
             sender, sequence, ..
         } = *header;
-        // The backend cannot tell senders apart, or the sender does not count.
+        // The backend cannot distinguish senders, or the sender does not count.
         if sender == 0 || sequence == 0 {
             return 0;
         }
@@ -68,7 +68,7 @@ impl Gaps {
 
 impl Sender {
     fn note(&mut self, sequence: u64) -> u64 {
-        // The sender has begun anew if its number does not grow.
+        // The sender has restarted if its number does not grow.
         let missing = |from: u64| sequence.saturating_sub(from).saturating_sub(1);
         let lost = missing(self.last);
         let doubtful = self.doubtful.take();
@@ -82,7 +82,7 @@ impl Sender {
         if lost >= INCREDIBLE {
             return 0;
         }
-        // The doubtful sample arrived, and lies between.
+        // The doubtful sample arrived, and is between them.
         lost - u64::from(is_confirmed)
     }
 }

@@ -7,13 +7,13 @@ pub struct Header {
     pub type_hash: u64,
     /// Sequence number among the messages of one sender, from 1; 0 where the sender does not count.
     pub sequence: u64,
-    /// Time of sending, in nanoseconds of the monotonic clock of the system; 0 where the sender
-    /// does not say. As far as the clock of a sender's machine is ahead, it may be in the future.
+    /// Time of sending, in nanoseconds of the monotonic clock of the system; 0 if the sender does
+    /// not say. It may be in the future if the clock of the sender's machine is ahead.
     pub sent: u64,
     /// Encoding of the body.
     pub encoding: Encoding,
-    /// Identifies the sender; 0 where the backend cannot tell. The backend of the receiver fills it
-    /// in: no other sender of this connection has or had the same value. It does not travel.
+    /// Identifies the sender; 0 if the backend cannot tell. The backend of the receiver sets it: no
+    /// other sender of this connection has or had the same value. It is not transmitted.
     pub sender: u128,
 }
 

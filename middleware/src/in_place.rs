@@ -14,7 +14,7 @@ use crate::counter::Counter;
 use std::ops::{Deref, DerefMut};
 pub use zerocopy::{self, FromBytes, FromZeros, Immutable, IntoBytes, KnownLayout};
 
-/// Offset of the image in a reply: the next multiple of 16 behind the envelope, which has 36 bytes.
+/// Offset of the image in a reply: the next multiple of 16 after the envelope, which has 36 bytes.
 pub const BEHIND_ENVELOPE: usize = 48;
 
 /// The structure of a plain type. Unused elements of sequences are neither written nor read.

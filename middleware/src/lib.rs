@@ -1,11 +1,12 @@
 //! Communication of components: topics, commands and queries, over exchangeable backends.
 //!
 //! - [`backend`]: the traits of a backend. Backends move bytes and know no type.
-//! - [`header`]: what travels beside a message.
+//! - [`header`]: the metadata of a message.
 //! - [`cdr`]: how a value becomes bytes (OMG CDR, XCDR1, little endian).
 //! - [`in_place`]: samples that are written and read in shared memory.
 //! - [`counter`]: the number of sent messages.
-//! - [`request_body`]: what a client sends, as bytes or written into the memory of a middleware.
+//! - [`request_body`]: the request of a client, as bytes or written into the memory of a
+//!   middleware.
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`fan_out`]: a publisher over several middlewares.

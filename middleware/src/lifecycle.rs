@@ -22,8 +22,8 @@ pub trait LifecycleService: Send + Sync {
     fn state(&self) -> LifecycleState;
 
     /// Takes the component through a transition, and returns the state after its hook. The request
-    /// came at `asked`: it returns within a minute from then on, and begins no transition later.
-    /// The error says why the transition did not begin, or has not succeeded.
+    /// came at `asked`: the function returns within a minute after that, and begins no transition
+    /// later. The error says why the transition did not begin, or has not succeeded.
     fn change(&self, transition: Transition, asked: Instant) -> Result<LifecycleState, String>;
 
     /// Calls `listener` with every change from now on.

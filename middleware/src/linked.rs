@@ -32,10 +32,10 @@ pub struct Linked {
     pub name: &'static str,
     /// Opens its backend.
     pub connect: Connect,
-    /// Opens its backend for a tool: components do not count its endpoints as peers. None where no
+    /// Opens its backend for a tool: components do not count its endpoints as peers. None if no
     /// tool can reach a component.
     pub observe: Option<Connect>,
-    /// The arguments that its nodes take, behind an option of their own.
+    /// The arguments of its nodes, after an option of their own.
     pub arguments: Option<NodeArguments>,
     /// Its topic of time.
     pub clock: Option<NodeClock>,
@@ -67,9 +67,9 @@ impl Linked {
 pub struct UnmatchedRule {
     /// The rule with its key, as a message has it: ``remap `Lasr:=/scan` ``.
     pub rule: String,
-    /// What it is for: `SLOT` or `SLOT/operation`.
+    /// Its target: `SLOT` or `SLOT/operation`.
     pub target: String,
-    /// The nearest name, or what is allowed.
+    /// The nearest name, or the allowed ones.
     pub help: String,
 }
 
@@ -79,7 +79,7 @@ pub struct UnmatchedRule {
 pub struct NodeArguments {
     /// The section of the component's help.
     pub help: &'static str,
-    /// Parses the arguments behind the option. An error says what is allowed.
+    /// Parses the arguments after the option. An error says what is allowed.
     pub read: fn(Vec<String>) -> Result<Arc<dyn GivenArguments>, String>,
 }
 
@@ -88,8 +88,8 @@ pub trait GivenArguments: fmt::Debug + Send + Sync {
     /// Whether the log is printed, if the arguments say so.
     fn prints_log(&self) -> Option<bool>;
 
-    /// Applies the arguments to a node, whose name may be set. `set` are the settings of the
-    /// command line, which precede those of the configuration. An error ends with a line feed.
+    /// Applies the arguments to a node and may set its name. `set` are the settings of the command
+    /// line, which precede those of the configuration. An error ends with a line feed.
     fn resolve(
         &self,
         node: &NodeName<'_>,
@@ -113,7 +113,7 @@ pub struct NodeName<'a> {
     pub name: &'a str,
 }
 
-/// What the arguments of a node change.
+/// The effect of the arguments of a node.
 #[derive(Debug, Default)]
 pub struct Overrides {
     /// Rules, by the keys of settings, which precede those of the settings.
@@ -150,7 +150,7 @@ pub struct ParameterOverride {
     pub text: Option<String>,
     /// The value.
     pub value: Json,
-    /// Where the value comes from, for messages.
+    /// The origin of the value, for messages.
     pub from: String,
     /// Whether the component need not have the parameter, since the source is for many nodes.
     pub is_optional: bool,

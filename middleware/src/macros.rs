@@ -1,4 +1,4 @@
-//! Implementations that are the same for each structure: generated code names the structure and its
+//! Implementations that are equal for all structures: generated code names the structure and its
 //! members.
 
 /// Implements [`Cdr`](crate::Cdr) for a structure: its members in their order.
@@ -149,7 +149,7 @@ macro_rules! in_place_struct {
 }
 
 /// Declares the error of the operations that throw the same exceptions, each with the constant that
-/// tells it on the wire.
+/// identifies it on the wire.
 ///
 /// ```
 /// # use rc_middleware::CallError;
@@ -439,7 +439,7 @@ macro_rules! publisher {
             /// from 0.
             ///
             /// # Errors
-            /// That of `open`.
+            /// The list of `open`.
             pub fn new(
                 mut open: impl ::std::ops::FnMut(usize) -> ::std::result::Result<
                     $crate::typed::TypedPublisher,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-/// A member of a slot array. Its clones are the same member; they are cheap.
+/// A member of a slot array. Its clones are the same member, and cheap.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Member {
     index: usize,

@@ -20,8 +20,8 @@ pub const REQUEST_QUEUE: usize = 16;
 /// commands and for calls that wait.
 pub const STARTED_CALLS: usize = REQUEST_QUEUE / 2;
 
-/// How many publishers a topic of this depth admits: as many as it is deep, so that a sample of each
-/// waits at a subscriber, but [`MAX_PUBLISHERS`] at least and [`MOST_PUBLISHERS`] at most.
+/// How many publishers a topic of this depth admits: as many as its depth, so that a sample of each
+/// waits at a subscriber, but at least [`MAX_PUBLISHERS`] and at most [`MOST_PUBLISHERS`].
 ///
 /// ```
 /// use rc_middleware::qos::publishers;

@@ -45,13 +45,13 @@ impl QueueGauge {
         self.0.bytes.load(Ordering::Relaxed)
     }
 
-    /// The number of samples that were dropped instead of queued: there was no room, or nobody had
-    /// asked for them.
+    /// The number of samples that were dropped instead of queued: there was no room, or no request
+    /// for them.
     pub fn dropped(&self) -> u64 {
         self.0.dropped.load(Ordering::Relaxed)
     }
 
-    /// Counts `size` bytes more if there is room for them, else a dropped sample.
+    /// Adds `size` bytes if there is room for them, else counts a dropped sample.
     pub fn add(&self, size: usize) -> bool {
         let size = size as u64;
         let fits = |bytes: u64| {

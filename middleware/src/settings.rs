@@ -76,7 +76,7 @@ impl Settings {
         }
     }
 
-    /// Adds the settings of `others`, which replace those of the same keys.
+    /// Adds the settings of `others`, which replace those with the same keys.
     pub fn extend(&mut self, others: &Self) {
         for (middleware, keys) in &others.0 {
             for (key, value) in keys {

@@ -104,7 +104,7 @@ impl SharedValue {
         Self::behind(None, parameters)
     }
 
-    /// The body with these parameters, of a call behind its envelope.
+    /// The body with these parameters; for a call, after its envelope.
     pub(crate) fn behind<P: Put>(
         envelope: Option<Envelope>,
         parameters: P,
@@ -113,7 +113,7 @@ impl SharedValue {
         Ok(Self::new(envelope, parameters.own(), Returned::write, size))
     }
 
-    /// The body with a result behind its envelope.
+    /// The body with a result after its envelope.
     pub(crate) fn of_result<T: Send + Sync + 'static>(
         envelope: Envelope,
         result: T,
@@ -193,11 +193,11 @@ impl std::fmt::Debug for SharedValue {
 struct Size {
     /// Of envelope and value, encoded.
     length: usize,
-    /// Of the memory behind the value.
+    /// Of the value's memory.
     memory: usize,
 }
 
-/// The size of a body behind its envelope, which is sent itself (`is_moved`) or copied. It fails if
+/// The size of a body after its envelope, which is sent itself (`is_moved`) or copied. It fails if
 /// the body cannot be encoded.
 fn measure(
     envelope: Option<&Envelope>,

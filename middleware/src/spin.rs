@@ -1,10 +1,10 @@
 //! How long an end of a connection polls before it sleeps (`wake spin`).
 //!
-//! Polling saves a wake-up where both ends have a processor. Where they share one, the end that
-//! polls keeps the other one from running: a call then takes as long as the polling, or until the
-//! kernel takes the processor away. So an end stops polling for some time if a few polls in a row
-//! are of no use, and tries again ever more rarely. A poll is of no use if no message comes, or if
-//! one comes while this end is off its processor, which a far longer pause between two looks shows.
+//! Polling saves a wake-up if both ends have a processor. If they share one, the end that polls
+//! keeps the other one from running: a call then takes as long as the polling, or until the kernel
+//! takes the processor away. So an end stops polling for some time if a few polls in a row are
+//! useless, and tries again at growing intervals. A poll is useless if no message comes, or if one
+//! comes while this end is off its processor, which a far longer pause between two looks shows.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 const USELESS: u32 = 32;
 /// The doubt at which an end stops polling: three polls in a row without use.
 const STOP: u32 = 3 * USELESS;
-/// How many waits it then sleeps at once before the next attempt, at first and at most.
+/// How many waits it sleeps at once before the next attempt, at first and at most.
 const RESTS: [u32; 2] = [64, 4096];
 /// By how much a pause between two looks exceeds the usual one if this end was off its processor.
 const AWAY: u32 = 16;
@@ -36,7 +36,7 @@ const AWAY: u32 = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct Spin {
     limit: Duration,
-    /// How much speaks against polling, up to [`STOP`].
+    /// The evidence against polling, up to [`STOP`].
     doubt: u32,
     /// How many more waits it sleeps at once, and how many after the next useless poll.
     rest: u32,
@@ -73,7 +73,7 @@ impl Spin {
         }
     }
 
-    /// How long to poll for the next message from `now` on; zero means not at all. Otherwise
+    /// How long to poll for the next message from `now` on; zero means no polling. Otherwise
     /// [`Spin::looked`] follows for each look without a message, and [`Spin::came`] or
     /// [`Spin::in_vain`] ends the poll.
     pub fn begin(&mut self, now: Instant) -> Duration {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
 use std::time::{Duration, Instant};
 
-/// What to wait for while started calls of a client have not ended.
+/// The descriptor and time to wait for while started calls of a client have not ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Awaiting<'c> {
     /// Readable when a call may have ended.
@@ -15,19 +15,19 @@ pub struct Awaiting<'c> {
     pub until: Instant,
 }
 
-/// What a client found out about a started call.
+/// The state of a started call, as a client found it.
 #[derive(Debug, PartialEq)]
 pub enum Look {
     /// Its reply may still come.
     Pending,
     /// It has ended.
     Ended(Result<(), CallError>),
-    /// No reply comes any more, unless it comes within this time after the first such look.
+    /// No reply will come, except within this time after the first such look.
     Lost(CallError, Duration),
 }
 
-/// Started calls of one client, by the sequence numbers of their headers. `T` is what the
-/// middleware knows about a call. A call leaves once: when it ends, or when it is forgotten.
+/// Started calls of one client, by the sequence numbers of their headers. `T` is the middleware's
+/// state of a call. A call leaves once: when it ends, or when it is forgotten.
 ///
 /// ```
 /// use rc_middleware::started::{Look, StartedCalls};
@@ -102,8 +102,8 @@ impl<T> StartedCalls<T> {
         self.calls.remove(&sequence).map(|call| call.token)
     }
 
-    /// Removes the oldest call that has ended, and gives its result. `look` says how a call stands;
-    /// a reply counts also at its deadline and while the component stops.
+    /// Removes the oldest call that has ended, and returns its result. `look` returns the state of
+    /// a call; a reply counts also at its deadline and while the component stops.
     pub fn next(
         &mut self,
         address: &str,
@@ -214,7 +214,7 @@ mod tests {
             _ => Look::Ended(Ok(())),
         };
         assert_eq!(calls.next("lidar", false, later), None, "the first waits");
-        // So does its own deadline, not that of the second.
+        // Its own deadline ends it, too, not that of the second.
         let due = calls.due().expect("an end");
         assert!(due > Instant::now() + LONG / 2);
         assert_eq!(calls.next("lidar", false, only(3)), Some((1, 1, Ok(()))));

@@ -11,7 +11,7 @@ use rc_configuration::condition::Comparator;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::{Language, Name, ParseContext, Terminal, Trivia};
 
-/// What a rule of `condition.pest` stands for.
+/// The meaning of a rule of `condition.pest`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// A condition in brackets.
@@ -46,7 +46,7 @@ pub enum Part {
 
 /// The `Rule` enumeration of a grammar with `condition.pest`; `condition_rules!` implements it.
 pub trait ConditionRule: RuleType {
-    /// What the rule stands for.
+    /// The meaning of the rule.
     fn part(self) -> Part;
 }
 
@@ -331,7 +331,7 @@ fn signed(operands: Vec<Operand>) -> Option<Expression> {
 }
 
 fn report_misplaced_not(r: &mut ParseContext<'_>, not: &Name) {
-    let message = "`not` stands before a whole condition";
+    let message = "`not` comes before a whole condition";
     let diagnostic = Diagnostic::error("syntax-error", not.span, message);
     r.found
         .push(diagnostic.help("put brackets around it: `a == (not b)`"));

@@ -40,8 +40,8 @@ pub(crate) fn resolve(
     })
 }
 
-/// Resolves rules over `parameters`, each in the groups `scope`. Where a group is in `unknown`, no
-/// one knows what is in it, and rules about it are left out.
+/// Resolves rules over `parameters`, each in the groups `scope`. Rules about a group in `unknown`,
+/// whose contents are not known, are left out.
 pub fn resolve_rules<'r>(
     parameters: &[Parameter],
     unknown: &BTreeSet<Vec<String>>,

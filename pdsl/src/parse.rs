@@ -223,7 +223,7 @@ fn flag(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Flag> {
         Rule::kw_reads => FlagKind::Reads(r.string(&parts.next()?)),
         Rule::kw_element => {
             let kind = r.string(&parts.next()?);
-            // The word `of` stands between them.
+            // The word `of` is between them.
             FlagKind::Element(kind, r.name(&parts.nth(1)?))
         }
         _ => FlagKind::Secret,

@@ -104,7 +104,7 @@ impl<'t> Resolver<'t> {
                 Item::Rule(rule) => self.rules.push((scope.to_vec(), rule)),
                 Item::Broken(name, ty) => {
                     self.invalid.insert(inner(scope, name));
-                    // What stands there need not be a type: it is reported if it is nearly one.
+                    // The word may be anything: it is reported only if it is similar to a type.
                     if let Some(ty) = ty.as_ref().filter(|ty| nearest_type(ty).is_some()) {
                         self.unknown_type(ty);
                     }

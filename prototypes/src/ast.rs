@@ -15,7 +15,7 @@ pub struct File {
 pub struct Item {
     /// Its place, without a comment before it.
     pub span: Span,
-    /// What it declares.
+    /// The declaration.
     pub kind: ItemKind,
 }
 
@@ -95,7 +95,7 @@ pub enum Value {
 pub struct Map {
     /// Its place, with the braces.
     pub span: Span,
-    /// What is in it.
+    /// Its contents.
     pub entries: Vec<Entry>,
 }
 

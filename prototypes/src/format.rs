@@ -48,7 +48,7 @@ fn joined(parts: &[&str]) -> String {
 
 fn operand(operand: &Operand, text: &str) -> String {
     match &operand.kind {
-        // As it is written, with its escapes.
+        // As written, with its escapes.
         OperandKind::Text(_) => text[operand.span.start..operand.span.end].to_owned(),
         _ => operand.text(),
     }
@@ -99,8 +99,8 @@ impl Printer<'_> {
         }
     }
 
-    /// Prints one piece of the text on a line of its own. The comments inside it come before it, the
-    /// one behind it on its line stays there.
+    /// Prints one piece of the text on a line of its own. The comments inside it come before it; a
+    /// comment after it on its line stays there.
     fn line(&mut self, (start, end): (usize, usize), depth: usize, line: &str) {
         self.comments_before(end, depth);
         self.gap(start);

@@ -11,7 +11,7 @@ pub(crate) struct Interface<'a> {
     ty: Type,
 }
 
-/// What a path leads to.
+/// The target of a path.
 pub(crate) struct Found {
     ty: Type,
     pub(crate) unit: Option<String>,
@@ -50,7 +50,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// What a path of members and indices leads to. Reports a path that leads nowhere.
+    /// The target of a path of members and indices. Reports a path without a target.
     pub(crate) fn path(&self, path: &str, at: Span, found: &mut Diagnostics) -> Option<Found> {
         let mut here = Found {
             ty: self.ty.clone(),

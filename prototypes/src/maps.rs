@@ -4,9 +4,9 @@ use crate::ast::{Entry, Map, Operand};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use std::collections::{HashMap, HashSet};
 
-/// What may be on one side of a map.
+/// What is allowed on one side of a map.
 pub(crate) struct Side<'a> {
-    /// What the values are, for messages: `position`.
+    /// The kind of the values, for messages: `position`.
     pub(crate) of: &'a str,
     /// The values. Without any, all names are right.
     pub(crate) known: Option<&'a [String]>,

@@ -1,4 +1,4 @@
-//! What a `.dproto` file and its imports declare, with all names resolved.
+//! The declarations of a `.dproto` file and its imports, with all names resolved.
 
 use rc_diagnostics::Span;
 use rc_vocabulary::Primitive;
@@ -13,7 +13,7 @@ pub struct Library {
     pub axes: Vec<NamedAxes>,
     /// Abstract types.
     pub algebraics: Vec<Algebraic>,
-    /// Abstract types that mean the same.
+    /// Abstract types with the same meaning.
     pub aliases: Vec<Alias>,
     /// Prototypes.
     pub prototypes: Vec<Prototype>,
@@ -28,7 +28,7 @@ pub struct Library {
 pub struct Domain {
     /// The name.
     pub name: String,
-    /// What its values may mean.
+    /// The meanings that its values may have.
     pub semantics: Vec<String>,
     /// Coordinates of its values.
     pub coordinates: Vec<String>,
@@ -45,7 +45,7 @@ pub struct NamedAxes {
     pub is_right_handed: bool,
 }
 
-/// How the values of an abstract type are named.
+/// The names of the values of an abstract type.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Algebraic {
     /// The name.
@@ -75,7 +75,7 @@ pub struct Prototype {
     pub span: Span,
     /// The domain.
     pub domain: String,
-    /// What it means.
+    /// Its meaning.
     pub semantic: String,
     /// The type of an interface that holds the parts of a composite: `Module::Name`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -96,7 +96,7 @@ pub struct Prototype {
     pub loss: Option<f64>,
 }
 
-/// What a prototype holds.
+/// The contents of a prototype.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Content {
@@ -220,7 +220,7 @@ impl Library {
     }
 
     /// The numbers of a prototype with their places in its type: its own, or those of its parts, in
-    /// their order. `None` if a part is a sequence, or if no member is said to hold it.
+    /// their order. `None` if a part is a sequence, or if no member holds it.
     pub fn numbers(&self, of: &Prototype) -> Option<Vec<Datum>> {
         let parts = match &of.content {
             Content::Values { data, .. } => return Some(data.clone()),

@@ -132,7 +132,7 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Field> {
     }
     let (name, value) = (name?, value?);
     let end = match &value {
-        // The brace behind the type.
+        // The brace after the type.
         Value::Representation(of) => {
             let after = of.model.span.end;
             let rest = r.text.get(after..start.end).unwrap_or_default();

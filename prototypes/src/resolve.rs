@@ -66,7 +66,7 @@ fn resolved(imports: Imports<'_>) -> (Library, Diagnostics) {
     (resolver.library, resolver.found)
 }
 
-/// What the name of a declaration means.
+/// The target of the name of a declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Kind {
     Axes,
@@ -91,13 +91,13 @@ struct Resolver<'f> {
     declared: HashMap<(Kind, &'f str), Span>,
     ddrs: BTreeMap<&'f str, &'f Representation>,
     units: BTreeMap<&'f str, Units<'f>>,
-    /// What each prototype means.
+    /// The meaning of each prototype.
     prototypes: BTreeMap<&'f str, Meaning<'f>>,
     /// The parts of each composite in a type of an interface: prototype, member, and its type.
     held: BTreeMap<&'f str, Vec<(String, String, Option<String>)>>,
 }
 
-/// The domain of a prototype, and what it means there.
+/// The domain of a prototype, and its meaning there.
 struct Meaning<'f> {
     domain: &'f str,
     semantic: Option<&'f Operand>,
@@ -312,7 +312,7 @@ impl<'f> Resolver<'f> {
         }
     }
 
-    /// Reports two prototypes that do not mean the same.
+    /// Reports two prototypes with different meanings.
     fn same_meaning(&mut self, from: &str, to: &str, at: Span) {
         let of = |name: &str| {
             let prototype = self.library.prototype(name)?;

@@ -14,7 +14,7 @@ const PLANAR: [&str; 5] = [
     "Force",
 ];
 
-/// How the values of an abstract type are named.
+/// The names of the values of an abstract type.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Scalar,
@@ -103,7 +103,7 @@ impl Roles<'_> {
             return Ok(places);
         }
         if let Some(places) = by_alias.next() {
-            // The order of their lines must not decide what a number is.
+            // The order of their lines must not decide the role of a number.
             if by_alias.any(|other| other != places) {
                 return Err("one order of its values; its aliases give several".to_owned());
             }

@@ -19,7 +19,7 @@ def distinct(kind: NameKind, names: Iterable[str]) -> list[str]:
     no IDSL allows, or that become one: no name keeps a client from a network, nor occupies it for
     long."""
     found: dict[str, None] = {}
-    # The next number to try behind a name that is taken: each is tried once.
+    # The next number to try after a name that is used: each is tried once.
     numbers: dict[str, int] = {}
     for at, name in enumerate(names):
         free = _native.name_of(kind, name)

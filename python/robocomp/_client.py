@@ -330,7 +330,7 @@ class Network:
 
     def topic(self, name: str, timeout: timedelta | None = None) -> "Samples":
         """The samples of a topic from now on: `COMPONENT.SLOT.OPERATION`, or an end of it. With a
-        `timeout` it ends when no sample comes for as long."""
+        `timeout`, it ends when no sample comes for this time."""
         limit = None if timeout is None else _seconds(timeout)
         return Samples(self._native.listen(name), limit)
 

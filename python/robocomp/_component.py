@@ -70,7 +70,8 @@ def main(component: Component, worker: str | type, args: Sequence[str] | None = 
         arguments,
         os.path.abspath(launcher) if launcher else "",
     )
-    # Python waits for threads of the worker. The runtime is gone, so signals end the process again.
+    # Python waits for threads of the worker. The runtime has ended, so signals end the process
+    # again.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
     return code
@@ -122,7 +123,7 @@ _NEVER_RUN = (
 def check_worker(component: Component, worker: type) -> list[str]:
     """What the worker lacks, and functions that cannot take the arguments of their calls."""
     if not (inspect.isclass(worker) and issubclass(worker, component.worker)):
-        return [f"{worker!r} is no subclass of the generated class `Worker`"]
+        return [f"{worker!r} is not a subclass of the generated class `Worker`"]
     findings = []
     for name, function in _functions(component.worker):
         own = inspect.getattr_static(worker, name)
@@ -133,7 +134,7 @@ def check_worker(component: Component, worker: type) -> list[str]:
             continue
         call = getattr(worker, name)
         if not callable(call):
-            findings.append(f"{place} is no function; the generated class has one of this name")
+            findings.append(f"{place} is not a function; the generated class has one of this name")
             continue
         if any(is_of(call) for is_of in _NEVER_RUN):
             findings.append(
@@ -146,7 +147,8 @@ def check_worker(component: Component, worker: type) -> list[str]:
         except ValueError:
             continue
         count = len(inspect.signature(function).parameters)
-        # What the class gives is bound, but for a plain function, whose first parameter is `self`.
+        # Attributes of the class are bound, except for a plain function, whose first parameter is
+        # `self`.
         count -= 0 if inspect.isfunction(own) else 1
         try:
             own_signature.bind(*[None] * count)
@@ -209,7 +211,7 @@ def _imported(worker: str | type) -> type:
     except AttributeError:
         raise StartError(f"{module.__file__} has no class `{class_name}`") from None
     if not inspect.isclass(found):
-        raise StartError(f"`{class_name}` in {module.__file__} is no class")
+        raise StartError(f"`{class_name}` in {module.__file__} is not a class")
     return found
 
 
@@ -224,7 +226,7 @@ class _Handler(logging.Handler):
 
 
 def _log_through_runtime() -> None:
-    """The log of the component decides what is shown, by `--log`."""
+    """The option `--log` of the component sets the shown level."""
     root = logging.getLogger()
     if not any(isinstance(handler, _Handler) for handler in root.handlers):
         root.addHandler(_Handler())

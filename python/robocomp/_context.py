@@ -130,7 +130,7 @@ class SlotArray(Generic[End]):
             return self._ends[member]
         except KeyError:
             name = getattr(member, "name", member)
-            message = f"{name!r} is no member of this slot array; `get` finds one by its name"
+            message = f"{name!r} is not a member of this slot array; `get` finds one by its name"
             raise LookupError(message) from None
 
     def __iter__(self) -> Iterator[Member]:
@@ -202,7 +202,7 @@ class TimeSource:
         return self._link.advance_time(_nanoseconds(step))
 
     def set(self, time: timedelta) -> int:
-        """Sets time, possibly to an earlier one: followers begin their periods anew and report the
+        """Sets time, possibly to an earlier one: followers begin their periods again and report the
         jump. Otherwise as `advance`."""
         return self._link.set_time(_nanoseconds(time))
 

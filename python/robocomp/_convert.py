@@ -20,7 +20,7 @@ _BLOCK = 4096
 
 
 class _Prototype(NamedTuple):
-    """What a prototype is about."""
+    """The key of a prototype."""
 
     name: str
     language: str
@@ -130,7 +130,7 @@ def _is_structure(value: object) -> bool:
 def _source(known: _Known, value: Any, to: str) -> str:
     """The prototype of a value, by its type."""
     if to not in known.prototypes or (isinstance(value, (list, tuple)) and not value):
-        # A name that is not known is an error here. An empty list has no type, and needs none.
+        # An unknown name is an error here. An empty list has no type, and needs none.
         return known.conversion(to, to).own.name
     all_of = known.prototypes.values()
     if isinstance(value, numpy.ndarray):
@@ -241,7 +241,7 @@ class _Writes:
         self.waiting: list[tuple[Any, str | int, Any]] = []
 
     def add(self, target: Any, path: _Path, value: Any) -> Any:
-        """Gives a member a value later. Returns what has the member."""
+        """Gives a member a value later. Returns the object that has the member."""
         owner = _get(target, path[:-1])
         self.waiting.append((owner, _key(owner, path[-1]), value))
         return owner
@@ -276,7 +276,7 @@ def _grouped(leaves: Sequence[tuple[_Path, Any]]) -> dict[str, list[tuple[_Path,
 
 
 def _places(words: Collection[str]) -> list[int] | None:
-    """The places of the elements of an array by their names. `None` if these are no numbers."""
+    """The places of the elements of an array by their names. `None` if these are not numbers."""
     if not all(word.isdecimal() for word in words):
         return None
     places = [int(word) for word in words]
@@ -494,7 +494,7 @@ def _structured(conversion: _Conversion, value: _Array, out: _Array | None) -> _
     for target, number in zip(targets, conversion.numbers, strict=True):
         _check_number(target.dtype, number)
     if any(source.shape != value.shape for source in [*sources, *targets]):
-        raise ConversionError("a member that is to be converted is no single number")
+        raise ConversionError("a member that is to be converted is not a single number")
     columns = [source.reshape(-1) for source in sources]
     results = [numpy.empty(value.size, dtype=target.dtype) for target in targets]
     starts = range(0, value.size, _BLOCK)

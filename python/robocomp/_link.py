@@ -1,4 +1,4 @@
-"""What clients, publishers and contexts need of a runtime, or of a test in its place."""
+"""The interface of a runtime, or of a test in its place, for clients, publishers and contexts."""
 
 from typing import Any, Protocol
 

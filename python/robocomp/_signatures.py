@@ -74,7 +74,7 @@ def signature(
 
 
 def documentation(whole: str, operation: Mapping[str, Any]) -> str:
-    """What the IDSL says about an operation. `whole` is its name."""
+    """The description of an operation in the IDSL. `whole` is its name."""
     inputs = operation.get("inputs", [])
     names = distinct("parameter", (member["name"] for member in inputs))
     lines = [f"`{whole}`", *map(_line, names, inputs)]

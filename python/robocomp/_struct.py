@@ -19,7 +19,7 @@ class Struct:
             equal(getattr(self, name), getattr(other, name)) for name in self.__match_args__
         )
 
-    # A structure can be changed, so it is no key.
+    # A structure can be changed, so it is not a key.
     __hash__ = None  # type: ignore[assignment]
 
 

@@ -13,7 +13,7 @@ from robocomp._struct import equal
 
 
 class Fault(enum.Enum):
-    """What is wrong with a fake server."""
+    """The fault of a fake server."""
 
     NO_SERVER = "no server"
     """There is none: calls raise `NoServer`, and `is_connected` is false."""

@@ -101,7 +101,7 @@ class ManagedWorker(Worker[C]):
 
     @default
     def cleanup(self, ctx: C) -> None:
-        """Gives back what `configure` has taken. The component is unconfigured afterwards."""
+        """Releases the resources of `configure`. The component is unconfigured afterwards."""
 
     @default
     def shutdown(self, ctx: C) -> None:

@@ -106,7 +106,7 @@ class DSRGraph:
         self._world = world
 
     def get_agent_id(self) -> int:
-        """0: replicas have numbers of their own, which nobody chooses."""
+        """0: replicas have numbers of their own, which are not chosen."""
         return 0
 
     def _node(self, of: int | str) -> GraphNode | None:
@@ -352,7 +352,7 @@ class inner_api:  # noqa: N801
     def transform_axis(
         self, to: str, pose: Sequence[float] | str, frame: str | None = None, timestamp: int = 0
     ) -> npt.NDArray[np.float64] | None:
-        """As `transform`, with the angles about x, y, z behind the point."""
+        """As `transform`, with the angles about x, y, z after the point."""
         own = pose if isinstance(pose, str) else str(frame)
         pose = (0.0,) * 6 if isinstance(pose, str) else pose
         matrix = self.get_transformation_matrix(to, own, timestamp)
@@ -418,15 +418,15 @@ class signals:  # noqa: N801
     UPDATE_EDGE_ATTR = "UPDATE_EDGE_ATTR"
     """An edge has other attributes: `function(from_, to, type, names)`."""
     DELETE_NODE = "DELETE_NODE"
-    """A node is gone: `function(id)`."""
+    """A node was removed: `function(id)`."""
     DELETE_EDGE = "DELETE_EDGE"
-    """An edge is gone: `function(from_, to, type)`."""
+    """An edge was removed: `function(from_, to, type)`."""
 
     @classmethod
     def connect(cls, graph: DSRGraph, signal: str, function: Callable[..., Any]) -> None:
         """Runs a function for each change of a kind. An error of it goes to the log of the component."""
         if signal not in cls.__dict__ or not signal.isupper():
-            raise ValueError(f"{signal!r} is no signal")
+            raise ValueError(f"{signal!r} is not a signal")
         graph._world._listen(_Listener(signal, function))
 
 

@@ -47,7 +47,7 @@ class Graph:
         be read.
         """
         if isinstance(include, str):
-            raise TypeError(f"`include` has several folders, for instance [{include!r}], and is no text")
+            raise TypeError(f"`include` is a list of folders, for instance [{include!r}]")
         graph, warnings = _graph.Graph.read(Path(file), [Path(folder) for folder in include])
         for line in warnings:
             logging.getLogger("robocomp").warning(line)
@@ -141,7 +141,7 @@ class Snapshot:
 
 @lru_cache(maxsize=64)
 def _row(columns: tuple[str, ...], units: tuple[str | None, ...]) -> Any:
-    # A column that is no word of Python has its number as its name.
+    # A column that is not a word of Python has its number as its name.
     make: Any = namedtuple
     row = make("Row", columns, rename=True)
     row._units = dict(zip(row._fields, units, strict=True))
@@ -154,7 +154,7 @@ def _rows(columns: list[str], units: list[str | None], rows: list[list[Any]]) ->
 
 
 class Traverser:
-    """What has taken all steps: the node where it is, and the nodes that it has marked."""
+    """The result of all steps: the node where it ended, and the marked nodes."""
 
     __slots__ = ("_marks", "node")
 

@@ -31,7 +31,7 @@ def in_place(value: Any) -> Any:
     package = type(value).__module__.partition(".")[0]
     component = getattr(sys.modules.get(package), "COMPONENT", None)
     if not isinstance(component, Component):
-        raise TypeError(f"{type(value).__name__} is no type of the package of a component")
+        raise TypeError(f"{type(value).__name__} is not a type of the package of a component")
     return _native.view_of(component.description, dict(component.types), value)
 
 
@@ -99,7 +99,7 @@ class FakeSubscriber:
         self._topic.recover()
 
     def set_subscribers(self, count: int) -> None:
-        """Sets what `subscribers` of the publisher is; otherwise 1."""
+        """Sets `subscribers` of the publisher; the default is 1."""
         self._topic.set_subscribers(count)
 
 
@@ -247,7 +247,7 @@ class TestContext(Generic[C, W]):
         self._bench.set_time(_nanoseconds(time))
 
     def set_state(self, state: str) -> None:
-        """Sets what `ctx.state` is. It is `running` otherwise."""
+        """Sets `ctx.state`. The default is `running`."""
         self._bench.set_state(state)
 
 

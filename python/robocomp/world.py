@@ -131,7 +131,7 @@ class Edge(Element):
 
 
 class View:
-    """One version of the world. It never changes, and nobody waits for a reader."""
+    """One version of the world. It never changes, and readers block no writer."""
 
     __slots__ = ("_snapshot",)
 
@@ -307,7 +307,7 @@ class Edit:
 
 
 class Change(Generic[K]):
-    """What has changed of one type, and of those that inherit from it, since its handler ran last."""
+    """The changes of one type, and of those that inherit from it, since its handler ran last."""
 
     __slots__ = ("_attributes", "added", "after", "before", "changed", "removed")
 
@@ -322,7 +322,7 @@ class Change(Generic[K]):
         self.changed = [kind(element) for element, _ in changed]
         """Elements with other attributes, as they are now. New ones are none of them."""
         self.removed = [kind(element) for element in removed]
-        """Elements that are gone, as they were."""
+        """Removed elements, as they were."""
         self._attributes = {kind(element): names for element, names in changed}
 
     def attributes(self, element: K) -> list[str]:
@@ -388,7 +388,7 @@ class World(Generic[V, E]):
 
     @property
     def conflicts(self) -> list[str]:
-        """What is not shown, with what it loses against."""
+        """The hidden elements, each with the element that hides it."""
         return self._replica.conflicts()
 
     def matrix(
@@ -457,7 +457,7 @@ class WorldContext(Context):
             except WorkerError:
                 raise
             except Exception as error:
-                # What is lost is repaired later.
+                # Losses are repaired later.
                 logging.getLogger("robocomp").warning(f"the world cannot tell what has changed: {error}")
 
     def _turn_world(self, worker: Any) -> bool:
@@ -467,7 +467,8 @@ class WorldContext(Context):
         told = replica.look()
         if told is not None:
             self._link.set_world_status(told)
-        # All run, also after one that fails: a change comes only once. The component may have to end by its error.
+        # All run, also after one that fails, because a change comes only once. The component may
+        # have to end by its error.
         errors: list[Exception] = []
         did = False
         for function, arguments in self._due(worker):

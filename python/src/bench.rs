@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What waits for a bench while another one, or none, has the thread.
+/// The state that waits for a bench while another one, or none, has the thread.
 struct Parked {
     session: Option<Session>,
     /// The first exception of an answer, for the caller of the worker's function.
@@ -93,7 +93,7 @@ pub(crate) struct Bench {
 
 impl Drop for Bench {
     fn drop(&mut self) {
-        // Dropped without the borrow: what it holds may run Python.
+        // Dropped without the borrow, because dropping its content may run Python.
         let parked = BENCHES.with_borrow_mut(|benches| benches.remove(&self.number));
         drop(parked);
     }
@@ -198,7 +198,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Lists the members of the slot array with this name. Says whether there is one.
+    /// Lists the members of the slot array with this name. Returns whether there is one.
     #[expect(
         clippy::needless_pass_by_value,
         reason = "a function of Python owns its arguments"
@@ -244,7 +244,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Moves time by a period, or by what is left. Returns what is left then, in nanoseconds.
+    /// Advances time by a period, or by the rest. Returns the rest then, in nanoseconds.
     fn end_period(&self, left: u64) -> PyResult<u64> {
         let _here = Here::enter(Some(self.number));
         let mut left = Duration::from_nanos(left);
@@ -253,7 +253,7 @@ impl Bench {
     }
 
     /// Takes a transition of the life cycle and returns the state afterwards. `activated` is called
-    /// behind the function `activate`. An exception that is no `Emergency` is raised.
+    /// after the function `activate`. An exception that is no `Emergency` is raised.
     fn transition(
         &self,
         py: Python<'_>,
@@ -310,7 +310,7 @@ impl Bench {
     }
 }
 
-/// What reaches a fake: its operation and its arguments.
+/// The input of a fake: its operation and its arguments.
 type Record = (usize, Value);
 
 fn records<'py>(
@@ -337,7 +337,7 @@ pub(crate) struct Server {
 
 #[pymethods]
 impl Server {
-    /// Answers an operation with a value, or with what a function returns.
+    /// Answers an operation with a value, or with the result of a function.
     fn on(&self, operation: usize, answer: Py<PyAny>) -> PyResult<()> {
         let wire = self.wire(operation)?;
         let (program, types, bench) = (
@@ -371,7 +371,7 @@ impl Server {
         Ok(())
     }
 
-    /// Answers an operation that has no answer yet by what a function returns.
+    /// Answers an operation that has no answer yet by the result of a function.
     fn or_default(&self, operation: usize, answer: Py<PyAny>) -> PyResult<()> {
         let wire = self.wire(operation)?;
         let (program, types, bench) = (

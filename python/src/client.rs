@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-/// How often a wait looks for Ctrl-C.
+/// How often a wait checks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A running network.
@@ -225,8 +225,8 @@ impl Network {
     }
 }
 
-/// Does something that takes its time, on a thread of its own, and waits for it without the
-/// interpreter's lock. Ctrl-C ends the wait; the thread ends at the limit of what it does.
+/// Runs a slow function on a thread of its own, and waits for it without the interpreter's lock.
+/// Ctrl-C ends the wait; the thread ends at the limit of the function.
 fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     act: impl FnOnce() -> T + Send + 'static,
@@ -234,7 +234,7 @@ fn interruptible<T: Send + 'static>(
     let (done, results) = sync_channel(1);
     let thread = std::thread::Builder::new().name("client".to_owned());
     thread.spawn(move || {
-        // Nobody may wait any more.
+        // The waiting thread may have stopped waiting.
         let _ = done.send(act());
     })?;
     let ended = awaited(py, results)?;

@@ -53,13 +53,13 @@ pub(crate) struct PythonComponent {
 
 /// Lends core and machine to the session while a function of the worker runs. A panic gives them
 /// back, too: the runtime reads the machine for its message.
-struct Lending<'j> {
+struct ContextLoan<'j> {
     component: &'j mut PythonComponent,
     core: Option<Core>,
     machine: Option<Machine<Number, Number>>,
 }
 
-impl Drop for Lending<'_> {
+impl Drop for ContextLoan<'_> {
     fn drop(&mut self) {
         (self.component.core, self.component.machine) = (self.core.take(), self.machine.take());
     }
@@ -130,12 +130,12 @@ impl PythonComponent {
     /// Runs Python on behalf of the worker.
     pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
         let (core, machine) = (self.core.take(), self.machine.take());
-        let mut lending = Lending {
+        let mut lending = ContextLoan {
             component: self,
             core,
             machine,
         };
-        let Lending {
+        let ContextLoan {
             component,
             core,
             machine,
@@ -308,7 +308,7 @@ impl PythonComponent {
     }
 }
 
-/// Error of a result that is no reply.
+/// Error of a result that is not a reply.
 fn wrong_result(operation: &Operation, error: &ConversionError) -> String {
     let parts = operation.reply.members.len();
     let what = if parts == 1 {

@@ -1,4 +1,4 @@
-//! From objects of Python to values. What does not fit is an error that names the field.
+//! From objects of Python to values. A misfit is an error that names the field.
 
 use crate::types::Types;
 use pyo3::buffer::{Element, PyUntypedBuffer};
@@ -9,8 +9,8 @@ use rc_values::{Member, Named, Numbers, Primitive, Struct, Type, Value};
 use std::fmt;
 use std::sync::Arc;
 
-/// The most elements that are taken one by one, where the type allows any number: an iterator may
-/// have no end, and a `range` none that fits the memory.
+/// The most elements that are taken one by one, if the type allows any number: an iterator may be
+/// infinite, and a `range` larger than memory.
 const MOST_OF_ITERATOR: usize = 1 << 24;
 
 /// The longest text of an object in a message, in characters.
@@ -115,7 +115,7 @@ impl Types {
             [] => Err(ConversionError::expected("None", object)),
             [member] => {
                 let value = self.member(member, object);
-                // The name of a returned value is no name that its worker knows.
+                // The name of a returned value is not a name that its worker knows.
                 let value = value.map_err(|error| match member.name.as_str() {
                     "return" => error,
                     name => error.in_member(name),
@@ -423,7 +423,7 @@ fn float(primitive: Primitive, number: f64) -> Result<Value, ConversionError> {
     Ok(Value::F32(short))
 }
 
-/// Copies the numbers of a buffer. `None` for what is no buffer of numbers.
+/// Copies the numbers of a buffer. `None` if it is not a buffer of numbers.
 fn of_buffer(
     primitive: Primitive,
     object: &Bound<'_, PyAny>,
@@ -432,7 +432,7 @@ fn of_buffer(
         return Ok(None);
     };
     let py = object.py();
-    // A conversion of NumPy drops the imaginary part, and what a mask hides has any value.
+    // A conversion of NumPy drops the imaginary part, and masked elements have any value.
     if buffer.format().to_bytes().contains(&b'Z') {
         return Err(ConversionError::new(
             "its numbers are complex; take `.real`",

@@ -1,4 +1,4 @@
-//! The class `Link`: what the generated clients, publishers and contexts call.
+//! The class `Link`, which the generated clients, publishers and contexts call.
 
 use crate::bench::{Here, take_failure};
 use crate::errors;
@@ -179,7 +179,7 @@ impl Link {
         self.with_core(|core| core.unique())
     }
 
-    /// Tells tools the files of the schema of the component's world.
+    /// Gives tools the files of the schema of the component's world.
     #[expect(
         clippy::needless_pass_by_value,
         reason = "values from Python are owned"
@@ -192,7 +192,7 @@ impl Link {
         self.with_core(|core| core.set_world_schema(&files))
     }
 
-    /// Tells the supervisor how the replica of the component's world is.
+    /// Reports the state of the replica of the component's world to the supervisor.
     fn set_world_status(&self, told: WorldTold) -> PyResult<()> {
         let (behind, behind_ms, conflicts, first_conflicts, fault, refused, last_refusal, silent) =
             told;

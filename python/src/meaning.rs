@@ -11,7 +11,7 @@ use rc_prototypes::model::{Content, Library, Prototype};
 use rc_vocabulary::Primitive;
 use std::path::PathBuf;
 
-/// What a prototype is about: its name, the language of its type, the type, its meaning, and the
+/// The key of a prototype: its name, the language of its type, the type, its meaning, and the
 /// member whose elements are values.
 type Described = (String, String, String, String, Option<String>);
 
@@ -139,7 +139,7 @@ impl Prototypes {
     }
 }
 
-/// How rows of numbers of one prototype become those of another one.
+/// The conversion of rows of numbers of one prototype into those of another one.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Conversion {
     /// The member with the covariance of the first prototype, if it is not converted.
@@ -174,7 +174,11 @@ impl Conversion {
             .ok()
             .filter(|_| count * size == rows.len())
         else {
-            let message = format!("{} bytes are no rows of {} numbers", rows.len(), self.width);
+            let message = format!(
+                "{} bytes are not rows of {} numbers",
+                rows.len(),
+                self.width
+            );
             return Err(pyo3::exceptions::PyValueError::new_err(message));
         };
         let mut bytes = Vec::with_capacity(HEAD + rows.len());

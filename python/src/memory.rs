@@ -19,7 +19,7 @@ use std::ptr::NonNull;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The memory of an image. Its address stays the same until it is taken.
+/// The memory of an image. Its address does not change until it is taken.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Memory {
     start: NonNull<u8>,
@@ -263,8 +263,7 @@ impl Memory {
             std::ptr::null_mut()
         };
         // SAFETY: the interpreter passes a buffer that may be filled in. The memory lives as long
-        // as `obj`, which the buffer holds, and is not taken away while `exports` counts the
-        // buffer.
+        // as `obj`, which the buffer holds, and is not taken while `exports` counts the buffer.
         unsafe {
             (*view).obj = slf.clone().into_any().into_ptr();
             (*view).buf = memory.start.as_ptr().cast::<c_void>();

@@ -20,7 +20,7 @@ pub(crate) fn primitives(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(types)
 }
 
-/// A name as generated code has it. `kind` says what is named.
+/// A name in the form of generated code. `kind` is the kind of the named object.
 #[pyfunction]
 pub(crate) fn name_of(kind: &str, name: &str) -> PyResult<String> {
     Ok(match kind {

@@ -12,7 +12,7 @@ use std::sync::mpsc::{self, Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-/// What the thread is asked for.
+/// The requests to the thread.
 enum Request {
     Send(Value, SyncSender<Result<(), String>>),
     Count(SyncSender<usize>),
@@ -33,7 +33,7 @@ pub(crate) struct Publisher {
     request: Arc<Struct>,
 }
 
-/// Serves requests until nobody has any more, then waits for the last samples.
+/// Serves requests until no sender is left, then waits for the last samples.
 fn serve(
     network: &rc_observe::Network,
     topic: &Topic,
@@ -43,7 +43,7 @@ fn serve(
     let mut sender = match Sender::open(network, topic) {
         Ok(sender) => sender,
         Err(error) => {
-            // Nobody may wait any more, as for all replies here.
+            // The requester may have stopped waiting, as for all replies here.
             let _ = opened.send(Err(error.to_string()));
             return;
         }

@@ -11,7 +11,7 @@ use rc_host::Program;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Reads what the generated package hands over.
+/// Reads the description from the generated package.
 fn read(
     description: &str,
     types: &Bound<'_, PyDict>,
@@ -32,7 +32,7 @@ fn read(
 }
 
 /// Runs a component with these arguments of its command line, until it ends. `launcher` is the
-/// script that starts this process; empty where there is none. Returns the exit code.
+/// script that starts this process, or empty. Returns the exit code.
 #[pyfunction]
 #[pyo3(signature = (description, types, context, worker, folder, args, launcher))]
 #[expect(

@@ -11,8 +11,8 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The most bytes of messages that wait for the program, beside the one that it takes next. Their
-/// values take more memory where a sequence has structures.
+/// The most bytes of messages that wait for the program, in addition to the one that it takes next.
+/// Their values take more memory if a sequence has structures.
 const MOST_BYTES: usize = 64 << 20;
 /// The most samples that wait. Small ones have a cost that their bytes do not tell.
 const MOST: usize = 1 << 16;
@@ -28,9 +28,9 @@ struct Queue {
     samples: VecDeque<(Sample, usize)>,
     bytes: usize,
     dropped: u64,
-    /// Whether nobody listens any more.
+    /// Whether the reader has stopped.
     ends: bool,
-    /// Whether no further sample comes.
+    /// Whether the samples have ended.
     closed: bool,
 }
 
@@ -74,7 +74,7 @@ impl Drop for Closing<'_> {
     }
 }
 
-/// Receives samples until nobody takes them.
+/// Receives samples until the reader stops.
 fn listen(
     network: &rc_observe::Network,
     topic: &Topic,

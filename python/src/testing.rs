@@ -1,4 +1,4 @@
-//! What tests need beside a bench: views of values, and configurations.
+//! Helpers of tests in addition to a bench: views of values, and configurations.
 
 use crate::errors;
 use crate::memory::Memory;
@@ -38,7 +38,7 @@ pub(crate) fn view_of<'py>(
         known.is_ok_and(|known| known.python.bind(py).is(&class))
     };
     let Some(ty) = all.find(is_of) else {
-        let message = format!("{class} is no type that this component has in place");
+        let message = format!("{class} is not a type that this component has in place");
         return Err(PyTypeError::new_err(message));
     };
     let refused = |reason: String| errors::raise(py, "InvalidArgument", &reason);

@@ -1,4 +1,4 @@
-//! The classes of Python that stand for the types of a component.
+//! The classes of Python that represent the types of a component.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple, PyType};
@@ -131,7 +131,7 @@ fn find<'py>(classes: &Bound<'py, PyDict>, name: &str) -> PyResult<Bound<'py, Py
     let found = classes.get_item(name)?;
     let found = found.ok_or_else(|| {
         wrong(format!(
-            "the generated package has no class for `{name}`; generate it anew"
+            "the generated package has no class for `{name}`; generate it again"
         ))
     })?;
     Ok(found.cast_into::<PyType>()?)

@@ -186,7 +186,7 @@ impl View {
     }
 }
 
-/// The offset of the first element behind its count.
+/// The offset of the first element after its count.
 fn first(element: &Type) -> usize {
     4_usize.next_multiple_of(layout(element).map_or(1, |layout| layout.align))
 }
@@ -241,7 +241,7 @@ impl View {
     ) -> PyResult<Bound<'py, PyAny>> {
         let place = self.place(py, name)?;
         let Type::Sequence { element, .. } = &place.member.ty else {
-            return Err(PyTypeError::new_err(format!("`{name}` is no sequence")));
+            return Err(PyTypeError::new_err(format!("`{name}` is not a sequence")));
         };
         let most = bound(&place.member.ty);
         if place.member.optional || length > most {

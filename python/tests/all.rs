@@ -5,7 +5,7 @@ use rc_test_support::python;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the package needs beside Python.
+/// The packages that the package needs in addition to Python.
 const NUMPY: &str = "numpy==2.3.4";
 
 /// What the tests of components need. This `OpenCV` accepts the same `NumPy`.

@@ -139,7 +139,7 @@ fn start_machine(joined: &mut impl Living) -> Result<(), WorkerError> {
     Ok(())
 }
 
-/// One period: what the active states do, or `compute`, then the events that wait.
+/// One period: the `during` functions of the active states, or `compute`, then the waiting events.
 pub fn step(joined: &mut impl Living) -> Result<(), WorkerError> {
     if joined.machine().is_none() {
         return joined.compute();

@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     pub(crate) parameters: Vec<(String, String)>,
     /// Arguments in the style of a middleware, with its name.
     pub(crate) node: Option<(&'static str, Arc<dyn GivenArguments>)>,
-    /// Where time comes from.
+    /// The source of time.
     pub(crate) clock: ClockChoice,
     /// The components that follow the time of this one, in the order of their turns.
     pub(crate) followers: Vec<String>,
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     pub(crate) keep_free: Option<u64>,
     /// The members of slot arrays, as the network lists them.
     pub(crate) members: Listed,
-    /// What slots convert.
+    /// The conversions of slots.
     pub(crate) conversions: Conversions,
 }
 

@@ -1,4 +1,4 @@
-//! Clocks: what `ctx.now()`, the period and the deadlines of topics stand on.
+//! Clocks: the base of `ctx.now()`, of the period and of the deadlines of topics.
 //!
 //! Deadlines of calls and supervision stay on the monotonic clock of the system.
 
@@ -7,8 +7,8 @@ use std::ops::{Add, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// A time of a clock, in nanoseconds since its zero: 1970-01-01 for the clock of the system, what
-/// the source says for a simulated one.
+/// A time of a clock, in nanoseconds since its zero: 1970-01-01 for the clock of the system, the
+/// source's zero for a simulated one.
 ///
 /// ```
 /// use rc_runtime::Time;
@@ -69,7 +69,7 @@ impl fmt::Display for Time {
     }
 }
 
-/// Tells the time.
+/// Returns the time.
 pub trait Clock: fmt::Debug + Send + Sync {
     /// The present time.
     fn now(&self) -> Time;

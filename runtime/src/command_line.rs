@@ -78,7 +78,7 @@ pub(crate) fn parse(
             Long("active") => {
                 let name = description.name;
                 return Err(format!(
-                    "--active: {name} is not managed; write `lifecycle managed;` in its .cdsl and generate it anew"
+                    "--active: {name} is not managed; write `lifecycle managed;` in its .cdsl and generate it again"
                 )
                 .into());
             }
@@ -266,7 +266,7 @@ fn conversion(description: &Description, text: &str) -> Result<(String, String),
     }
     let Some(converter) = description.converter else {
         return Err(
-            "--convert: this program has no conversions: generate the component anew".into(),
+            "--convert: this program has no conversions: generate the component again".into(),
         );
     };
     let checked = (converter.check)(plan);

@@ -17,7 +17,7 @@ pub(crate) enum Command {
     Period(Duration),
     /// Enter or leave the state Emergency.
     Emergency(bool),
-    /// Put a change of parameters to the worker.
+    /// Offer a change of parameters to the worker.
     Parameters(Arc<Proposal>),
     /// Handle a message of a tool.
     Message(Arc<ToolMessage>),
@@ -44,7 +44,7 @@ pub(crate) struct CommandQueue {
 struct Waiting {
     period: Option<Duration>,
     emergency: Option<Emergency>,
-    /// How many commands about the emergency have come.
+    /// How many commands about the emergency have arrived.
     emergencies: u64,
     /// An earlier change has been withdrawn when the next one comes.
     parameters: Option<Arc<Proposal>>,
@@ -52,7 +52,8 @@ struct Waiting {
     fired: Vec<Arc<FiredEvent>>,
 }
 
-/// What the commands that wait do with the state Emergency. One that enters it is never lost.
+/// The effect of the waiting commands on the state Emergency. A command that enters it is never
+/// lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Emergency {
     Enter,
@@ -95,7 +96,7 @@ impl CommandQueue {
         let _ = self.management.set(management);
     }
 
-    /// How many commands about the emergency have come, and how many the worker has executed.
+    /// How many commands about the emergency have arrived, and how many the worker has executed.
     pub(crate) fn emergencies(&self) -> (u64, u64) {
         (
             self.waiting().emergencies,

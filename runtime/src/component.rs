@@ -37,7 +37,7 @@ pub trait Component {
         Ok(())
     }
 
-    /// Whether the component does something in turns of the event loop, beside handlers.
+    /// Whether the component does something in turns of the event loop, in addition to handlers.
     fn has_turns(&self) -> bool {
         false
     }
@@ -129,7 +129,8 @@ pub trait Component {
     }
 
     /// Lets the worker handle the end of a call that it has started through a required slot. `None`
-    /// if none has ended. `member` is that of a slot array, and `slot` then the number of the array.
+    /// if none has ended. `member` is that of a slot array, and `slot` then the number of the
+    /// array.
     fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
         let _ = (slot, member);
         None
@@ -140,7 +141,8 @@ pub trait Component {
         let _ = (slot, member, keeps);
     }
 
-    /// What to wait for while calls that were started through a slot have not ended.
+    /// The descriptor and time to wait for while calls that were started through a slot have not
+    /// ended.
     fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
         let _ = (slot, member);
         None

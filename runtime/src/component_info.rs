@@ -41,7 +41,7 @@ impl ComponentInfo {
         }
     }
 
-    /// Tells the addresses of the slots from now on.
+    /// Sets the addresses of the slots from now on.
     pub(crate) fn set_open(&self) {
         self.is_open.store(true, Ordering::Relaxed);
     }
@@ -125,7 +125,7 @@ impl ComponentInfo {
         &self.network
     }
 
-    /// The health of the component, with what was noticed since the last heartbeat.
+    /// The health of the component, with its observations since the last heartbeat.
     pub(crate) fn heartbeat(&self, shared: &Shared) -> Heartbeat {
         let mut status = shared.status();
         let delta = std::mem::take(&mut status.delta);

@@ -1,4 +1,4 @@
-//! The configuration of a component: its file, and what the command line changes.
+//! The configuration of a component: its file, and the changes of the command line.
 
 use crate::arguments::{self, Arguments};
 use crate::description::Description;
@@ -24,7 +24,7 @@ pub(crate) struct LoadedConfiguration {
     pub(crate) file: Option<PathBuf>,
     /// Where relative paths of parameters start, however the component is started.
     pub(crate) folders: PathFolders,
-    /// What the arguments of nodes change.
+    /// The changes by the arguments of nodes.
     pub(crate) node: Overrides,
 }
 
@@ -243,7 +243,7 @@ fn config_file(description: &Description, arguments: &Arguments) -> Option<PathB
     }
     let here = PathBuf::from("etc/config.toml");
     let built = built_folder(description).join("etc/config.toml");
-    // The current folder may be that of another component.
+    // The current folder may belong to another component.
     let is_ours = Path::new(&format!("{}.cdsl", description.name)).exists();
     [here]
         .into_iter()

@@ -1,5 +1,5 @@
-//! The part of a worker's context that is the same in all components. Generated contexts
-//! dereference to it.
+//! The part of a worker's context that is equal in all components. Generated contexts dereference
+//! to it.
 
 use crate::clock::{Clock, Time};
 use crate::exact::entry::Kind;
@@ -31,18 +31,18 @@ pub struct Core {
     random: fastrand::Rng,
 }
 
-/// Tells the supervisor and tools how a component's replica of the shared world is.
+/// Reports the state of a component's replica of the shared world to the supervisor and tools.
 #[derive(Clone, Debug)]
 pub struct WorldReport(Arc<Shared>);
 
 impl WorldReport {
-    /// Tells it with the next heartbeat, and from then on.
+    /// Reports it with the next heartbeat and all later ones.
     pub fn set(&self, status: WorldStatus) {
         self.0.status().world = Some(status);
     }
 }
 
-/// The clock of [`Core::now`], for what a context owns.
+/// The clock of [`Core::now`], for objects that a context owns.
 #[derive(Clone, Debug)]
 pub struct RecordedClock {
     exact: Exact,
@@ -112,8 +112,8 @@ impl Core {
     }
 
     /// Random numbers for the worker. An exact recording keeps their seed, so that a repeated run
-    /// has the same ones. In simulated time the seed is made of the component's name: every run of
-    /// the network has the same numbers.
+    /// has the same numbers. In simulated time the seed is derived from the component's name: every
+    /// run of the network has the same numbers.
     ///
     /// ```no_run
     /// # fn compute(core: &mut rc_runtime::Core) {
@@ -134,8 +134,8 @@ impl Core {
         self.exact.number(Kind::Unique, number)
     }
 
-    /// Tells tools the files of the schema of the component's shared world, names and texts, the one that
-    /// the component names first.
+    /// Gives tools the files of the schema of the component's shared world, names and texts,
+    /// beginning with the one that the component names.
     pub fn set_world_schema(&self, files: &[(&str, &str)]) {
         let files = files.iter();
         let files = files.map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
@@ -148,12 +148,12 @@ impl Core {
     }
 
     /// The clock of [`Core::now`], for other threads of the worker. An exact recording does not
-    /// know what they read.
+    /// keep their readings.
     pub fn clock(&self) -> Arc<dyn Clock> {
         Arc::clone(&self.clock)
     }
 
-    /// The clock of [`Core::now`], for what the context owns, on the thread of the worker.
+    /// The clock of [`Core::now`], for objects that the context owns, on the thread of the worker.
     pub fn recorded_clock(&self) -> RecordedClock {
         RecordedClock {
             exact: self.exact.clone(),

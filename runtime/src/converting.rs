@@ -24,7 +24,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What slots convert.
+/// The conversions of slots.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Conversions {
     /// The plan of each slot, by name, as its text: only what converts knows plans.
@@ -75,7 +75,7 @@ impl ConversionCounts {
 #[derive(Debug)]
 enum Refused {
     Fault(Fault),
-    /// Nothing knows the transform between these frames at this time.
+    /// The transform between these frames at this time is not known.
     Frames {
         from: String,
         to: String,
@@ -158,35 +158,35 @@ struct SampleProgram {
     counts: ConversionCounts,
 }
 
-/// What became of a sample.
-enum Became {
+/// The result for a sample.
+enum Outcome {
     /// It stays as it is.
     Unchanged,
     /// The copy is the converted one.
     Converted,
-    /// Nobody handles it: the component is not active.
+    /// It is not handled, because the component is not active.
     Dropped,
 }
 
 impl SampleProgram {
     /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
-    /// While the component is not active, nobody is asked where frames are.
-    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Became, Refused> {
+    /// While the component is not active, no tree is asked.
+    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Outcome, Refused> {
         let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
         let program = match header.encoding {
             Encoding::Cdr => &self.cdr,
             Encoding::Image => &self.image,
         };
         let Some(program) = program.as_ref().filter(|_| !is_strange) else {
-            return Ok(Became::Unchanged);
+            return Ok(Outcome::Unchanged);
         };
         let is_idle = self.frames.as_ref().is_some_and(Frames::is_idle);
         if is_idle && program.takes_transforms() {
-            return Ok(Became::Dropped);
+            return Ok(Outcome::Dropped);
         }
         let result = convert(program, self.frames.as_mut(), copy.fill(body));
         self.counts.note(&result);
-        result.map(|_| Became::Converted)
+        result.map(|_| Outcome::Converted)
     }
 }
 
@@ -280,10 +280,10 @@ impl Subscriber for ConvertingSubscriber {
         let mut fault = None;
         let received = port.receive(
             &mut |mut header, body| match programs.run(header, body, copy) {
-                Ok(Became::Dropped) => unread.note(header.sender),
+                Ok(Outcome::Dropped) => unread.note(header.sender),
                 Ok(became) => {
                     unread.renumber(&mut header);
-                    let is_converted = matches!(became, Became::Converted);
+                    let is_converted = matches!(became, Outcome::Converted);
                     take(header, if is_converted { copy.bytes() } else { body });
                 }
                 Err(error) => {
@@ -314,10 +314,10 @@ impl Subscriber for ConvertingSubscriber {
         let received = port.receive_kept(&mut |mut header, sample| {
             let mut copy = Copied::default();
             match programs.run(header, sample.memory(), &mut copy) {
-                Ok(Became::Dropped) => unread.note(header.sender),
+                Ok(Outcome::Dropped) => unread.note(header.sender),
                 Ok(became) => {
                     unread.renumber(&mut header);
-                    let is_converted = matches!(became, Became::Converted);
+                    let is_converted = matches!(became, Outcome::Converted);
                     take(header, if is_converted { Box::new(copy) } else { sample });
                 }
                 Err(error) => {

@@ -135,8 +135,8 @@ pub trait Dispatch<W: 'static>: WorkerContext + 'static {
 pub trait Serving<W: 'static>: Dispatch<W> {
     /// One entry for each slot, in the order of the description.
     const SLOTS: &'static [SlotEntry<W, Self>];
-    /// Runs in each turn of the event loop, after handlers: what the context does beside them.
-    /// Returns whether it did anything.
+    /// Runs in each turn of the event loop, after handlers: the context's own work. Returns whether
+    /// it did anything.
     const TURN: Option<fn(&mut W, &mut Self) -> bool> = None;
 }
 
@@ -281,7 +281,7 @@ pub struct MachineTable<W: 'static, C: 'static> {
 }
 
 impl<W: 'static, C: 'static> MachineTable<W, C> {
-    /// That of a component without a machine.
+    /// The dispatch of a component without a machine.
     pub const NONE: Self = Self {
         guards: &[],
         actions: &[],

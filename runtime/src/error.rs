@@ -37,7 +37,7 @@ impl StartError {
         }
     }
 
-    /// What a component of this name prints at its end.
+    /// The message that a component of this name prints at its end.
     pub(crate) fn report_line(&self, name: &str) -> String {
         match self {
             Self::Configuration(text) => text.clone(),

@@ -151,7 +151,7 @@ fn number(machine: Option<&MachineRecord>, event: &str) -> Result<u16, Error> {
     let what = if machine.has_event(event) {
         "may not be fired from outside"
     } else {
-        "is no event of this component"
+        "is not an event of this component"
     };
     let near = rc_diagnostics::nearest(event, external.iter().copied());
     let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));

@@ -1,4 +1,4 @@
-//! What a component that forwards notes of a slot: how many messages it has handed on, and how long
+//! Counts of a forwarding component for a slot: how many messages it has forwarded, and how long
 //! each of them took.
 
 use rc_management::component::ForwardedStatus;

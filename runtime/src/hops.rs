@@ -1,4 +1,4 @@
-//! Notes of messages on chains: what came in, what was sent because of it, and when.
+//! Notes of messages on chains: the inputs, the outputs that they caused, and the times.
 //!
 //! The supervisor says what to follow, and takes the notes over management. Until then, a message
 //! costs one load of a number that never changes. A note costs no call of the kernel.
@@ -11,13 +11,13 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Stands for all operations of a slot, which have one sender: a client has one queue.
+/// Represents all operations of a slot with one sender: a client has one queue.
 pub(crate) const ALL_OPERATIONS: usize = usize::MAX;
 
-/// What the worker's thread and management share.
+/// The state shared by the worker's thread and management.
 #[derive(Debug, Default)]
 pub(crate) struct SharedHops {
-    /// Counts what was to be followed; 0 while nothing is.
+    /// Counts the requests to follow; 0 while nothing is followed.
     generation: AtomicU64,
     state: Mutex<State>,
     /// The senders of each sending end, by slot and operation.
@@ -116,7 +116,7 @@ impl SharedHops {
 /// The notes of the worker's thread.
 pub(crate) struct HopNotes {
     shared: Arc<SharedHops>,
-    /// That of `local`.
+    /// The number of `local`.
     generation: Cell<u64>,
     local: RefCell<Local>,
     clock: fn() -> u64,
@@ -133,7 +133,7 @@ struct Local {
     begun: u64,
 }
 
-/// A message that came in.
+/// An input.
 #[derive(Clone, Copy)]
 struct Input {
     slot: usize,
@@ -185,18 +185,18 @@ impl HopNotes {
             return false;
         }
         if generation != self.generation.get() {
-            self.begin_anew();
+            self.reset();
         }
         true
     }
 
-    /// Takes over what is to be followed now.
+    /// Takes over the pairs to follow now.
     #[cold]
-    fn begin_anew(&self) {
+    fn reset(&self) {
         let state = locked(&self.shared.state);
         self.generation.set(state.generation);
         let pairs = Arc::clone(&state.pairs);
-        // What runs now began before.
+        // The present function began before.
         *self.local.borrow_mut() = Local {
             last: vec![Vec::new(); pairs.len()],
             pairs,
@@ -363,14 +363,14 @@ impl HopNotes {
         }
     }
 
-    /// A function of the worker begins that is no handler of a message.
+    /// A function of the worker begins that is not a handler of a message.
     pub(crate) fn begin(&self) {
         if self.is_on() {
             self.local.borrow_mut().begun = (self.clock)();
         }
     }
 
-    /// That function has ended. `is_compute`: what it has not used waits for the next one.
+    /// The function has ended. `is_compute`: inputs that it has not used wait for the next one.
     pub(crate) fn end(&self, is_compute: bool) {
         if self.shared.generation.load(Ordering::Relaxed) == 0 {
             return;
@@ -439,7 +439,7 @@ mod tests {
         }
     }
 
-    /// Kind, input, output and times of what is noted.
+    /// Kind, input, output and times of a note.
     fn taken(notes: &HopNotes) -> Vec<(Kind, u32, u32, [u64; 4])> {
         let (hops, overwritten) = notes.shared.take();
         assert_eq!(overwritten, 0);
@@ -461,7 +461,7 @@ mod tests {
         notes.published(3, 0, &header(9, 25));
         notes.handled();
         assert_eq!(taken(&notes), [(Kind::Sent, 4, 9, [10, 20, 20, 25])]);
-        // Other slots and operations are not followed, nor is what is sent outside of the handler.
+        // Other slots and operations are not followed, nor are outputs outside of the handler.
         notes.sample(2, 0, &header(5, 30));
         notes.published(3, 0, &header(10, 31));
         notes.handled();
@@ -505,7 +505,7 @@ mod tests {
             (Kind::Sent, 2, 9, [15, 20, 60, 63]),
         ];
         assert_eq!(taken(&notes), expected);
-        // What the handler of another message sends is not made of it.
+        // Outputs of the handler of another message do not result from it.
         notes.sample(1, 0, &header(3, 70));
         notes.handled();
         let other = vec![
@@ -570,7 +570,7 @@ mod tests {
         assert_eq!((hops.len(), overwritten), (RING, 10));
         assert_eq!(hops.back().map(|hop| hop.input), Some(many as u32));
         assert_eq!(notes.shared.take().1, 0);
-        // Followed no more, it notes nothing.
+        // Without a follower, it notes nothing.
         notes.shared.follow(Vec::new());
         notes.sample(1, 0, &header(1, 1));
         notes.handled();

@@ -53,7 +53,7 @@ impl LifecycleServer {
         transition: Transition,
     ) -> Result<(), Error> {
         let Some(lifecycle) = &self.lifecycle else {
-            let text = "this component is not managed; write `lifecycle managed;` in its .cdsl and generate it anew";
+            let text = "this component is not managed; write `lifecycle managed;` in its .cdsl and generate it again";
             return Err(Error::new(Error::INVALID_PARAMS, text));
         };
         self.requests += 1;

@@ -1,10 +1,10 @@
 //! The socket between a component and the supervisor that started it.
 //!
 //! A supervisor may be stopped for minutes, and its component goes on. State, readiness and unsaved
-//! parameters are therefore levels: each is kept until it can be written, and a newer value takes
-//! the place of an older one. Heartbeats count what happens in between. So the supervisor learns
-//! everything as soon as it reads again, and what waits for it takes one line of memory for each
-//! kind of message.
+//! parameters are therefore levels: each is kept until it can be written, and a newer value
+//! replaces an older one. Heartbeats count what happens in between. So the supervisor learns
+//! everything as soon as it reads again, and the backlog takes one line of memory for each kind of
+//! message.
 
 use crate::lifecycle::Goal;
 use rc_configuration::ParamChange;
@@ -25,7 +25,7 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-/// How many paths of values, or names of components, are listed in place of what is too long for a
+/// How many paths of values, or names of components, are listed if all would be too long for a
 /// line.
 const LISTED: usize = 16;
 /// How often the link is read at once.
@@ -38,7 +38,7 @@ const MARGIN: usize = 1024;
 pub(crate) struct Link {
     stream: UnixStream,
     lines: Lines,
-    /// How many bytes came in lines that are no message.
+    /// How many bytes came in invalid lines.
     garbage: usize,
     /// The line that is being written.
     output: Output,
@@ -79,7 +79,7 @@ impl Levels {
         if let Some(report) = self.lifecycle.take() {
             return Some(ComponentMessage::Lifecycle(report));
         }
-        // What is unsaved comes before the answers: the supervisor adds a change that it keeps.
+        // Unsaved parameters come before the answers: the supervisor adds a change that it keeps.
         if let Some(unsaved) = self.unsaved.take() {
             return Some(ComponentMessage::Parameters(unsaved));
         }
@@ -101,12 +101,11 @@ pub(crate) struct LinkInput {
     pub(crate) ruled: Vec<String>,
     /// A part of a change of several components, with its number.
     pub(crate) proposed: Vec<(u64, Map<String, Value>)>,
-    /// What the supervisor has decided about such changes, with their numbers: whether they are
-    /// kept.
+    /// The decisions of the supervisor about such changes, by their numbers: whether they are kept.
     pub(crate) settled: Vec<(u64, bool)>,
     /// The state to which the life cycle is to be brought.
     pub(crate) goal: Option<Goal>,
-    /// How the group of a proxy is.
+    /// The state of a proxy's group.
     pub(crate) group: Option<GroupStatus>,
 }
 
@@ -184,7 +183,7 @@ impl Link {
         self.write();
     }
 
-    /// Sets the answer to a proposal: what the worker has accepted, or why it is refused.
+    /// Sets the answer to a proposal: the accepted changes, or the reason for refusing them.
     pub(crate) fn set_proposed(&mut self, number: u64, result: Result<Value, Error>) {
         let (changes, refused) = match result {
             Ok(changes) => (serde_json::from_value(changes).unwrap_or_default(), None),
@@ -226,7 +225,7 @@ impl Link {
         self.write();
     }
 
-    /// Writes what the supervisor takes. It never holds up its component.
+    /// Writes as much as the supervisor accepts. It never blocks its component.
     pub(crate) fn write(&mut self) {
         loop {
             if self.output.write(&self.stream).is_err() {
@@ -272,7 +271,7 @@ impl Link {
                     None => self.garbage += line.size(),
                 }
             }
-            // A peer that sends only garbage is no supervisor.
+            // A peer that sends only garbage is not a supervisor.
             if closed || self.garbage > MOST_GARBAGE {
                 input.closed = true;
                 break;
@@ -394,8 +393,7 @@ mod tests {
         };
         assert_eq!((heartbeat.age_ms, heartbeat.peers.len()), (7, 0));
         assert!(heartbeat.mismatches[0].contains("ask for `status`"));
-        // What is wrong with the time is still reported: its absence would mean that it is well
-        // again.
+        // Problems of the time are still reported: leaving them out would mean that they are over.
         let clock = heartbeat.clock.expect("a clock");
         assert_eq!(
             (clock.lost_ms, clock.waiting_for.len()),

@@ -1,4 +1,4 @@
-//! The log of a component, and what it prints.
+//! The log of a component, and its other output.
 
 use crate::error::StartError;
 use rc_middleware::{LogLevel, LogLine, LogQueue};

@@ -75,8 +75,8 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
 
     /// Puts an event into the machine's queue. The machine handles it after the handlers of a turn
     /// (at most 64), or at the end of the period, after all `during` functions or `compute`. An
-    /// event after the end of the machine, or when 256 wait, is dropped, with a warning at
-    /// most once a second.
+    /// event after the end of the machine, or while 256 wait, is dropped, with a warning at most
+    /// once a second.
     pub fn fire(&mut self, event: E) {
         self.parts.fire(event.number());
     }
@@ -86,8 +86,8 @@ impl<S: Numbered, E: Numbered> Machine<S, E> {
         self.parts.is_in(state.number())
     }
 
-    /// Whether the machine has entered its initial states. That of a managed component does so at
-    /// its first activation.
+    /// Whether the machine has entered its initial states. The machine of a managed component does
+    /// so at its first activation.
     pub fn has_started(&self) -> bool {
         self.parts.has_started()
     }
@@ -272,8 +272,8 @@ pub fn react(hooks: &mut impl Hooks) -> Result<(), WorkerError> {
     })
 }
 
-/// Handles one event that a tool fires, and says what became of it. No other event waits, so the
-/// step is that of this one; what it fires itself is handled before the next one from outside.
+/// Handles one event that a tool fires, and returns the result. No other event waits, so the step
+/// is that of this one; events that it fires itself are handled before the next one from outside.
 fn take_from_outside<H: Hooks>(
     interpreter: &mut Interpreter,
     host: &mut Steps<'_, H>,

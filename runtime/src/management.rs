@@ -43,12 +43,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(500);
-/// How often the thread looks whether its socket is still there.
+/// How often the thread checks whether its socket still exists.
 const LOOK: Duration = Duration::from_secs(1);
 /// How long the answer to a request about the emergency waits for the worker.
 const EMERGENCY_LIMIT: Duration = Duration::from_secs(1);
 
-/// What the management thread takes of its process.
+/// What the management thread uses of its process.
 pub(crate) enum Attachment {
     /// Nothing.
     None,
@@ -143,7 +143,7 @@ impl Management {
         })
     }
 
-    /// Tells the addresses of the slots from now on.
+    /// Sets the addresses of the slots from now on.
     pub(crate) fn set_open(&self) {
         self.info.set_open();
     }
@@ -182,7 +182,7 @@ impl Drop for Management {
 }
 
 /// A request about the emergency that the worker has not executed.
-struct AskedEmergency {
+struct EmergencyRequest {
     requester: (u64, Option<Value>),
     /// Its number among all of them.
     number: u64,
@@ -202,7 +202,7 @@ struct Server {
     wakeups: Wakeups,
     parameters: ParameterServer,
     firing: FireServer,
-    emergencies: Vec<AskedEmergency>,
+    emergencies: Vec<EmergencyRequest>,
     backends: BackendRequests,
     lifecycle: LifecycleServer,
     link: Option<Link>,
@@ -298,7 +298,7 @@ impl Server {
                 && let Some(link) = &mut self.link
                 && link.is_free()
             {
-                // What a heartbeat reports is counted on until one can be written.
+                // The observations of a heartbeat accumulate until one can be written.
                 heartbeat = now + HEARTBEAT;
                 link.send_heartbeat(self.info.heartbeat(&self.shared));
             }
@@ -374,7 +374,7 @@ impl Server {
                 ready.filter(|(_, events)| !events.is_empty()).collect()
             }
             Err(error) => {
-                // Without memory for a moment, this thread must not spin.
+                // If memory is short for a moment, this thread must not spin.
                 if error != Errno::INTR {
                     std::thread::sleep(Duration::from_millis(10));
                 }
@@ -526,7 +526,7 @@ impl Server {
             Ok(Request::Emergency { active }) => {
                 self.commands.push(Command::Emergency(active));
                 self.socket.defer(client);
-                self.emergencies.push(AskedEmergency {
+                self.emergencies.push(EmergencyRequest {
                     requester: (client, id.cloned()),
                     number: self.commands.emergencies().0,
                     until: Instant::now() + EMERGENCY_LIMIT,

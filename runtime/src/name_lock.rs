@@ -1,5 +1,5 @@
 //! The name of a component in its network: `NAME.lock` in the run directory, locked as long as the
-//! component lives. Its management socket lies beside it, `NAME.sock`.
+//! component lives. Its management socket is next to it, `NAME.sock`.
 
 use crate::error::StartError;
 use rc_middleware::{Environment, RunDirectory};

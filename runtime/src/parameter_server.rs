@@ -1,4 +1,4 @@
-//! The parameters of the running component: what they are, how they change, how they are saved.
+//! The parameters of the running component: their values, changes and saving.
 //!
 //! A change is checked on the management thread. The worker then accepts or refuses it on its own
 //! thread, between two runs of `compute()` or handlers. The requester gets the result, within a
@@ -63,10 +63,10 @@ enum Operation {
 /// A change that is with the worker.
 struct InFlight {
     requester: Requester,
-    /// When it is withdrawn. Nothing withdraws the way back.
+    /// When it is withdrawn. An undo is not withdrawn.
     until: Option<Instant>,
     proposal: Arc<Proposal>,
-    /// What holds if the worker accepts; none for the way back.
+    /// The values if the worker accepts; none for an undo.
     accepted: Option<CheckedChanges>,
 }
 
@@ -139,7 +139,7 @@ impl ParameterServer {
         self.live.all()
     }
 
-    /// Tells a listener of all parameters, and from now on of every change.
+    /// Reports all parameters to a listener, and from now on every change.
     pub(crate) fn subscribe(&mut self, listener: ParameterListener) {
         let new = shown(&self.all());
         if !new.is_empty() {
@@ -176,7 +176,7 @@ impl ParameterServer {
         let takes_it_back =
             |one: &InFlight| matches!(one.requester, Requester::Settlement(n) if n == number);
         if self.in_flight.as_ref().is_some_and(takes_it_back) {
-            // The answer comes when the worker has its old values.
+            // The answer comes when the worker has its old values again.
             return;
         }
         if let Some(in_flight) = self.in_flight.take_if(|one| is_its(&one.requester)) {
@@ -203,7 +203,7 @@ impl ParameterServer {
 
     /// Gives the worker the values from before.
     fn take_back(&mut self, number: u64, proposal: &Proposal) {
-        let back = Arc::new(proposal.way_back());
+        let back = Arc::new(proposal.undo());
         for change in back.changes() {
             tracing::info!("parameter {change}: the change is taken back");
         }
@@ -322,7 +322,7 @@ impl ParameterServer {
         paths.find(is_ruled).cloned()
     }
 
-    /// The requests that have waited for too long behind a change of several components.
+    /// The requests that have waited too long for a change of several components.
     fn expired(&mut self) -> Vec<Answer> {
         let now = Instant::now();
         let is_late = |request: &Request| request.until <= now;
@@ -392,10 +392,10 @@ impl ParameterServer {
         rpc::result(&changed)
     }
 
-    /// Tells the listeners which parameters have changed since `before`: whole parameters, even if
-    /// only an element has changed.
+    /// Reports to the listeners which parameters have changed since `before`: whole parameters,
+    /// even if only an element has changed.
     fn notify(&self, before: &[LiveParameter]) {
-        // No parameter comes or goes.
+        // The set of parameters is constant.
         let pairs = self.all().into_iter().zip(before);
         let changed = pairs.filter(|(now, before)| now.status.value != before.status.value);
         let changed: Vec<LiveParameter> = changed.map(|(now, _)| now).collect();
@@ -412,8 +412,8 @@ impl ParameterServer {
         }
     }
 
-    /// The time until a limit passes: that of the change that is with the worker, that of a held
-    /// one, or that of a request behind these.
+    /// The time until a limit passes: that of the change at the worker, that of a held one, or that
+    /// of a request that waits for these.
     pub(crate) fn time_left(&self) -> Option<Duration> {
         let in_flight = self.in_flight.as_ref().and_then(|one| one.until);
         let held = self.held.as_ref().map(|held| held.until);

@@ -44,7 +44,7 @@ impl BackendRequests {
     pub(crate) fn turn(&mut self, parameters: &mut ParameterServer) {
         for request in self.queue.take() {
             match request {
-                // A requester that does not wait any more needs no answer.
+                // A requester that no longer waits needs no answer.
                 BackendRequest::List(answer) => drop(answer.try_send(parameters.all())),
                 BackendRequest::Set(changes, answer) => {
                     self.changes += 1;

@@ -56,21 +56,21 @@ pub struct Connections {
     sent: RefCell<Vec<(usize, Counter)>>,
     /// The counters of samples that were not published, each with the index of its slot.
     withheld: RefCell<Vec<(usize, Counter)>>,
-    /// What slots convert.
+    /// The conversions of slots.
     conversions: Conversions,
     /// The transforms that slots of tf have received, by their names.
     histories: RefCell<BTreeMap<String, Shared>>,
     /// Whether the component is not active: then no sample asks where frames are.
     idle: IdleFlag,
-    /// Tells that the component is to end, to what waits for the place of a frame.
+    /// Reports the end of the component to waits for the place of a frame.
     stop: Option<WakeEvent>,
     /// The counts of slots that convert, each with the index of its slot.
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
-    /// What slots have forwarded, each with the index of its slot.
+    /// The forwarded messages of slots, each with the index of its slot.
     forwarded: RefCell<Vec<(usize, ForwardCounts)>>,
     /// Gate of all publishers.
     gate: Gate,
-    /// What goes over each middleware of providers, each with the index of its slot.
+    /// The messages over each middleware of providers, each with the index of its slot.
     transports: RefCell<Vec<(usize, &'static str, Counter)>>,
     /// The receive queues, each with the index of its slot.
     queues: RefCell<Vec<(usize, QueueGauge)>>,
@@ -85,16 +85,16 @@ pub struct Connections {
     clock: ClockKind,
     /// The time of the network.
     now: Arc<dyn Clock>,
-    /// Of a source of time: what its worker and the event loop share.
+    /// For a source of time: the state that its worker and the event loop share.
     source: Option<Rc<RefCell<SourceState>>>,
     exact: Exact,
     /// For tests: the replies of slots without a server, each with the index of its slot.
     defaults: &'static [(usize, DefaultReply)],
-    /// What a worker may await inside of a turn.
+    /// The messages that a worker may await inside of a turn.
     early: OnceCell<EarlySamples>,
 }
 
-/// What takes part in each connection. A connection has them from its beginning.
+/// The parts of each connection, which has them from its beginning.
 pub(crate) struct Interceptors {
     /// Copies messages to tools.
     pub(crate) taps: Arc<Taps>,
@@ -102,7 +102,7 @@ pub(crate) struct Interceptors {
     pub(crate) hops: Arc<SharedHops>,
     /// Gate of all publishers.
     pub(crate) gate: Gate,
-    /// Records what is sent and received.
+    /// Records inputs and outputs.
     pub(crate) exact: Exact,
     /// Replies to calls that no server takes, each with the index of its slot.
     pub(crate) defaults: &'static [(usize, DefaultReply)],
@@ -405,7 +405,7 @@ impl Connections {
         self.slots.listed(array)
     }
 
-    /// Opens the receiving ends of all slots that are no arrays, each with the index of its slot.
+    /// Opens the receiving ends of all slots that are not arrays, each with the index of its slot.
     pub(crate) fn receivers(&self) -> Result<Vec<(usize, Receiver)>, OpenError> {
         let mut receivers = Vec::new();
         for at in 0..self.description.slots.len() {
@@ -504,7 +504,7 @@ impl Connections {
     fn slot(&self, slot: usize) -> Result<Arc<OpenSlot>, OpenError> {
         self.slots.get(slot).ok_or_else(|| OpenError::Backend {
             address: self.network.clone(),
-            reason: format!("the component has no slot {slot}; generate it anew"),
+            reason: format!("the component has no slot {slot}; generate it again"),
         })
     }
 
@@ -527,7 +527,7 @@ impl Connections {
             .map(|(_, backend)| backend.as_ref())
             .ok_or_else(|| OpenError::Backend {
                 address: slot.name.to_string(),
-                reason: format!("this component was generated without {wanted}; generate it anew"),
+                reason: format!("this component was generated without {wanted}; generate it again"),
             })
     }
 

@@ -19,7 +19,7 @@ const RETRY_PAUSE: Duration = Duration::from_millis(50);
 /// The result of a probe.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ProbeResult {
-    /// The component is ready, or has ended in order beside others of its process.
+    /// The component is ready, or has ended without an error while others of its process run.
     Ready(String),
     /// The component is there and not ready.
     NotReady(String),
@@ -47,8 +47,8 @@ impl ProbeResult {
 }
 
 /// Asks components of one process, each with its network and its name, until all are ready, for at
-/// most `wait` and one answer of each. One that is not there is ready if another one says that it
-/// has ended in order.
+/// most `wait` and one answer of each. A missing one counts as ready if another one says that it
+/// has ended without an error.
 pub(crate) fn probe(asked: &[(&str, &str)], wait: Duration) -> Vec<ProbeResult> {
     let sockets = asked.iter();
     let sockets = sockets.map(|(network, name)| RunDirectory::of(network).socket(name));
@@ -78,7 +78,7 @@ pub(crate) fn probe(asked: &[(&str, &str)], wait: Duration) -> Vec<ProbeResult> 
     }
 }
 
-/// The status of a component, or what there is in its place.
+/// The status of a component, or the result in its place.
 fn ask(socket: &Path) -> Result<Status, ProbeResult> {
     let end = Instant::now() + LIMIT;
     let late = || ProbeResult::NotReady(format!("has not answered within {LIMIT:?}"));

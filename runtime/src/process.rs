@@ -80,7 +80,7 @@ pub fn run_with<C: Component>(
             }),
     };
     match outcome {
-        // What a worker prints says nothing of how it ended.
+        // The output of a worker does not say how it ended.
         Ok(()) if runs => 0,
         Ok(()) => printed(description.name, 0),
         Err(error) => fail(description.name, &error),

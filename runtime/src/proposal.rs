@@ -17,7 +17,8 @@ pub(crate) struct Proposal {
     old: Arc<Values>,
     new: Arc<Values>,
     changes: Vec<ParamChange>,
-    /// Whether it takes back what the worker has accepted before: a refusal changes nothing.
+    /// Whether it undoes a change that the worker has accepted before: a refusal then has no
+    /// effect.
     is_way_back: bool,
     state: Mutex<ProposalState>,
     management: Waker,
@@ -52,7 +53,7 @@ impl Proposal {
     }
 
     /// The way back from this proposal, which the worker has accepted.
-    pub(crate) fn way_back(&self) -> Self {
+    pub(crate) fn undo(&self) -> Self {
         Self {
             old: self.new.clone(),
             new: self.old.clone(),
@@ -63,7 +64,7 @@ impl Proposal {
         }
     }
 
-    /// What the worker has accepted.
+    /// The accepted changes.
     pub(crate) fn changes(&self) -> &[ParamChange] {
         &self.changes
     }

@@ -55,7 +55,7 @@ fn prepend(settings: &mut Settings, middleware: &str, key: &str, mut rules: Valu
     settings.set(middleware, key, rules);
 }
 
-/// The slots of topics that a middleware carries. Of arrays, the members that the network lists.
+/// The slots of topics of a middleware. For arrays, the members that the network lists.
 fn topics(slots: &SlotTable, middleware: &str) -> Result<Vec<NamedSlot>, OpenError> {
     let mut topics = slots.named()?;
     topics.retain(|slot| {

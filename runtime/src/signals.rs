@@ -11,7 +11,7 @@ const BURST: Duration = Duration::from_millis(300);
 /// SIGINT, SIGTERM and SIGHUP of this process. Readable when one has come.
 pub(crate) struct Signals {
     pipe: UnixStream,
-    /// When the first one came.
+    /// When the first signal came.
     first: Option<Instant>,
 }
 
@@ -30,9 +30,9 @@ impl Signals {
         Ok(Self { pipe, first: None })
     }
 
-    /// Takes what has come. Returns whether a signal came after the first one: the process ends at
-    /// once then. Signals that come together count as one: a terminal that closes, or a tool that
-    /// signals a process and then its group, sends several.
+    /// Takes the pending signals. Returns whether a signal came after the first one: the process
+    /// ends at once then. Signals that come together count as one: a terminal that closes, or a
+    /// tool that signals a process and then its group, sends several.
     pub(crate) fn take(&mut self) -> bool {
         let mut bytes = [0_u8; 16];
         let _ = self.pipe.read(&mut bytes);

@@ -51,7 +51,7 @@ impl<E> SlotArray<E> {
     /// Opens a member. Its address is `NETWORK/INSTANCE/ARRAY/MEMBER`.
     ///
     /// # Errors
-    /// The name is no name of a member or is taken, `initialize` has ended, or the middleware
+    /// The name is not a name of a member or is taken, `initialize` has ended, or the middleware
     /// refuses.
     pub fn open(&mut self, name: &str) -> Result<Member, MemberError> {
         let (member, end) = self.ports.open_member(self.slot, name, self.open)?;

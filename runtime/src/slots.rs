@@ -313,7 +313,7 @@ impl SlotTable {
         Ok(member)
     }
 
-    /// Takes back the member that was added last: it could not be opened.
+    /// Removes the member that was added last: it could not be opened.
     pub(crate) fn remove_last(&self) {
         let mut slots = self.slots.write().unwrap_or_else(PoisonError::into_inner);
         if slots.len() > self.description.slots.len() {
@@ -321,7 +321,7 @@ impl SlotTable {
         }
     }
 
-    /// Ends the opening of members, and compares them with what the network lists and binds.
+    /// Ends the opening of members, and compares them with those that the network lists and binds.
     pub(crate) fn complete(&self) -> Result<(), StartError> {
         self.is_complete.store(true, Ordering::Relaxed);
         let all = self.all();

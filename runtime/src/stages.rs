@@ -1,5 +1,5 @@
 //! The stages of a component that runs: prepared, managed, connected, working, ended. Each stage
-//! takes the one before, so that none is left out and none comes too early.
+//! consumes the previous one, so that none is skipped and none comes too early.
 
 use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, SystemClock};
@@ -93,7 +93,7 @@ pub(crate) struct Prepared<'a> {
     simulated: Arc<SimulatedClock>,
     shared: Arc<Shared>,
     commands: Arc<CommandQueue>,
-    /// Of the worker's random numbers.
+    /// The seed of the worker's random numbers.
     seed: u64,
 }
 
@@ -391,7 +391,8 @@ impl Working<'_> {
             management,
             prepared,
         } = managed;
-        // Locals drop in the reverse order, also in a panic: the worker first, then what it uses.
+        // Locals drop in the reverse order, also in a panic: the worker first, then everything that
+        // it uses.
         let (ports, ends, mut component) = (ports, ends, component);
         let commands = prepared.commands.clone();
         let mut event_loop = EventLoop::new(&mut *component, &ports, receivers, commands, time)
@@ -445,7 +446,7 @@ impl Prepared<'_> {
     }
 }
 
-/// The seed of the worker's random numbers: in simulated time, every run has the same ones.
+/// The seed of the worker's random numbers: in simulated time, it is equal in every run.
 fn seed(kind: ClockKind, name: &str) -> u64 {
     match kind {
         ClockKind::System | ClockKind::Nodes => fastrand::u64(..),
@@ -470,7 +471,7 @@ fn clock(
         ClockChoice::Own | ClockChoice::System => ClockKind::System,
         ClockChoice::Source => {
             return usage(format!(
-                "--clock source: {name} does not advance time; write `simulates time;` in its .cdsl and generate it anew"
+                "--clock source: {name} does not advance time; write `simulates time;` in its .cdsl and generate it again"
             ));
         }
         ClockChoice::Simulated(_) => match followed {

@@ -98,7 +98,7 @@ impl DoneBeside {
     }
 }
 
-/// The clock of the component, and what is known of it.
+/// The clock of the component, and its state.
 #[derive(Debug)]
 pub(crate) struct NetworkTime {
     pub(crate) kind: ClockKind,
@@ -131,10 +131,10 @@ pub(crate) struct Status {
     pub(crate) last_error: Option<String>,
     /// Last steps of the state machine.
     pub(crate) machine: Option<MachineRecord>,
-    /// The replica of the shared world, as it was last told, and the files of its schema.
+    /// The last reported state of the replica of the shared world, and the files of its schema.
     pub(crate) world: Option<WorldStatus>,
     pub(crate) schema: Vec<(String, String)>,
-    /// Of a source of time: the components that follow it, and those that it waits for beyond its
+    /// For a source of time: the components that follow it, and those that it waits for beyond its
     /// limit.
     pub(crate) followers: Vec<String>,
     pub(crate) waiting_for: Vec<String>,
@@ -142,17 +142,17 @@ pub(crate) struct Status {
     pub(crate) sent: Vec<(usize, Counter)>,
     /// How many samples were not published because the component was not active, in the same form.
     pub(crate) withheld: Vec<(usize, Counter)>,
-    /// What slots have converted, each with the index of its slot.
+    /// The conversions of slots, each with the index of its slot.
     pub(crate) converted: Vec<(usize, ConversionCounts)>,
-    /// What slots have forwarded, each with the index of its slot.
+    /// The forwarded messages of slots, each with the index of its slot.
     pub(crate) forwarded: Vec<(usize, ForwardCounts)>,
-    /// What went over each middleware of providers, each with the index of its slot.
+    /// The messages over each middleware of providers, each with the index of its slot.
     pub(crate) transports: Vec<(usize, &'static str, Counter)>,
     /// The receive queues, each with the index of its slot.
     pub(crate) queues: Vec<(usize, QueueGauge)>,
     /// Peers that are there and do not fit; the log has all.
     pub(crate) mismatches: Vec<String>,
-    /// Of a proxy: its group.
+    /// For a proxy: its group.
     pub(crate) group: Option<GroupStatus>,
     /// Content of the next heartbeat.
     pub(crate) delta: HeartbeatDelta,
@@ -266,8 +266,8 @@ pub(crate) struct SlotCounters {
 pub(crate) struct TimingRecorder {
     count: u64,
     errors: u64,
-    // Two digits from 1 µs to 100 s. It is none only for bounds that the library refuses, which
-    // these are not.
+    // Two digits from 1 µs to 100 s. The result is none only for bounds that the library refuses,
+    // which these are not.
     times: Option<Histogram<u32>>,
 }
 
@@ -317,7 +317,7 @@ impl Status {
         total(&self.withheld, slot)
     }
 
-    /// What a slot has converted. `None` if it converts nothing.
+    /// The conversions of a slot. `None` if it converts nothing.
     pub(crate) fn converted(&self, slot: usize) -> Option<ConvertedStatus> {
         // A member that failed to open has left its number to the next one.
         let counts = self.converted.iter().rfind(|(at, _)| *at == slot);
@@ -329,13 +329,13 @@ impl Status {
         })
     }
 
-    /// What a slot has forwarded. `None` if it forwards nothing.
+    /// The forwarded messages of a slot. `None` if it forwards nothing.
     pub(crate) fn forwarded(&self, slot: usize) -> Option<ForwardedStatus> {
         let counts = self.forwarded.iter().rfind(|(at, _)| *at == slot);
         counts.map(|(_, counts)| counts.status())
     }
 
-    /// What went over each middleware of a slot. Empty for a slot with one.
+    /// The messages over each middleware of a slot. Empty for a slot with one.
     pub(crate) fn transports(&self, slot: usize, names: &[&'static str]) -> Vec<TransportStatus> {
         let several = names.iter().filter(|_| names.len() > 1);
         let transports = several.map(|name| {

@@ -71,7 +71,7 @@ impl Taps {
         tap.is_some_and(|tap| tap.is_on.load(Ordering::Relaxed))
     }
 
-    /// Switches a tap. Counting starts anew.
+    /// Switches a tap. Counting starts again.
     pub(crate) fn set(&self, slot: usize, on: bool) {
         if let Some(tap) = self.slots.get(slot)
             && tap.is_on.swap(on, Ordering::Relaxed) != on
@@ -193,7 +193,7 @@ impl Taps {
     }
 }
 
-/// A reply that lends no memory and is no value, so that it can be read afterwards.
+/// A reply that lends no memory and is not a value, so that it can be read afterwards.
 struct KeptReply<'r> {
     reply: &'r mut dyn Reply,
     taps: &'r Arc<Taps>,
@@ -220,7 +220,7 @@ impl Reply for KeptReply<'_> {
     }
 }
 
-/// A reply that comes later and is copied then.
+/// A deferred reply, which is copied when it is sent.
 struct TappedReply {
     reply: Box<dyn DeferredReply>,
     taps: Arc<Taps>,
@@ -297,7 +297,7 @@ impl Publisher for TappedPublisher {
     }
 
     fn loan_image(&mut self, length: usize) -> Result<Option<Box<dyn LoanedSample>>, SendError> {
-        // It may be kept for long: whether somebody taps it is asked when it is sent.
+        // It may be kept for long, so taps are checked when it is sent.
         self.port.loan_image(length)
     }
 

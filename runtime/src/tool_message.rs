@@ -113,7 +113,7 @@ impl Reply for ToolReply<'_> {
     }
 }
 
-/// A reply that comes later.
+/// A deferred reply.
 struct ToolDeferred(Arc<ToolMessage>);
 
 impl DeferredReply for ToolDeferred {

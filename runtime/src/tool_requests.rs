@@ -97,7 +97,7 @@ impl ToolRequests {
         })
     }
 
-    /// Switches the tap of a slot for a client. Counting starts anew.
+    /// Switches the tap of a slot for a client. Counting starts again.
     pub(crate) fn tap(
         &self,
         socket: &mut Socket<Tapping>,
@@ -173,7 +173,7 @@ impl ToolRequests {
         })
     }
 
-    /// Takes what was noted since the last time. `active`: whether the component handles messages.
+    /// Takes the notes since the last time. `active`: whether the component handles messages.
     pub(crate) fn hops(&self, client: u64, active: bool) -> Result<Value, Error> {
         if self.follower != Some(client) {
             let message = "nothing is followed for this client; ask `follow` first";
@@ -187,7 +187,7 @@ impl ToolRequests {
         })
     }
 
-    /// Notes nothing any more for a client that is gone.
+    /// Stops noting for a client that has left.
     fn end_following(&mut self, socket: &mut Socket<Tapping>) {
         if self
             .follower
@@ -304,7 +304,8 @@ impl ToolRequests {
         }
     }
 
-    /// Tells the clients that have read everything what they have lost. Returns whether any has.
+    /// Reports their losses to the clients that have read everything. Returns whether any has
+    /// losses.
     fn tell_losses(&self, socket: &mut Socket<Tapping>) -> bool {
         let mut any = false;
         for client in socket.clients_mut().filter(|client| client.waiting() == 0) {
@@ -353,7 +354,7 @@ impl ToolRequests {
             dropped: 0,
             body: copied.body,
         }));
-        // Clients that lost equally many messages get the same line.
+        // Clients with equally many losses get the same line.
         let mut line: Option<(u64, Vec<u8>)> = None;
         for client in socket.clients_mut() {
             let waiting = client.waiting();
@@ -586,7 +587,7 @@ pub(crate) mod tests {
             panic!("{} notifications", received.len());
         };
         assert!(tapped.body == picture && tapped.dropped == 0);
-        // What is longer than any message is lost, and no copy that follows has to say so.
+        // A line longer than any message is lost, and no later copy has to report it.
         tools.send(&mut socket, copy(vec![7; LONGEST]));
         tools.turn(&mut socket);
         let told = |dropped| Notification::Dropped {

@@ -1,4 +1,4 @@
-//! What a worker does: the functions that the runtime calls.
+//! The functions of a worker that the runtime calls.
 
 use crate::lifecycle::Transition;
 use crate::worker_error::WorkerError;
@@ -117,7 +117,7 @@ pub trait ManagedWorker<C>: Sized {
 
     /// Prepares for work: opens devices, reserves memory. The component is inactive afterwards.
     /// After `WorkerError::Failed` it is unconfigured as before; after `WorkerError::Emergency`,
-    /// `error` follows. The same holds for the next functions, with the state that each begins in.
+    /// `error` follows. The same holds for the next functions, with their own initial states.
     fn configure(&mut self, ctx: &mut C) -> Result<(), WorkerError> {
         let _ = ctx;
         Ok(())

@@ -1,4 +1,4 @@
-//! How a worker says that it failed.
+//! The ways in which a worker fails.
 
 /// Why a worker could not do its work.
 ///
@@ -18,7 +18,7 @@
 #[derive(Debug)]
 pub enum WorkerError {
     /// The runtime logs and counts the failure; the component runs on. A transition of the life
-    /// cycle fails: the component returns to the state that it came from.
+    /// cycle fails: the component returns to its previous state.
     Failed(String),
     /// The component enters the state Emergency, in which `emergency()` runs in place of
     /// `compute()`. After a function of the life cycle, its error processing follows instead.

@@ -145,7 +145,7 @@ fn duplicate_transitions(machine: &StateMachine, found: &mut Diagnostics) {
     }
 }
 
-/// Reports transitions behind one of the same state that needs no guard and takes their events.
+/// Reports transitions after one of the same state that needs no guard and takes their events.
 fn shadowed_transitions(machine: &StateMachine, found: &mut Diagnostics) {
     // Found by state and descriptor, so that the check is linear in the length of the file.
     let mut unguarded: HashMap<(StateId, &str), Vec<&Transition>> = HashMap::new();

@@ -2,7 +2,7 @@
 //!
 //! [`parse`] turns one `.smdsl` text into a syntax tree ([`ast`]). [`load`] resolves it into the
 //! [`model`] and checks it. [`scxml`] reads a subset of W3C SCXML into the same model. [`tables`]
-//! makes of it what the interpreter (`rc_machine`) runs.
+//! converts the model into the tables of the interpreter (`rc_machine`).
 
 pub mod ast;
 mod builder;

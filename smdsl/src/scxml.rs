@@ -28,7 +28,7 @@ const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
 /// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`,
 /// are accepted here, because the checks shared with SMDSL report them.
 const ELEMENTS: [Element; 14] = [
-    // Without data, it is the same when data are bound.
+    // Without data, the time of binding makes no difference.
     ("scxml", &[], &["name", "version", "initial", "binding"]),
     ("state", STATE_PARENTS, &["id", "initial"]),
     ("parallel", STATE_PARENTS, &["id", "initial"]),

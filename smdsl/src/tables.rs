@@ -29,7 +29,7 @@ pub(crate) fn covers(descriptor: &str, other: &str) -> bool {
     other != "*" && matches(descriptor, stem(other)) || descriptor == "*"
 }
 
-/// A descriptor without the `.*` or `.` at its end, which mean nothing.
+/// A descriptor without the `.*` or `.` at its end, which have no effect.
 pub(crate) fn stem(descriptor: &str) -> &str {
     let short = descriptor.strip_suffix(".*");
     short.or(descriptor.strip_suffix('.')).unwrap_or(descriptor)

@@ -75,11 +75,11 @@ impl Piece<'_> {
         }
     }
 
-    /// Reports characters that no rule matches and that a reader does not see, or takes for
+    /// Reports characters that no rule matches and that are invisible or easily mistaken for
     /// others.
     fn characters(&self, found: &mut Vec<Diagnostic>) {
         for (at, c) in self.text.char_indices() {
-            // The parser shows a letter or a sign where it stands.
+            // The parser shows a letter or a sign at its place.
             found.extend(stray_character(c, self.span(at, c.len_utf8())));
         }
     }
@@ -99,7 +99,7 @@ impl Piece<'_> {
         let mut at = 0;
         while at < bytes.len() {
             if !bytes[at].is_ascii_digit() {
-                // The digits of a name are no number.
+                // The digits of a name are not a number.
                 at += length_of(at, letter).max(1);
                 continue;
             }
@@ -133,7 +133,7 @@ impl Piece<'_> {
                 }));
             }
             at += joined;
-            // `1.2.3` is no number, and reported once.
+            // `1.2.3` is not a number, and reported once.
             while is_word(at) {
                 at += 1;
             }

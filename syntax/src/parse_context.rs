@@ -38,7 +38,7 @@ pub enum Terminal {
     Close,
 }
 
-/// Implements [`Language`] for the `Rule` enum that pest generates beside `Grammar`.
+/// Implements [`Language`] for the `Rule` enum that pest generates together with `Grammar`.
 ///
 /// Arguments: the content of a file for messages; the rules besides `name` that are words; constants
 /// of [`Language`] that differ from its own; the descriptions of the rules that are not in `common.pest`.
@@ -244,7 +244,7 @@ impl<'a> ParseContext<'a> {
             let span = Span::new(self.source, end, end);
             let message = "expected `;`";
             let error = Diagnostic::error("missing-semicolon", span, message);
-            self.found.push(error.mend("", ";"));
+            self.found.push(error.fix("", ";"));
         }
     }
 

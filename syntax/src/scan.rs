@@ -1,4 +1,5 @@
-//! Splits a text into comments, strings and the code between them. `//` in a string is no comment.
+//! Splits a text into comments, strings and the code between them. `//` in a string is not a
+//! comment.
 
 /// The kind of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ pub struct Trivia<'a> {
 }
 
 impl<'a> Trivia<'a> {
-    /// Finds the comments of `text`. `//` inside a string is no comment.
+    /// Finds the comments of `text`. `//` inside a string is not a comment.
     pub fn new(text: &'a str) -> Self {
         let comments = segments(text).filter(|(kind, ..)| *kind == SegmentKind::Comment);
         Self {
@@ -43,7 +43,7 @@ impl<'a> Trivia<'a> {
         (comment.starts_with("/*") && !closed).then_some(start)
     }
 
-    /// The end of the last token before `at`. White space and comments are no tokens.
+    /// The end of the last token before `at`. White space and comments are not tokens.
     pub fn end_of_token_before(&self, at: usize) -> usize {
         let mut end = at;
         loop {

@@ -11,7 +11,7 @@ pub fn unknown_unit(text: &str, span: Span) -> Option<Diagnostic> {
     let message = match error.problem {
         UnitProblem::Unknown if part == text => format!("unknown unit `{text}`"),
         UnitProblem::Unknown => format!("unknown unit `{part}` in `{text}`"),
-        problem => format!("`{text}` is no unit: {problem}"),
+        problem => format!("`{text}` is not a unit: {problem}"),
     };
     let warning = Diagnostic::warning("unknown-unit", span, message);
     Some(match error.problem {

@@ -47,7 +47,7 @@ pub fn is_unit(word: &str) -> bool {
     UNITS.iter().any(|(unit, _)| *unit == word)
 }
 
-/// What is wrong with a text that is a number with an unknown unit.
+/// The error about a text that is a number with an unknown unit.
 ///
 /// ```
 /// use rc_vocabulary::duration;
@@ -64,7 +64,8 @@ pub fn unknown_unit(text: &str) -> Option<&'static str> {
     (has_number && !is_unit(word)).then_some("unknown unit; the units are us, ms, s and min")
 }
 
-/// What is allowed where `text` is no duration that can be taken: first what is wrong with its unit.
+/// The help for a `text` that is not a valid duration: first what is wrong with its unit, then what
+/// is allowed.
 pub fn help(text: &str, allowed: &str) -> String {
     match unknown_unit(text) {
         Some(wrong) => format!("{wrong}; allowed is {allowed}"),

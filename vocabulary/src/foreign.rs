@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// How many characters of a text of several lines are kept: a reason with the last lines of a log.
+/// How many characters of a text of several lines are kept, such as a reason with the end of a log.
 const LONGEST: usize = 8 * 1024;
 /// How many texts of a list are kept.
 const LISTED: usize = 1024;

@@ -14,17 +14,17 @@ pub enum Language {
     Cpp,
 }
 
-/// What components of a language need beside their program, for messages that refuse them where it
-/// is not.
+/// What components of a language need in addition to their program, for messages about hosts and
+/// containers that lack it.
 #[derive(Debug)]
 pub struct Needs {
-    /// What a process has for one component only.
+    /// What a process can have for one component only.
     pub own: &'static str,
     /// The code of a finding about components that share a process.
     pub shared: &'static str,
     /// The code of the finding that refuses components on other hosts. `None`: it is copied there.
     pub elsewhere: Option<&'static str>,
-    /// What an image of a container lacks.
+    /// What the image of a container lacks.
     pub missing: &'static str,
 }
 
@@ -101,7 +101,7 @@ impl Language {
         }
     }
 
-    /// What components need beside their program. `None` if cargo links all of it.
+    /// What components need in addition to their program. `None` if cargo links everything.
     pub fn needs(self) -> Option<&'static Needs> {
         match self {
             Self::Rust => None,

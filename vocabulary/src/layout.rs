@@ -11,7 +11,7 @@ pub const LARGEST: usize = 1 << 30;
 /// Size and alignment of a value in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// In bytes, a multiple of the alignment. `usize::MAX` stands for all that is larger.
+    /// In bytes, a multiple of the alignment. `usize::MAX` represents all larger sizes.
     pub size: usize,
     /// In bytes, at most 8.
     pub align: usize,

@@ -1,5 +1,5 @@
-//! What all layers name, each thing once: the types of the IDSL, the ends of a connection, quality
-//! of service, middlewares with their settings, languages, restart policies, names.
+//! The vocabulary of all layers, each thing once: the types of the IDSL, the ends of a connection,
+//! quality of service, middlewares with their settings, languages, restart policies, names.
 //!
 //! Each is a type of its own with its words and limits, in the form that files and messages have
 //! (`serde`). The languages read them, generated code and components use them, tools print them.
@@ -8,8 +8,8 @@
 //! - [`address`]: addresses of slots.
 //! - [`duration`]: durations as people write them.
 //! - [`foreign`]: decodes texts of other processes.
-//! - [`Kind`], [`Value`]: what a setting takes. Configurations, `.ddsl` files and command lines
-//!   convert what is written once, by [`Kind::convert`] or [`Kind::parse`].
+//! - [`Kind`], [`Value`]: the values of a setting. Configurations, `.ddsl` files and command lines
+//!   convert their texts once, by [`Kind::convert`] or [`Kind::parse`].
 //! - [`Language`]: the programming languages of workers.
 //! - [`layout`]: the memory image of plain types.
 //! - [`member`]: members of slot arrays.

@@ -5,8 +5,8 @@ pub const LONGEST: usize = 64;
 /// The most members of an array. Each has ports of its own: descriptors, queues, names.
 pub const MOST: usize = 128;
 
-/// Checks the name of a member. All middlewares take it as it is, so no two members share a name
-/// there. The error says what is allowed.
+/// Checks the name of a member. All middlewares use it unchanged, so no two members get the same
+/// name there. The error says what is allowed.
 ///
 /// ```
 /// assert!(rc_vocabulary::member::check("front_left").is_ok());

@@ -37,9 +37,9 @@ pub struct Capabilities {
     /// Whether its peers are nodes of ROS 2. Then it has the names, types, parameters and command
     /// line of ROS 2.
     pub has_nodes: bool,
-    /// How its connections are dashed in a drawing: lengths of dashes and gaps. Empty: not.
+    /// The dash pattern of its connections in a drawing: lengths of dashes and gaps. Empty: solid.
     pub dashes: &'static str,
-    /// The option behind which a component takes the arguments of nodes, up to `--`.
+    /// The option after which a component takes the arguments of nodes, up to `--`.
     pub node_arguments: Option<&'static str>,
 }
 
@@ -115,7 +115,7 @@ impl Middleware {
     /// The middleware inside one process.
     pub const IN_PROCESS: Self = Self::Local;
 
-    /// What it can do.
+    /// Its capabilities.
     pub fn can(self) -> &'static Capabilities {
         match self {
             Self::Iceoryx2 => &ICEORYX2_CAN,

@@ -29,7 +29,7 @@ pub enum Primitive {
     F64,
 }
 
-/// What the bits of a primitive type mean.
+/// The interpretation of the bits of a primitive type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// `true` or `false`.
@@ -42,7 +42,7 @@ pub enum Class {
     Float,
 }
 
-/// What there is to know of one type: all that layers below and above say of it.
+/// The properties of one type that other layers use.
 struct Row {
     /// The word with its size, which canonical texts and ROS 2 have.
     word: &'static str,
@@ -140,7 +140,7 @@ impl Primitive {
         words.find(|(known, _)| *known == word).map(|(_, one)| one)
     }
 
-    /// What its bits mean.
+    /// The interpretation of its bits.
     #[inline]
     pub fn class(self) -> Class {
         self.row().class
@@ -162,7 +162,7 @@ impl Primitive {
         }
     }
 
-    /// The first type with the same bits: that for systems which have numbers only.
+    /// The first type with the same bits, for systems that have only numbers.
     #[must_use]
     pub fn plain(self) -> Self {
         let same = |one: &Self| one.class() == self.class() && one.size() == self.size();

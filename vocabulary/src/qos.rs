@@ -95,7 +95,7 @@ pub struct Qos {
     /// Longest time of a call.
     pub timeout: Duration,
     /// How long a thread polls before it sleeps: a client until its reply arrives, a server or a
-    /// subscriber until the next message. Zero: it does not poll.
+    /// subscriber until the next message. Zero disables polling.
     pub spin: Duration,
 }
 

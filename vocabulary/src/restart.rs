@@ -10,10 +10,10 @@ use std::time::Duration;
 pub struct Restart {
     /// The ends after which a component restarts.
     pub policy: RestartPolicy,
-    /// How long it may hang before it is stopped, which counts as a failure. `None`: for ever.
+    /// How long it may hang before it is stopped, which counts as a failure. `None`: no limit.
     #[serde(default)]
     pub hung: Option<Duration>,
-    /// How many restarts are allowed within which time. The next end stops the network.
+    /// How many restarts are allowed within which time. One more end stops the network.
     pub limit: Option<(u32, Duration)>,
     /// The pause before a restart. It doubles after each short run, up to
     /// [`Restart::LONGEST_PAUSE`].

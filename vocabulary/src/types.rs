@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A type where it is used: of a member, a parameter, an element.
 ///
-/// `N` is what stands for a type with a name: the name in a text, an index into a library, or the
+/// `N` represents a type with a name: the name in a text, an index into a library, or the
 /// declaration itself.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type<N> {
@@ -109,7 +109,7 @@ impl<N> Type<N> {
     }
 }
 
-/// A type as an object: its `kind`, and what the kind has.
+/// A type as an object: its `kind`, and the fields of the kind.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Object<'t, N> {

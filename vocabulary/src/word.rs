@@ -1,7 +1,7 @@
 //! Values that have one word each, in files, in JSON and in messages.
 
-/// What follows from the constant `ALL` and the function `word` of a closed set of values: reading
-/// and listing the words, and the word as the form in JSON.
+/// Derives the reading and listing of words, and the word as the form in JSON, from the constant
+/// `ALL` and the function `word` of a closed set of values.
 macro_rules! words {
     ($ty:ty) => {
         impl $ty {

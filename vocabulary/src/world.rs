@@ -12,7 +12,7 @@ pub struct WorldSlot {
     pub type_name: &'static str,
     /// Which end it is.
     pub role: Role,
-    /// What follows the name of the world in that of the slot.
+    /// The suffix of the world's name in the name of its slot.
     pub suffix: &'static str,
     /// The quality of service.
     pub qos: Qos,

@@ -1,8 +1,8 @@
 //! The checkout whose programs a target folder has.
 //!
-//! Cargo names what it builds by paths from the root of the workspace, and compares times. In a
-//! target folder that another checkout has used, it takes the programs of that one for fresh if they
-//! are newer than the sources here, and tests then start them.
+//! Cargo names its artifacts by paths from the root of the workspace, and compares times. In a
+//! target folder that another checkout has used, it considers the programs of that one fresh if
+//! they are newer than the sources here, and tests then start them.
 
 use crate::cargo;
 use std::fs;
@@ -20,7 +20,7 @@ pub(crate) fn own_target() -> Result<(), String> {
     let built = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let target = program.ancestors().nth(2).unwrap_or(Path::new("target"));
-    // Cargo sets it for what it runs.
+    // Cargo sets it for its children.
     if let Some(asked) = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from)
         && asked != built
     {
@@ -55,8 +55,9 @@ pub(crate) fn take(
     match fs::read_to_string(&mark) {
         Ok(other) if other == own => return Ok(()),
         Ok(other) => clean(&other)?,
-        // It has programs even at the first run: this one. In a folder that was made by `cargo build`,
-        // or restored by CI, they are most likely its own, and to build all again would be in vain.
+        // It has programs even at the first run: this one. In a folder that was made by `cargo
+        // build`, or restored by CI, they are most likely its own, and building all again would be
+        // useless.
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(failed(error)),
     }

@@ -125,7 +125,7 @@ pub(crate) fn name(args: &[&str]) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// Prints what a command prints, and returns its tables as a data file.
+/// Prints the output of a command, and returns its tables as a data file.
 pub(crate) fn follow(output: impl Read, machine: &str) -> Result<String, String> {
     let mut data = format!("# {machine}\n");
     let mut inside = false;
@@ -194,7 +194,7 @@ mod tests {
         let page = page();
         let fresh = rendered(&page).expect("a page");
         assert!(page == fresh, "run `cargo xtask figures`");
-        // A table that no command has made is not in the page.
+        // A table without data is not in the page.
         let (mut inside, mut stray) = (false, Vec::new());
         for line in page.lines() {
             inside = (inside || line.starts_with(BEGIN)) && line != END;

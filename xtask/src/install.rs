@@ -29,7 +29,7 @@ pub(crate) fn install(arguments: &[&str]) -> Result<(), String> {
     let programs = TOOLS.iter().chain(&extras);
     build.extend(programs.flat_map(|program| ["--bin", program]));
     crate::cargo(&build)?;
-    // This program lies in the target folder, whatever its place is: TARGET/debug/xtask.
+    // This program is in the target folder, whatever its place is: TARGET/debug/xtask.
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     let target = own.ancestors().nth(2).ok_or("there is no target folder")?;
     let written = copy(&target.join("release"), &root, &extras)?;
@@ -105,9 +105,9 @@ fn root(named: Option<&str>) -> Result<PathBuf, String> {
     std::path::absolute(&root).map_err(|error| format!("{}: {error}", root.display()))
 }
 
-/// Copies the tools of the folder `built` below `root`, and lets them write what belongs to them.
-/// Returns the paths of all files, relative to `root`. If it fails, the list holds what was
-/// written, so that it can be removed.
+/// Copies the tools of the folder `built` below `root`, and lets them write their pages and
+/// scripts. Returns the paths of all files, relative to `root`. If it fails, the list has the
+/// written files, so that they can be removed.
 fn copy(built: &Path, root: &Path, extras: &[&str]) -> Result<BTreeSet<PathBuf>, String> {
     let mut written = BTreeSet::new();
     let outcome = place(built, root, extras, &mut written);
@@ -212,7 +212,7 @@ fn remove_file(root: &Path, path: &Path) -> Result<bool, String> {
         Err(error) if error.kind() == ErrorKind::NotFound => false,
         Err(error) => return Err(format!("{}: {error}", path.display())),
     };
-    // Only empty folders below `share` go; other programs use `bin` and what lies above.
+    // Only empty folders below `share` are removed; other programs use `bin` and the folders above.
     let share = root.join("share");
     let folders = path.ancestors().skip(1);
     let own = folders.take_while(|folder| folder.starts_with(&share));
@@ -243,7 +243,7 @@ fn replace(
     })
 }
 
-/// Runs an installed tool, and returns what it prints.
+/// Runs an installed tool, and returns its output.
 fn output(program: &Path, arguments: &[&OsStr]) -> Result<String, String> {
     let failed = |reason: String| format!("{}: {reason}", program.display());
     let output = Command::new(program).args(arguments).output();
@@ -254,7 +254,7 @@ fn output(program: &Path, arguments: &[&OsStr]) -> Result<String, String> {
     String::from_utf8(output.stdout).map_err(|error| failed(error.to_string()))
 }
 
-/// What the user still has to do, so that the shell finds the tools and their completions.
+/// The remaining steps for the user, so that the shell finds the tools and their completions.
 fn advice(root: &Path) -> String {
     let shown = root.display();
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -330,7 +330,7 @@ mod tests {
         let installed = fs::read_to_string(root.join("share/bash-completion/completions/rcgen"));
         assert_eq!(installed.expect("the script"), bash.expect("a script"));
 
-        // A later version has no such page any more, and nothing outside is touched.
+        // A later version no longer has this page, and files outside stay.
         let old = root.join("share/man/man1/rcgen-old.1");
         fs::write(&old, "").expect("written");
         let list = fs::read_to_string(root.join(LIST)).expect("the list");
@@ -353,7 +353,7 @@ mod tests {
         assert!(!root.join("share/fish").exists());
         assert!(remove(&root).is_err_and(|error| error.contains("nothing is installed")));
 
-        // What an installation that fails has written can be removed.
+        // The files of a failed installation can be removed.
         let broken = root.join("broken");
         fs::create_dir_all(&broken).expect("a folder");
         fs::copy("/bin/false", broken.join(TOOLS[0])).expect("a program that fails");

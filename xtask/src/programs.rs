@@ -23,13 +23,13 @@ pub(crate) struct Program {
     selection: String,
 }
 
-/// What a program printed: each line, and when it came.
+/// The output of a program: each line, and when it came.
 pub(crate) struct Output {
     pub(crate) lines: Vec<(String, Duration)>,
     pub(crate) succeeded: bool,
 }
 
-/// A message of cargo about what it has built, of which only these members matter here.
+/// A message of cargo about an artifact, of which only these members matter here.
 #[derive(Deserialize)]
 struct Artifact {
     executable: Option<PathBuf>,
@@ -77,7 +77,7 @@ pub(crate) fn build(arguments: &[&str]) -> Result<Vec<Program>, String> {
     Ok(programs.into_iter().map(|(_, program)| program).collect())
 }
 
-/// The test program that a message of cargo tells of.
+/// The test program in a message of cargo.
 fn program(message: &str, root: &Path) -> Option<Program> {
     let built: Artifact = serde_json::from_str(message).ok()?;
     let executable = built.executable.filter(|_| built.profile.test)?;
@@ -177,7 +177,7 @@ impl Program {
         }
     }
 
-    /// What cargo prints when it runs the program: source and executable.
+    /// The line that cargo prints when it runs the program: source and executable.
     pub(crate) fn title(&self) -> &str {
         &self.title
     }

@@ -4,7 +4,7 @@
 //! begins with cargo's `Running …`, holds the harness's `failures:` and `test result: …`, and ends
 //! with cargo's `error: test failed, to rerun pass …` if it failed.
 
-/// What the output says about one target.
+/// The output about one target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Block {
     /// Source and executable of the target, as cargo prints them.
@@ -15,7 +15,7 @@ pub(crate) struct Block {
     pub(crate) failed: Vec<String>,
     /// The arguments with which cargo runs this target again. Only a failed target has them.
     pub(crate) rerun: Option<String>,
-    /// Why `failed` cannot be the whole truth, if it cannot.
+    /// Why `failed` may be incomplete, if it may.
     pub(crate) doubt: Option<&'static str>,
 }
 
@@ -93,7 +93,7 @@ impl Report {
     }
 
     /// Whether `test`, one of the failed tests of `first`, passed in this second run of them.
-    pub(crate) fn mends(&self, first: &Block, test: &String) -> bool {
+    pub(crate) fn passes_again(&self, first: &Block, test: &String) -> bool {
         let second = self.blocks.iter().find(|b| b.program == first.program);
         second.is_some_and(|second| {
             second.doubt.is_none()

@@ -10,11 +10,11 @@ use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-/// If more tests fail, none is repeated: that is no noise of a busy machine.
+/// If more tests fail, none is repeated: that is not noise of a busy machine.
 const REPEATED: usize = 10;
 
 /// How long the output of a program may stay open after its end. A process that a test has left may
-/// hold it for ever.
+/// keep it open forever.
 const LEFT_OPEN: Duration = Duration::from_secs(2);
 
 /// Builds all programs, of which tests start many, then runs every test of the workspace. Both
@@ -138,30 +138,30 @@ fn repeat(
         return Err(vec![line]);
     }
     let mut lines = Vec::new();
-    let mut mended = true;
+    let mut all_passed = true;
     for block in failed {
         let target = block.rerun.as_deref().unwrap_or_default();
         if let Some(doubt) = block.doubt {
             lines.push(format!("not repeated: {target}: {doubt}"));
-            mended = false;
+            all_passed = false;
             continue;
         }
         let second = run_again(block);
         for test in &block.failed {
-            let passed = second.mends(block, test);
+            let passed = second.passes_again(block, test);
             let what = if passed { "unsteady" } else { "failed twice" };
             lines.push(format!("{what}: {target} {test}"));
-            mended &= passed;
+            all_passed &= passed;
         }
     }
-    if mended { Ok(lines) } else { Err(lines) }
+    if all_passed { Ok(lines) } else { Err(lines) }
 }
 
 /// The arguments of cargo that run the failed tests of a target again, after a run with `rest`.
 ///
 /// They select the whole workspace again. Another selection has other features, so cargo would
-/// compile dependencies, and replace programs. Equally named targets of other packages run tests of
-/// the same names, too, which does no harm.
+/// compile dependencies, and replace programs. Targets of other packages with the same name run
+/// tests of the same names, too, which is harmless.
 fn again<'a>(block: &'a Block, rest: &[&'a str]) -> Vec<&'a str> {
     let (cargo, harness) = match rest.iter().position(|argument| *argument == "--") {
         Some(at) => (&rest[..at], &rest[at + 1..]),
@@ -255,7 +255,7 @@ fn processors() -> usize {
 /// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The
 /// outer error is the reason why Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
-    // The output comes as a whole, because other tests print meanwhile.
+    // The output is printed as a whole, because other tests print meanwhile.
     let run = |program: &str, args: &[&str]| {
         println!("+ {program} {}", args.join(" "));
         let output = Command::new(program).args(args).output();

@@ -20,7 +20,7 @@ enum Side {
 }
 
 impl Side {
-    /// Whether a slot of this role may stand here.
+    /// Whether a slot of this role is allowed here.
     fn takes(self, role: Role) -> bool {
         let receives = matches!(role, Role::Implements | Role::SubscribesTo);
         receives == (self == Self::Cause)
@@ -96,7 +96,7 @@ impl Resolver<'_> {
         Some(time)
     }
 
-    /// `compute`, or an operation of a slot that may stand on this side.
+    /// `compute`, or an operation of a slot that is allowed on this side.
     fn step(&mut self, path: &OperationPath, slots: &[Slot], side: Side) -> Option<Step> {
         let name = &path.operation.text;
         if path.slot.is_none() && name.eq_ignore_ascii_case(COMPUTE) {
@@ -144,7 +144,7 @@ impl Resolver<'_> {
                 );
                 Diagnostic::error("bad-reaction", path.span(), message)
                     .label(slot.span, "declared here")
-                    .help("what the component receives stands left of `->`, what it sends right")
+                    .help("write what the component receives left of `->`, and what it sends right of it")
             }
             ([], None) => {
                 let message = format!("no slot has an operation `{name}`");
@@ -157,7 +157,7 @@ impl Resolver<'_> {
                     .suggest(name, known.chain([COMPUTE]))
             }
         };
-        // An operation of an interface that is not known is not reported twice.
+        // An operation of an unknown interface is not reported a second time.
         let is_incomplete = !self.failed_imports.is_empty()
             || self.found.iter().any(|d| d.code == "unknown-interface");
         if !is_incomplete || !having.is_empty() {

@@ -11,7 +11,8 @@ use rc_vocabulary::{WORLD_MODULE, WORLD_SLOTS};
 use std::collections::HashMap;
 use std::time::Duration;
 
-/// What a component does with its world. Whether its schema has the types is not known here.
+/// Resolves the access of a component to its world. It does not know yet whether the schema has the
+/// types.
 pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
     let access = tree.access.as_ref();
     World {
@@ -90,7 +91,7 @@ pub(super) fn slots(
     };
     let mut all = Vec::new();
     for of in WORLD_SLOTS {
-        // Without the file, there is a finding already.
+        // A missing file has been reported already.
         let Some(interface) = interface(of.interface) else {
             continue;
         };
@@ -99,7 +100,7 @@ pub(super) fn slots(
             let message = format!("the world has the slot `{slot}`, which is there already");
             let error = Diagnostic::error("duplicate-slot", world.name.span, message);
             let error = error.label(taken.span, "the other one");
-            found.push(error.help("write another name behind `as`"));
+            found.push(error.help("write another name after `as`"));
         }
         let mut qos = Policies::default();
         qos.extend([
@@ -152,7 +153,7 @@ impl Clause<'_> {
         out
     }
 
-    /// Reports what a component writes or reads twice.
+    /// Reports duplicates among what a component writes or reads.
     fn is_first(
         &mut self,
         word: &Name,
@@ -180,7 +181,7 @@ impl Clause<'_> {
         let repeated = item.stream.iter().map(|(word, _)| word).skip(1);
         let repeated: Vec<&Name> = repeated.chain(item.shared.iter().skip(1)).collect();
         for word in repeated {
-            let message = format!("`{}` stands twice", word.text);
+            let message = format!("`{}` occurs twice", word.text);
             let error = Diagnostic::error("repeated-clause", word.span, message);
             self.found.push(error);
         }

@@ -628,9 +628,9 @@ fn reactions_lead_from_what_comes_to_what_is_sent() {
     reactions(
         "out.push -> get; compute -> compute; push -> LaserPub.push;",
         &expect![[r#"
-            c.cdsl:6:13: error[bad-reaction]: expected an operation that the component implements or subscribes to, but it publishes `push`; declared here at c.cdsl:3:52 (what the component receives stands left of `->`, what it sends right)
+            c.cdsl:6:13: error[bad-reaction]: expected an operation that the component implements or subscribes to, but it publishes `push`; declared here at c.cdsl:3:52 (write what the component receives left of `->`, and what it sends right of it)
             c.cdsl:6:30: error[bad-reaction]: `compute` cannot follow `compute`: it runs with each period (name the messages that it sends)
-            c.cdsl:6:58: error[bad-reaction]: expected an operation that the component requires or publishes, but it subscribesTo `push`; declared here at c.cdsl:3:32 (what the component receives stands left of `->`, what it sends right)
+            c.cdsl:6:58: error[bad-reaction]: expected an operation that the component requires or publishes, but it subscribesTo `push`; declared here at c.cdsl:3:32 (write what the component receives left of `->`, and what it sends right of it)
         "#]],
     );
     reactions(

@@ -90,7 +90,7 @@ fn what_does_not_fit_is_reported() {
         &expect![[r#"
             c.cdsl:3:36: error[repeated-clause]: `writes` names this twice; first named here at c.cdsl:3:30
             c.cdsl:3:61: error[repeated-clause]: `reads` names this twice; first named here at c.cdsl:3:55
-            c.cdsl:3:88: error[repeated-clause]: `stream` stands twice
+            c.cdsl:3:88: error[repeated-clause]: `stream` occurs twice
         "#]],
     );
     check(

@@ -1,5 +1,5 @@
 //! Completion in shells. The scripts are those of `clap_complete`; they start the tool, which
-//! answers from its command line and from what it finds on the machine.
+//! answers from its command line and from the state of the machine.
 
 use crate::Tool;
 use clap::builder::ValueParser;
@@ -80,8 +80,7 @@ pub fn earlier_word(command: clap::Command, name: &str) -> Option<String> {
     value_of(command, words, name)
 }
 
-/// The value that the words of a command line, which may be incomplete, have for the argument
-/// `name`.
+/// The value of the argument `name` in the words of a command line, which may be incomplete.
 pub fn value_of(
     command: clap::Command,
     words: impl Iterator<Item = OsString>,

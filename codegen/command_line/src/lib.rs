@@ -64,8 +64,7 @@ impl Tool {
         self.parse_edited(|_, words| words)
     }
 
-    /// As [`parse`](Self::parse), with the words of the command line that `edit` makes of those
-    /// given.
+    /// As [`parse`](Self::parse), after `edit` has changed the words of the command line.
     pub fn parse_edited<C: Parser>(
         &self,
         edit: impl FnOnce(&clap::Command, Vec<OsString>) -> Vec<OsString>,
@@ -127,7 +126,7 @@ fn words_of_shell() -> Vec<OsString> {
 }
 
 /// Moves `--color WHEN` from the place before a command, where `rcgen` takes the options of
-/// `generate` only, to the place behind its first word.
+/// `generate` only, to the place after its first word.
 fn behind_command(words: &mut [OsString]) {
     let first = words.get(1).and_then(|word| word.to_str());
     let count = match first {

@@ -1,4 +1,4 @@
-//! How names of the description languages become names of Python, in generated packages and in
+//! Converts names of the description languages into names of Python, in generated packages and in
 //! clients whose types are known at run time only.
 //!
 //! Enumerators are `UPPER_CASE`, everything else is `snake_case`. Keywords of Python and names that

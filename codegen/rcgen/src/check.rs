@@ -13,8 +13,8 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The endings of the files that are checked. Components come first, since they read what they are
-/// made of.
+/// The extensions of the files that are checked. Components come first, because they read the
+/// others.
 pub(crate) const ENDINGS: [&str; 13] = [
     "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "kdsl", "urdf", "graph",
     "xml", "toml",
@@ -103,7 +103,7 @@ fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
     all
 }
 
-/// What a check understood of a file, also where it has errors.
+/// What a check understood of a file, also of one with errors.
 #[derive(Debug)]
 pub enum Model {
     /// A component.
@@ -120,10 +120,10 @@ pub enum Model {
     Configuration(SourceId, PathBuf),
 }
 
-/// Adds all that is wrong with `path` to `found`; `robocomp` says that the file is one of RoboComp.
-/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. Returns
+/// Adds all findings about `path` to `found`; `robocomp` says that the file is one of RoboComp.
+/// Meshes and parts of an `InnerModel` file are also searched in the folders `include`. Returns
 /// what it understood, unless an earlier check read the file. An error is a file that the system
-/// does not give.
+/// cannot read.
 pub fn file(
     path: &Path,
     robocomp: bool,
@@ -190,7 +190,7 @@ pub fn file(
             network.map(|network| Model::Network(Box::new(network)))
         }
         Some("gdsl") => {
-            // What a component has read has no findings twice, but its queries were not read.
+            // The files that a component has read have been checked, except their queries.
             let known = was_read(path, sources);
             graphs::check_schema(path, known, sources, loader, found)?;
             None

@@ -6,7 +6,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use std::io;
 use std::path::Path;
 
-/// The text of a file as it is laid out. `None` for a file that has no layout.
+/// The formatted text of a file. `None` for a file without a layout.
 ///
 /// # Errors
 /// The diagnostics of a text with errors.

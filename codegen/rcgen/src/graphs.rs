@@ -36,7 +36,7 @@ pub fn load(
     }
     let is_dsr = dsr::is_dsr(sources.text(source));
     if !is_dsr && path.extension().is_some_and(|ending| ending == "json") {
-        let message = "this is no file of DSR: it does not begin with `DSRModel`";
+        let message = "this is not a file of DSR: it does not begin with `DSRModel`";
         let span = Span::new(source, 0, 0);
         found.push(Diagnostic::error("other-format", span, message));
         return Ok(None);
@@ -69,7 +69,8 @@ pub fn load(
     }))
 }
 
-/// The schema that a file names: beside it, in a folder of `-I`, or one that comes with the tools.
+/// The schema that a file names: in its folder, in a folder of `-I`, or among those that come with
+/// the tools.
 fn named(
     path: &Path,
     name: &str,
@@ -99,8 +100,8 @@ pub fn load_schema(
     Ok(schema.map(|schema| (schema, source)))
 }
 
-/// Adds all that is wrong with a `.gdsl` file to `found`, also in the texts of its queries; of a file
-/// that is `known`, what is wrong in these texts only.
+/// Adds all findings about a `.gdsl` file to `found`, also in the texts of its queries; for a file
+/// that is `known`, only those in these texts.
 pub fn check_schema(
     path: &Path,
     known: bool,
@@ -113,7 +114,7 @@ pub fn check_schema(
     if !known {
         found.extend(own);
     }
-    // What is declared wrongly would be missed by queries once more.
+    // A query would only report wrong declarations again.
     if let Some((schema, source)) = loaded {
         found.extend(queries(sources, source, &schema));
     }
@@ -133,7 +134,7 @@ fn queries(sources: &SourceMap, source: SourceId, schema: &Schema) -> Diagnostic
         let (_, more) = Query::with_parameters(&inside, text, schema, &names);
         let written = query.text.span;
         let quoted = sources.text(source).get(written.start..written.end);
-        // Where escapes stand, places inside do not agree: the finding is at the whole text.
+        // If there are escapes, places inside do not correspond: the finding is at the whole text.
         let is_as_written = quoted
             .and_then(|quoted| quoted.strip_prefix('"')?.strip_suffix('"'))
             .is_some_and(|inner| inner == query.text.text);

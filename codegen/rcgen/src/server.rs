@@ -1,9 +1,9 @@
 //! The language server: `rcgen lsp`, over standard input and output.
 //!
-//! An editor sees what `rcgen check` and `rcgen fmt` say: [`crate::check`] reads each file through
-//! [`rc_files::unsaved`], which holds the texts that are open. A change checks its file first, then
-//! each file that read it; a further message goes first. What a request needs is checked before it
-//! is answered, so no edit has a place of an earlier text.
+//! An editor sees what `rcgen check` and `rcgen fmt` report: [`crate::check`] reads each file
+//! through [`rc_files::unsaved`], which holds the texts that are open. A change first checks its
+//! file, then each file that read it; a further message has priority. Before a request is answered,
+//! everything that it needs is checked, so no edit refers to an earlier text.
 //!
 //! `Server` takes messages and decides the order of checks. Its parts own their state: `Editor`
 //! the open texts, `Folders` the files to find, `KnownFiles` the names, `Findings` the

@@ -1,4 +1,4 @@
-//! Names and types of C++ for a component: what the templates print.
+//! Names and types of C++ for a component, for the templates.
 
 use super::library::{self, Header};
 use super::machine::{self, Machine};

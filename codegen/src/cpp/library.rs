@@ -84,7 +84,7 @@ struct Operation {
     arguments: String,
     /// `a, b`
     forwarded: String,
-    /// RoboComp's form: what it returns, its parameters, its body.
+    /// RoboComp's form: its return type, its parameters, its body.
     result: String,
     parameters: String,
     body: String,
@@ -167,7 +167,7 @@ fn named(decl: &library::TypeDecl) -> Vec<&Named> {
     }
 }
 
-/// The types of a module, each behind those that it contains.
+/// The types of a module, each after those that it contains.
 fn ordered(module: &Module) -> Vec<&library::TypeDecl> {
     let mut done: Vec<&library::TypeDecl> = Vec::new();
     let mut left: Vec<&library::TypeDecl> = module.types.iter().collect();
@@ -234,7 +234,7 @@ fn field(view: &view::Component, member: &Member) -> Field {
     let default = match (&member.default, resolved(&member.ty)) {
         (Some(value), _) => types::value(value),
         _ if member.optional => String::new(),
-        // Zero may be the number of no enumerator.
+        // Zero need not be the number of an enumerator.
         (
             None,
             Type::Named(Named {
@@ -387,7 +387,7 @@ pub(super) fn exceptions(of: &library::Operation) -> String {
     }
 }
 
-/// What the handler of an operation returns, and its parameters.
+/// The return type of the handler of an operation, and its parameters.
 pub(super) fn signature(of: &library::Operation) -> (String, String) {
     let operation = operation(0, of);
     (operation.result, operation.parameters)

@@ -1,11 +1,11 @@
-//! How names of the description languages become names of C++: they stay as they are, as
-//! RoboComp's generated headers have them. Words of C++ get the prefix that Ice gives them.
+//! Converts names of the description languages into names of C++: they stay as they are, as in
+//! RoboComp's generated headers. Words of C++ get the prefix that Ice gives them.
 
 use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
 
-/// Words of C++17, and macros of its headers that are no names.
+/// Words of C++17, and macros of its headers that are not names.
 const WORDS: [&str; 97] = [
     "alignas",
     "alignof",

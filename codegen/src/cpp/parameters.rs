@@ -3,7 +3,7 @@
 use super::names;
 use crate::type_names;
 use crate::view;
-use crate::view::parameters::Holds;
+use crate::view::parameters::ValueKind;
 use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -70,10 +70,10 @@ impl Structs {
 
     fn member(&mut self, owner: &str, parameter: &view::Parameter) -> Member {
         let ty = match parameter.kind {
-            Holds::Values(ty) => scalar(ty).to_owned(),
-            Holds::Group | Holds::List => {
+            ValueKind::Values(ty) => scalar(ty).to_owned(),
+            ValueKind::Group | ValueKind::List => {
                 let group = type_names::group(&mut self.names, owner, &parameter.name);
-                let doc = if parameter.kind == Holds::List {
+                let doc = if parameter.kind == ValueKind::List {
                     format!("One element of `{}`.", parameter.name)
                 } else {
                     format!("The group `{}`.", parameter.name)
@@ -82,7 +82,7 @@ impl Structs {
                 group
             }
         };
-        let many = parameter.array || parameter.kind == Holds::List;
+        let many = parameter.array || parameter.kind == ValueKind::List;
         let mut doc = parameter.doc.clone();
         doc.push(format!("Allowed: {}.", parameter.allowed));
         Member {

@@ -149,7 +149,7 @@ fn manifest(first: &str, package: &Package, doc: &[String], module: &str) -> Str
     package_file(first, &package.name, &description, &depends)
 }
 
-/// A `package.xml` with lines about what the package depends on.
+/// A `package.xml` with lines about the dependencies of the package.
 pub(super) fn package_file(first: &str, name: &str, description: &str, depends: &str) -> String {
     format!(
         "<!-- {first} -->

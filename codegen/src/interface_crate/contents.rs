@@ -64,7 +64,7 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     }
     let modules = modules.and_then(Item::as_table_like).into_iter();
     let entries = modules.flat_map(|modules| modules.iter());
-    // A module without its file is generated anew with the components that use it.
+    // A module without its file is generated again with the components that use it.
     let entry = |(stem, item): (&str, &Item)| {
         let word = |key| item.get(key).and_then(Item::as_str).map(str::to_owned);
         let text = rc_files::read(&folder.join("src").join(format!("{stem}.rs"))).ok()?;

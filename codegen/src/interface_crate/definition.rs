@@ -14,7 +14,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug)]
 pub struct Definition {
     pub(super) code: InterfaceModule,
-    /// Where its name stands.
+    /// The place of its name.
     pub(super) span: Span,
     pub(super) path: PathBuf,
     /// File, from the root; `<shipped>/NAME.idsl` comes with rcgen.

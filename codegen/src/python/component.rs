@@ -1,4 +1,4 @@
-//! Names and types of Python for a component: what the templates of its package print.
+//! Names and types of Python for a component, for the templates of its package.
 
 use super::interfaces::{self, InterfaceFile};
 use super::library::{TypeModule, Types};
@@ -155,7 +155,7 @@ impl Component<'_> {
         all
     }
 
-    /// How the names of handlers begin.
+    /// The prefix of the names of handlers.
     pub(crate) fn handler_prefixes(&self) -> impl Iterator<Item = String> {
         let slots = self.slots.iter().filter(|slot| !slot.handlers.is_empty());
         let slots = slots.map(|slot| format!("{}_", slot.field.trim_end_matches('_')));
@@ -179,7 +179,7 @@ impl Component<'_> {
         let is_known = |word: &str| {
             word.is_empty() || KNOWN.contains(&word) || self.exports.iter().any(|name| name == word)
         };
-        // An alias of the description, and NumPy's short names, stand for other types.
+        // An alias of the description, and NumPy's short names, denote other types.
         let has_aliases = self.types.iter().any(|module| module.has_alias_in(&own));
         needed == own || has_aliases || !words.all(is_known)
     }
@@ -474,7 +474,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
                 world.name.text
             );
             let error = Diagnostic::error("name-collision", world.name.span, message);
-            found.push(error.help("write another name behind `as`"));
+            found.push(error.help("write another name after `as`"));
         }
     }
     for (_, robot) in &component.kinematics {
@@ -485,7 +485,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
                 robot.text
             );
             let error = Diagnostic::error("name-collision", robot.span, message);
-            found.push(error.help("write another name behind `as`"));
+            found.push(error.help("write another name after `as`"));
         }
         seen.push((&robot.text, field));
     }

@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 /// Files of paths that set up their environment and add no package: of setuptools, of virtualenv.
 const HARMLESS: [&str; 2] = ["distutils-precedence.pth", "_virtualenv.pth"];
 
-/// The version of `python3`, or why it tells none. It is asked once for all components.
+/// The version of `python3`, or the reason why it is unknown. It is asked once for all components.
 #[derive(Debug, Default)]
 pub struct InPath(Option<Result<Version, Unusable>>);
 
-/// What happens to the component next.
+/// The next step for the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// It starts as it is.
@@ -47,7 +47,7 @@ impl Selected {
 }
 
 /// Reports, at `place`, an interpreter on which the launcher of a component would fail: it is
-/// missing, too old, or has no `NumPy`. What its files do not tell is left to the launcher.
+/// missing, too old, or has no `NumPy`. If its files leave doubts, the launcher checks.
 pub fn check(
     project: &Project,
     place: Span,
@@ -140,7 +140,7 @@ fn wrong_home(version: &Version) -> Option<OsString> {
     (!["lib", "lib64"].into_iter().any(library)).then_some(home)
 }
 
-/// What `pyvenv.cfg` says about a virtual environment.
+/// The contents of `pyvenv.cfg` about a virtual environment.
 pub(super) struct Settings {
     version: Version,
     /// Whether it has the packages of the interpreter that it was made with.
@@ -148,7 +148,7 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// `None` for a folder that is no virtual environment, or does not tell its version.
+    /// `None` for a folder that is not a virtual environment, or does not say its version.
     pub(super) fn read(environment: &Path) -> Option<Self> {
         let text = rc_files::read(&environment.join("pyvenv.cfg")).ok()?;
         let pairs = text.lines().filter_map(|line| line.split_once('='));

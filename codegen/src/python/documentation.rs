@@ -27,8 +27,8 @@ pub(crate) fn docstring(indent: usize, lines: &[String]) -> String {
     }
 }
 
-/// A line in a docstring: no quote ends it, a backslash is one, and what no source may hold is an
-/// escape.
+/// A line in a docstring: no quote ends it, a backslash is one, and characters that no source may
+/// contain become escapes.
 fn escaped(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     for c in line.chars() {

@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_mins(2);
 /// The number of minor versions that are looked for.
 const NEWER: u32 = 10;
 
-/// Why there is no environment; the text says what to do.
+/// The reason why there is no environment; the text says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The user's `pyproject.toml` is wrong, or does not fit the interpreter.
@@ -67,7 +67,7 @@ impl Needs {
             let texts = texts.filter(|_| list.is_array());
             texts.ok_or_else(|| {
                 Error::Input(format!(
-                    "{place}: `{key}` is no list of requirements of packages"
+                    "{place}: `{key}` is not a list of requirements of packages"
                 ))
             })
         };
@@ -151,7 +151,7 @@ fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Erro
     } else if place.exists() {
         let place = place.display();
         return Err(Error::Input(format!(
-            "{place} is no virtual environment: delete it, or give it another name"
+            "{place} is not a virtual environment: delete it, or give it another name"
         )));
     }
     let python = match python {
@@ -167,7 +167,7 @@ fn create(needs: &Needs, place: &Path, python: Option<&Path>) -> Result<(), Erro
     match outcome {
         Ok(()) => std::fs::remove_file(&begun).map_err(system),
         Err(error) => {
-            // What cannot be removed is removed by the next call.
+            // The next call removes what cannot be removed now.
             let _ = std::fs::remove_dir_all(place);
             Err(error)
         }

@@ -13,7 +13,7 @@ use std::time::Duration;
 /// How long Python may take to make an environment without packages. A supervisor waits for that.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long an interpreter may take to tell its version.
+/// How long an interpreter may take to print its version.
 const VERSION_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The virtual environment of a component.
@@ -28,8 +28,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// The environment of a component in `folder`. `None` if there is none, or its files do not
-    /// tell its version.
+    /// The environment of a component in `folder`. `None` if there is none, or its files do not say
+    /// its version.
     pub fn of(folder: &Path) -> Option<Self> {
         let folder = folder.join(OWN_ENVIRONMENT);
         if !interpreter::may_run(&folder.join(PROGRAM)) {
@@ -51,14 +51,15 @@ impl Environment {
     }
 
     /// Gives a folder with copies of the packages an interpreter of this machine, which has the
-    /// same version: packages are built for one. `step` is called before all that may take seconds.
+    /// same version: packages are built for one. `step` is called before each step that may take
+    /// seconds.
     ///
     /// # Errors
     /// [`Error`]: this machine has no such interpreter, or it makes no environment; or an error of
     /// `step`.
     pub fn complete(&self, step: &mut dyn FnMut() -> io::Result<()>) -> Result<(), Error> {
         let mut step =
-            || step().map_err(|error| Error::System(format!("nobody waits any more: {error}")));
+            || step().map_err(|error| Error::System(format!("no process waits any more: {error}")));
         let (major, minor) = self.python;
         let own = self.folder.join(PROGRAM);
         let made = Settings::read(&self.folder);
@@ -141,7 +142,7 @@ mod tests {
         };
         std::fs::create_dir_all(there.packages()).expect("a folder");
         std::fs::write(there.packages().join("copied.py"), "place = 'there'\n").expect("a file");
-        // What an interpreter that was removed has left.
+        // The remains of an interpreter that was removed.
         std::fs::create_dir(there.folder.join("bin")).expect("a folder");
         let gone = there.folder.join(PROGRAM);
         std::os::unix::fs::symlink("/nowhere/python", &gone).expect("a link");

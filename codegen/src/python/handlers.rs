@@ -23,7 +23,7 @@ pub(crate) struct Handler {
     /// Names of the package that the signature mentions.
     #[serde(skip)]
     pub(crate) mentioned: Vec<String>,
-    /// The names of the parameters behind `self`.
+    /// The names of the parameters after `self`.
     pub(crate) parameters: Vec<String>,
     /// Their types, and that of the result.
     #[serde(skip)]
@@ -146,7 +146,7 @@ fn member_name(of: &Operation) -> String {
     name
 }
 
-/// A function of every worker of this component, with its parameters behind `ctx`.
+/// A function of every worker of this component, with its parameters after `ctx`.
 pub(crate) fn of_hook(name: &str, more: &[(&str, &str)]) -> Handler {
     let mut parameters = vec!["ctx".to_owned()];
     let mut types = vec!["Context".to_owned()];

@@ -45,7 +45,7 @@ struct Answer {
 struct Function {
     index: usize,
     doc: String,
-    /// Arguments for the port, each behind a comma.
+    /// Arguments for the port, each after a comma.
     arguments: String,
     two_way: bool,
     /// `def name(…) -> …:` of a client and of a publisher.

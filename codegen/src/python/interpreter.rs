@@ -1,4 +1,4 @@
-//! Interpreters of Python for a component, and what they print.
+//! Interpreters of Python for a component, and their output.
 
 use pep440_rs::Version;
 use rc_cdsl::model::OLDEST_PYTHON;
@@ -37,7 +37,7 @@ pub(super) fn active_environment() -> Option<PathBuf> {
 }
 
 /// The interpreter that reads workers: that of the active virtual environment, or `python3` of the
-/// path. A program in the folder of a component may be a stranger's; reading needs no packages.
+/// path. A program in the folder of a component could be foreign code; reading needs no packages.
 pub(super) fn active() -> PathBuf {
     active_environment().map_or_else(|| IN_PATH.into(), |folder| folder.join(PROGRAM))
 }
@@ -79,7 +79,7 @@ pub(super) fn version_within(patience: Duration, python: &Path) -> Result<Versio
     said.parse().map_err(|_| {
         let said = rc_diagnostics::foreign::clean(said);
         Unusable(format!(
-            "`{}` is no Python: it printed `{said}`",
+            "`{}` is not Python: it printed `{said}`",
             python.display()
         ))
     })
@@ -91,10 +91,10 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     std::thread::spawn(move || {
         let mut text = Vec::new();
         if let Some(pipe) = pipe {
-            // What a broken pipe leaves out is no JSON, which is reported.
+            // Output that a broken pipe cuts is not JSON, which is reported.
             let _ = pipe.take(MOST as u64 + 1).read_to_end(&mut text);
         }
-        // Nobody waits any more if the interpreter took too long.
+        // Nothing waits any more if the interpreter took too long.
         let _ = to.send(text);
     });
     from

@@ -200,7 +200,7 @@ impl<'a> Types<'a> {
         self.first.get(&(module, name)).cloned().unwrap_or_default()
     }
 
-    /// The value of a member that nobody sets, as an expression.
+    /// The default value of a member, as an expression.
     pub(crate) fn default_of(&self, member: &Member, path: types::Path) -> String {
         expression(types::default(member, path, &|module, name| {
             self.first(module, name)
@@ -214,7 +214,7 @@ impl<'a> Types<'a> {
         }))
     }
 
-    /// How the file of another module, or of this one, writes a type.
+    /// The name of a type in the file of another module, or of this one.
     pub(crate) fn path_in(home: &str) -> impl Fn(&str, &str) -> String {
         move |module, name| {
             let name = names::class(name);
@@ -422,8 +422,8 @@ pub(super) fn in_place(view: &view::Component, ty: &Type, path: types::Path, wor
     types::annotation(ty, path) + &ending
 }
 
-/// What makes the name of such a class from that of a structure. It makes room for a type of the
-/// module that has the name itself.
+/// The suffix that makes the name of such a class from that of a structure. It avoids a type of the
+/// module with this name.
 fn ending(view: &view::Component, module: &str, name: &str, word: &str) -> String {
     let wanted = names::class(name) + word;
     let mut types = view
@@ -441,7 +441,7 @@ fn expression(default: types::Default) -> String {
     }
 }
 
-/// `list[Point]` as an expression: what is in it may be declared further down.
+/// `list[Point]` as an expression: the type of its elements may be declared further down.
 fn factory(ty: &str) -> String {
     let Some((head, inner)) = ty.strip_suffix(']').and_then(|ty| ty.split_once('[')) else {
         return ty.to_owned();

@@ -1,4 +1,4 @@
-//! How names of the description languages become names of Python.
+//! Converts names of the description languages into names of Python.
 //!
 //! Classes are `UpperCamelCase`, constants `UPPER_CASE`, everything else is
 //! `snake_case`. Keywords of Python and names that generated code uses itself get a `_` at the end.
@@ -49,7 +49,7 @@ const OF_CONTEXT: [&str; 18] = [
     "tree",
 ];
 
-/// Members of every context of a test, beside the fakes of the slots.
+/// Members of every context of a test, in addition to the fakes of the slots.
 const OF_TESTS: [&str; 11] = [
     "advance",
     "answer_defaults",
@@ -110,7 +110,7 @@ const PACKAGES: [&str; 12] = [
 const STANDARD: &str = include_str!("standard_modules.txt");
 
 /// Whether a file of the worker with this name would hide a module of Python, or of the framework:
-/// `src` stands first where modules are looked for.
+/// `src` is the first folder in the search path.
 pub(super) fn hides_module(stem: &str) -> bool {
     STANDARD.lines().any(|module| module == stem) || ["numpy", "robocomp"].contains(&stem)
 }

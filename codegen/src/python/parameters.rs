@@ -3,7 +3,7 @@
 use super::{documentation, names};
 use crate::type_names;
 use crate::view;
-use crate::view::parameters::Holds;
+use crate::view::parameters::ValueKind;
 use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -77,7 +77,7 @@ impl Classes {
         let mut group = String::new();
         if parameter.kind.has_members() {
             group = type_names::group(&mut self.names, owner, key);
-            let doc = if parameter.kind == Holds::List {
+            let doc = if parameter.kind == ValueKind::List {
                 format!("One element of `{key}`.")
             } else {
                 format!("The group `{key}`.")
@@ -85,22 +85,22 @@ impl Classes {
             self.add(group.clone(), &[doc], &parameter.members);
         }
         let ty = match parameter.kind {
-            Holds::Values(Type::Bool) => "bool",
-            Holds::Values(Type::Int | Type::Long) => "int",
-            Holds::Values(Type::Float | Type::Double) => "float",
-            Holds::Values(Type::String) => "str",
-            Holds::Values(Type::Duration) => "_datetime.timedelta",
-            Holds::Values(Type::Path) => "_pathlib.Path",
-            Holds::Group | Holds::List => group.as_str(),
+            ValueKind::Values(Type::Bool) => "bool",
+            ValueKind::Values(Type::Int | Type::Long) => "int",
+            ValueKind::Values(Type::Float | Type::Double) => "float",
+            ValueKind::Values(Type::String) => "str",
+            ValueKind::Values(Type::Duration) => "_datetime.timedelta",
+            ValueKind::Values(Type::Path) => "_pathlib.Path",
+            ValueKind::Group | ValueKind::List => group.as_str(),
         };
         let literal = super::types::text(key);
         let value = format!("values[{literal}]");
         let make = match parameter.kind {
-            Holds::Values(Type::Path) => "_pathlib.Path".to_owned(),
-            Holds::Values(_) => String::new(),
-            Holds::Group | Holds::List => format!("{group}.from_values"),
+            ValueKind::Values(Type::Path) => "_pathlib.Path".to_owned(),
+            ValueKind::Values(_) => String::new(),
+            ValueKind::Group | ValueKind::List => format!("{group}.from_values"),
         };
-        let many = parameter.array || parameter.kind == Holds::List;
+        let many = parameter.array || parameter.kind == ValueKind::List;
         let read = match (make.as_str(), many) {
             ("", true) => format!("list({value})"),
             ("", false) => value,

@@ -71,7 +71,8 @@ fn files(src: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The names of the functions in classes: `def NAME` behind white space, outside of strings of several lines.
+/// The names of the functions in classes: `def NAME` after white space, outside of strings of
+/// several lines.
 fn functions(text: &str) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut inside: Option<&str> = None;

@@ -43,7 +43,7 @@ def body(statements):
         if isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
             methods[item.name] = method(item)
             continue
-        # What is nested in an `if` or a `try` may or may not be there: it is bound.
+        # A name that is bound inside an `if` or a `try` may exist or not: it counts as bound.
         for node in ast.walk(item):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 names.add(node.name)

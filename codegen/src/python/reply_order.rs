@@ -1,5 +1,5 @@
 //! Workers that were written for an earlier order of replies. The package of an earlier generation
-//! shows it: it has the result behind the `out` parameters.
+//! shows it: it has the result after the `out` parameters.
 
 use super::{handlers, interfaces, names};
 use crate::files::GENERATED;
@@ -78,7 +78,7 @@ fn is_earlier(old: &[&str], new: &[String]) -> bool {
     old == earlier && new.len() > 1
 }
 
-/// How code names the operation: the function of clients and fakes, the handlers, the class.
+/// The names of the operation in code: the function of clients and fakes, the handlers, the class.
 fn words(
     view: &view::Component,
     interface: &str,
@@ -101,7 +101,7 @@ fn read(folder: &Path) -> io::Result<Vec<(PathBuf, String)>> {
     }
     let is_python = |path: &Path| path.extension().is_some_and(|ending| ending == "py");
     let files = source_files::files(&folders, &is_python)?;
-    // What is no text is reported elsewhere.
+    // A file that is not text is reported elsewhere.
     let texts = files.into_iter().filter_map(|path| {
         let text = rc_files::read(&path).ok()?;
         Some((path, text))

@@ -170,8 +170,8 @@ fn span(source: SourceId, text: &str, line: usize, column: usize) -> Span {
     )
 }
 
-/// Reads all files of `src`. Reports what is no Python. `None` if no interpreter can read them;
-/// then a finding, an error if `needed`, says why.
+/// Reads all files of `src`. Reports files that are not Python. `None` if no interpreter can read
+/// them; then a finding, an error if `needed`, says why.
 ///
 /// # Errors
 /// The system does not give a file.
@@ -223,7 +223,7 @@ pub(super) fn read(
         if let Some(error) = file.error {
             let place = span(source, sources.text(source), error.line, error.column);
             let message = format!(
-                "this is no Python: {}",
+                "this is not Python: {}",
                 rc_diagnostics::foreign::clean(&error.message)
             );
             found.push(Diagnostic::error("python-syntax", place, message));

@@ -58,7 +58,7 @@ pub fn of(
     let missing = compare(project, folder, &view, true, sources, &mut found)?;
     let mut all = Diagnostics::new();
     for mut finding in found {
-        // What is missing can be printed all the same.
+        // Missing functions can be printed nevertheless.
         if finding.code == "handler-signature" {
             finding.severity = Severity::Warning;
         }
@@ -162,7 +162,7 @@ fn compare(
     }))
 }
 
-/// Warns of files in `src` that hide modules of Python from the worker and from what it imports.
+/// Warns of files in `src` that hide modules of Python from the worker and from its imports.
 fn hidden(code: &Code, src: &Path, sources: &SourceMap, found: &mut Diagnostics) {
     for (path, source) in code.files() {
         let Ok(inside) = path.strip_prefix(src) else {
@@ -204,7 +204,7 @@ fn signature(
     let least = there.parameters.len() - there.defaults.min(there.parameters.len());
     let too_many = there.parameters.len() < count && !there.more;
     let problem = if there.coroutine {
-        Some("is a coroutine, which nobody awaits".to_owned())
+        Some("is a coroutine, which is never awaited".to_owned())
     } else if least > count || too_many || there.keywords > 0 {
         let names = there.parameters.iter().map(|(name, _)| name.as_str());
         let names = names.collect::<Vec<_>>().join(", ");

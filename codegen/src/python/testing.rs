@@ -41,7 +41,7 @@ struct Answered {
     doc: String,
     /// `def on_name(self, answer: …) -> None:`
     signature: String,
-    /// Expression for the value of a reply that nobody sets; empty where there is none.
+    /// Expression for the default value of a reply; empty if there is none.
     default: String,
 }
 

@@ -5,11 +5,10 @@ use crate::view::members::{Member, Value};
 use crate::view::types::{Declared, Named, Type, resolved};
 use rc_vocabulary::{Class, Primitive};
 
-/// How a named type is written, from its module and its name in the IDSL.
+/// The path of a named type, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
 
-/// An annotation, with aliases replaced by what they stand for. Numbers in a row are an array of
-/// `NumPy`.
+/// An annotation, with aliases resolved. Numbers in a row are an array of `NumPy`.
 pub(crate) fn annotation(ty: &Type, path: Path) -> String {
     match resolved(ty) {
         Type::Primitive(name) => primitive(*name).0.to_owned(),
@@ -59,7 +58,7 @@ pub(crate) fn dtype(ty: &Type) -> Option<&'static str> {
     })
 }
 
-/// The value of a member that nobody sets, as an expression; a mutable one stands in a function.
+/// The default value of a member, as an expression; a mutable one is made by a function.
 pub(crate) enum Default {
     /// An expression.
     Value(String),
@@ -67,7 +66,7 @@ pub(crate) enum Default {
     New(String),
 }
 
-/// What a member has at first. `first` names the first enumerator of an enum.
+/// The initial value of a member. `first` names the first enumerator of an enum.
 pub(crate) fn default(
     member: &Member,
     path: Path,

@@ -3,7 +3,7 @@
 use crate::view::checks::{Check, Elements, is_long};
 use crate::view::members::Member;
 
-/// What checks: its variable, and the end of a statement.
+/// The subject of a check: its variable, and the end of a statement.
 #[derive(Clone, Copy)]
 pub(super) struct Side {
     port: &'static str,
@@ -22,14 +22,14 @@ pub(super) const READS: Side = Side {
     end: "?;",
 };
 
-/// How code holds the value that is checked.
+/// How code holds the checked value.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Held {
     /// In a variable or a field.
     Owned,
     /// As the argument of a client's function: numbers by value, all else by reference.
     Argument,
-    /// Behind a reference.
+    /// After a reference.
     Behind,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn of(checks: &[Check], place: Place, side: Side) -> String {
     lines.join("\n")
 }
 
-/// The statements for a value that may be missing: `present` is the option with it.
+/// The statements for an optional value: `present` is the option with it.
 pub(super) fn of_present(checks: &[Check], present: &str, what: &str, side: Side) -> String {
     let place = Place {
         what,

@@ -4,7 +4,7 @@ use super::{in_place, types};
 use crate::view::types::{Named, Type};
 use serde::Serialize;
 
-/// How the parameters and the reply of an operation are written and read.
+/// The codecs of the parameters and the reply of an operation.
 #[derive(Debug, Serialize)]
 pub(super) struct Codecs {
     /// The functions that read the parameters, write a reply, and read it.

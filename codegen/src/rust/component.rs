@@ -1,4 +1,4 @@
-//! Names and types of Rust for a component: what the templates of its generated crate print.
+//! Names and types of Rust for a component, for the templates of its generated crate.
 
 use super::asynchronous::{self, Asynchronous};
 use super::exports::Exports;
@@ -26,7 +26,7 @@ pub(crate) struct Component<'a> {
     period: Time,
     simulates_time: bool,
     managed: bool,
-    /// Whether a slot may convert what it gets.
+    /// Whether a slot may convert its messages.
     converts: bool,
     viewer: bool,
     /// The functions for its life cycle that a new worker has.
@@ -43,7 +43,7 @@ pub(crate) struct Component<'a> {
     /// Interfaces that slots use.
     interface_modules: Vec<Reexport>,
     slots: Vec<Slot<'a>>,
-    /// The traits that the worker implements beside that of its life cycle.
+    /// The traits that the worker implements in addition to that of its life cycle.
     pub(crate) implemented: Vec<WorkerTrait>,
     /// The function that makes the worker's table.
     worker_table: &'static str,
@@ -248,7 +248,7 @@ fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
     ])
 }
 
-/// What the worker implements, with the traits that serve `slots`.
+/// The traits of the worker, with those that serve `slots`.
 fn bounds(
     view: &view::Component,
     slots: &[Slot],

@@ -50,7 +50,7 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
                 robot.text
             );
             let error = Diagnostic::error("name-collision", robot.span, message);
-            found.push(error.help("write another name behind `as`"));
+            found.push(error.help("write another name after `as`"));
         }
         seen.push((&robot.text, field));
     }

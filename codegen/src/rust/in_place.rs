@@ -54,7 +54,7 @@ struct PartView {
     length: String,
     /// The type of an element.
     item: String,
-    /// Whether there is a length, and functions that know it.
+    /// Whether there is a length, with functions for it.
     #[serde(skip)]
     counted: bool,
     #[serde(skip)]

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Interface<'a> {
     name: &'a str,
     module: String,
-    /// The documentation behind the name of the interface.
+    /// The documentation after the name of the interface.
     doc: Vec<&'a str>,
     client: String,
     publisher: String,

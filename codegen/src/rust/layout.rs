@@ -1,5 +1,5 @@
 //! The layout of generated Rust: the lines of the templates, indented by their brackets, with an
-//! empty line between items and between functions. Long lines are broken behind commas.
+//! empty line between items and between functions. Long lines are broken after commas.
 
 use std::borrow::Cow;
 
@@ -73,7 +73,7 @@ pub(super) fn file(text: &str) -> Result<String, Unbalanced> {
     }
 }
 
-/// What a line begins with.
+/// The beginning of a line.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     /// An import, or an export of a name.
@@ -125,14 +125,14 @@ impl Kind {
         match before {
             Before::Start | Before::Open | Before::Attached => false,
             Before::File => self != Self::File,
-            // Declarations without documentation stand together.
+            // Declarations without documentation have no empty lines between them.
             Before::Declaration => self != Self::Other,
             Before::End(kind) => self != Self::Other && self != kind,
         }
     }
 }
 
-/// What the line before was.
+/// The kind of the previous line.
 #[derive(Clone, Copy, PartialEq)]
 enum Before {
     Start,
@@ -323,7 +323,7 @@ fn write(code: &str, depth: usize, out: &mut String) {
         line.clear();
     };
     let parts = parts(&code[begin..end]);
-    // A comma behind the only part makes a tuple of it.
+    // A comma after the only part makes it a tuple.
     let has_comma = parts.len() > 1 || code[begin..end].ends_with(',');
     let comma = if has_comma { "," } else { "" };
     for part in parts {
@@ -344,7 +344,7 @@ fn write(code: &str, depth: usize, out: &mut String) {
     out.push_str(&code[end..]);
 }
 
-/// The longest list in brackets that is in no other ones: the place behind its opening bracket, and
+/// The longest list in brackets that is not inside others: the place after its opening bracket, and
 /// that of its closing one.
 fn longest_list(code: &str) -> Option<(usize, usize)> {
     let mut open: Vec<usize> = Vec::new();

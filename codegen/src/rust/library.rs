@@ -38,13 +38,13 @@ struct TypeDecl<'a> {
     doc: &'a [String],
     values: Vec<Enumerator<'a>>,
     members: Vec<Member>,
-    /// The type that an alias stands for.
+    /// The target of an alias.
     target: String,
     /// Whether a default differs from the one that Rust derives.
     own_default: bool,
     /// The derived traits of a structure.
     derives: &'static str,
-    /// Whether it is its members one after the other, which nobody checks.
+    /// Whether its members follow each other without checks.
     plain: bool,
     in_place: Vec<InPlaceType>,
 }

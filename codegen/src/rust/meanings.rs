@@ -5,7 +5,7 @@ use super::{names, types};
 use crate::view;
 use crate::view::library::Interface;
 
-/// Names that stand for other types in the user's files, with these types, and names that stand for
+/// Names that denote other types in the user's files, with these types, and names that denote
 /// themselves.
 pub(crate) fn of(view: &view::Component) -> (Vec<(String, String)>, Vec<String>) {
     let (mut aliases, mut known) = (Vec::new(), Vec::new());

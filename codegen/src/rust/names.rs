@@ -1,4 +1,4 @@
-//! How names of the description languages become names of Rust.
+//! Converts names of the description languages into names of Rust.
 //!
 //! Types, traits and enumerators are `UpperCamelCase`, everything else is `snake_case`. Keywords of
 //! Rust and names that generated code uses itself get a `_` at the end. The wire keeps the names of

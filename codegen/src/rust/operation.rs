@@ -29,7 +29,7 @@ pub(super) struct Operation<'a> {
     pub(super) constant: String,
     pub(super) doc: Vec<String>,
     two_way: bool,
-    /// The parameters of a function of a client or a publisher, each behind a comma, and their
+    /// The parameters of a function of a client or a publisher, each after a comma, and their
     /// names, each before one.
     borrowed: String,
     named: String,
@@ -58,7 +58,7 @@ pub(super) struct Operation<'a> {
     /// The structure of a sample, and of a result, in shared memory; else empty.
     sample_in_place: String,
     result_in_place: String,
-    /// How a fake names a call and sets its answer, and what it answers.
+    /// The names of a fake's call and its setter, and the type of its answer.
     #[serde(skip)]
     pub(super) fake: String,
 }
@@ -113,7 +113,7 @@ pub(super) fn all<'a>(interface: &'a view::Interface, path: types::Path) -> Vec<
         .collect()
 }
 
-/// A tuple of Rust, which has a comma behind its only part.
+/// A tuple of Rust, which has a comma after its only part.
 fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     match parts.collect::<Vec<_>>().as_slice() {
         [one] => format!("({one},)"),
@@ -121,8 +121,8 @@ fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// A tuple of tuples if there are more parts than one may have: a value that a receiver in the same
-/// process takes.
+/// A tuple of tuples if there are more parts than one may have, for a value that a receiver in the
+/// same process takes.
 fn nested<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     let parts: Vec<&str> = parts.collect();
     if parts.len() <= MOST_PARTS {
@@ -133,9 +133,9 @@ fn nested<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     nested(inner.iter().map(String::as_str))
 }
 
-/// The statement that returns the value itself, which a sender in the same process has sent. The
-/// range of the sender may be another one, so `checks` check it with those of the receiver, for which
-/// the type has to be known.
+/// The statement that returns the value that a sender in the same process has sent. The range of
+/// the sender may differ, so `checks` check it with those of the receiver, for which the type has
+/// to be known.
 fn get_itself((value, ty): (&str, &str), checks: &str, returned: &str) -> String {
     let ty = if checks.is_empty() {
         String::new()
@@ -157,7 +157,7 @@ fn joined<'a>(checks: impl Iterator<Item = &'a str>) -> String {
 struct Reply {
     name: String,
     ty: String,
-    /// The statements that check it behind a reference, and as a variable that was read.
+    /// The statements that check it through a reference, and as a variable that was read.
     written: String,
     read: String,
 }
@@ -363,7 +363,7 @@ pub(super) fn of<'a>(
     }
 }
 
-/// How a fake names a call and sets its answer, and what it answers.
+/// The names of a fake's call and its setter, and the type of its answer.
 fn fake(
     of: &view::Operation,
     method: &str,

@@ -36,7 +36,7 @@ pub(crate) fn operation_constant(operation: &str) -> String {
     }
 }
 
-/// The constant of an exception, beside those of the operations.
+/// The constant of an exception, in addition to those of the operations.
 pub(crate) fn exception_constant<'a>(
     mut operations: impl Iterator<Item = &'a str>,
     exception: &str,

@@ -3,7 +3,7 @@
 use super::names;
 use crate::type_names;
 use crate::view;
-use crate::view::parameters::Holds;
+use crate::view::parameters::ValueKind;
 use rc_configuration::model::Type;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -83,7 +83,7 @@ impl Structs {
         let mut group = String::new();
         if parameter.kind.has_members() {
             group = type_names::group(&mut self.names, owner, key);
-            let doc = if parameter.kind == Holds::List {
+            let doc = if parameter.kind == ValueKind::List {
                 format!("One element of `{key}`.")
             } else {
                 format!("The group `{key}`.")
@@ -91,17 +91,17 @@ impl Structs {
             self.add(group.clone(), vec![doc], &parameter.members);
         }
         let (ty, read, cast) = match parameter.kind {
-            Holds::Values(Type::Bool) => ("bool", "bool", ""),
-            Holds::Values(Type::Int) => ("i32", "int", "i32"),
-            Holds::Values(Type::Long) => ("i64", "int", ""),
-            Holds::Values(Type::Float) => ("f32", "float", "f32"),
-            Holds::Values(Type::Double) => ("f64", "float", ""),
-            Holds::Values(Type::String) => ("String", "text", ""),
-            Holds::Values(Type::Duration) => ("std::time::Duration", "duration", ""),
-            Holds::Values(Type::Path) => ("std::path::PathBuf", "path", ""),
-            Holds::Group | Holds::List => (group.as_str(), "", ""),
+            ValueKind::Values(Type::Bool) => ("bool", "bool", ""),
+            ValueKind::Values(Type::Int) => ("i32", "int", "i32"),
+            ValueKind::Values(Type::Long) => ("i64", "int", ""),
+            ValueKind::Values(Type::Float) => ("f32", "float", "f32"),
+            ValueKind::Values(Type::Double) => ("f64", "float", ""),
+            ValueKind::Values(Type::String) => ("String", "text", ""),
+            ValueKind::Values(Type::Duration) => ("std::time::Duration", "duration", ""),
+            ValueKind::Values(Type::Path) => ("std::path::PathBuf", "path", ""),
+            ValueKind::Group | ValueKind::List => (group.as_str(), "", ""),
         };
-        let list = parameter.kind == Holds::List;
+        let list = parameter.kind == ValueKind::List;
         let ty = if parameter.array || list {
             format!("Vec<{ty}>")
         } else {

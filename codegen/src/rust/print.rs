@@ -28,7 +28,7 @@ impl Template {
         Self::new(parts, true, true)
     }
 
-    /// A template of text that is printed as it stands.
+    /// A template of text that is printed without layout.
     const fn text(parts: &'static [(&'static str, &'static str)]) -> Self {
         Self::new(parts, false, true)
     }
@@ -89,7 +89,7 @@ const RUSTFMT: &str =
 pub(crate) const FIRST_TEST: &str = "tests/worker.rs";
 
 /// Reads the templates that every component needs, which takes as long as reading its descriptions:
-/// for a thread beside that.
+/// for a parallel thread.
 pub(crate) fn prepare() {
     let usual = TEMPLATES.iter().filter(|template| template.is_usual);
     // An error is reported where the template is printed.
@@ -144,9 +144,9 @@ impl<'a> Printer<'a> {
         })
     }
 
-    /// Code that `files` of a worker of this name lack. `library` has the paths of `src/lib.rs`
-    /// and `src/main.rs` if the component is no library yet, `manifest` the path of its manifest
-    /// and the dependencies that it lacks.
+    /// Code that `files` of a worker of this name lack. `library` has the paths of `src/lib.rs` and
+    /// `src/main.rs` if the component is not a library yet, `manifest` the path of its manifest and
+    /// the dependencies that it lacks.
     pub(crate) fn stubs(
         &mut self,
         files: &[Value],

@@ -1,4 +1,4 @@
-//! What the generated crate of a component exports, and what the user's worker imports of it.
+//! The exports of the generated crate of a component, and the imports of the user's worker.
 
 use super::asynchronous::Asynchronous;
 use super::exports::{self, Exports};

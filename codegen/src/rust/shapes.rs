@@ -69,7 +69,7 @@ struct Handler {
     head: String,
     /// The function that serves it, with its codecs.
     how: String,
-    /// What a fake knows of it; empty for values in place.
+    /// The fake's list of it; empty for values in place.
     fake: String,
 }
 
@@ -81,8 +81,8 @@ pub(super) fn is_in_place(interface: &Interface, role: Role) -> bool {
     })
 }
 
-/// The trait of handlers of this shape. The traits that serve it are called the same, behind
-/// `Serve` or `Receive`.
+/// The trait of handlers of this shape. The traits that serve it have its name, after `Serve` or
+/// `Receive`.
 pub(super) fn trait_name(interface: &Interface, in_place: bool, array: bool) -> String {
     let name = names::camel(&interface.name);
     let (place, members) = (

@@ -30,13 +30,13 @@ pub(crate) struct Slot<'a> {
     /// The trait that serves it, with its path and its arguments.
     #[serde(skip)]
     pub(super) serving: String,
-    /// The type that tells it from an earlier slot with the same trait.
+    /// The type that distinguishes it from an earlier slot with the same trait.
     pub(super) marker: String,
     /// How the generated crate imports the trait of its handlers; empty if it does not receive.
     import: String,
     /// Its entry in the table of the worker.
     entry: String,
-    /// How the context opens it, and counts its peers; empty where it does not.
+    /// How the context opens it, and counts its peers; empty if it does not.
     open: String,
     peers: String,
     interface: &'a str,

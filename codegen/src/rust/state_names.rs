@@ -20,7 +20,7 @@ pub(crate) fn hook(what: &str, state: &str) -> String {
     format!("{what}_{}", names::snake(state).trim_end_matches('_'))
 }
 
-/// Reports names of states, events and functions that are no names of Rust, or become one.
+/// Reports names of states, events and functions that are not names of Rust, or become one.
 pub(crate) fn check(machine: &StateMachine, found: &mut Diagnostics) {
     let Ok(chart) = rc_smdsl::tables::of(machine) else {
         return;

@@ -19,7 +19,7 @@ pub(crate) struct Testing {
     arrays: bool,
     /// Imports of a new component's test from its generated crate.
     imports: Vec<&'static str>,
-    /// How this test starts the worker, and what it then does to it.
+    /// How this test starts the worker, and its next steps.
     start: String,
     transitions: &'static [&'static str],
 }
@@ -32,7 +32,7 @@ pub(crate) struct Fake {
     /// The field of the context, and its type.
     field: String,
     ty: String,
-    /// What it is, for its documentation.
+    /// Its kind, for its documentation.
     what: &'static str,
     interface: String,
     is_array: bool,

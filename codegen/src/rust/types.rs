@@ -4,7 +4,7 @@ use super::names;
 use crate::view::members::{Member, Value};
 use crate::view::types::{Declared, Named, Type, resolved};
 
-/// How the path of a named type is written, from its module and its name in the IDSL.
+/// The path of a named type, from its module and its name in the IDSL.
 pub(crate) type Path<'a> = &'a dyn Fn(&str, &str) -> String;
 
 /// A type in the file of the module `home`: its own types by their bare names.
@@ -19,7 +19,7 @@ pub(crate) fn in_module(home: &str) -> impl Fn(&str, &str) -> String {
     }
 }
 
-/// A type in the module of an interface, which lies in the one of its types.
+/// A type in the module of an interface, which is inside that of its types.
 pub(crate) fn in_interface(home: &str) -> impl Fn(&str, &str) -> String {
     move |module, name| {
         let name = names::ty(name);
@@ -62,7 +62,8 @@ pub(crate) fn member(member: &Member, path: Path) -> String {
     }
 }
 
-/// How a client or a publisher takes a parameter: small values as they are, the rest by reference.
+/// The form in which a client or a publisher takes a parameter: small values by value, the rest by
+/// reference.
 pub(crate) fn borrowed(parameter: &Member, path: Path) -> String {
     if parameter.optional {
         return format!("&{}", member(parameter, path));

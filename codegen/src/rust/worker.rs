@@ -30,8 +30,8 @@ pub fn signature(head: &str, args: &[String], returns: &str) -> String {
     }
 }
 
-/// Items one after the other, as many a line as fit, each with its comma. Only one that holds all
-/// of them may be full.
+/// Items one after the other, as many a line as fit, each with its comma. Only a line that holds
+/// all of them may be full.
 fn filled(indent: usize, items: &[String]) -> Vec<String> {
     let pad = " ".repeat(indent);
     let one = format!("{pad}{},", items.join(", "));
@@ -62,7 +62,7 @@ pub fn order(a: &str, b: &str) -> Ordering {
             let value = |text: &str| text.trim_start_matches('0').to_owned();
             let (x, y) = (value(left), value(right));
             let by_value = x.len().cmp(&y.len()).then_with(|| x.cmp(&y));
-            // Of two that are worth the same, the one with more zeros comes first.
+            // Of two with equal values, the one with more zeros comes first.
             let order = by_value.then_with(|| right.len().cmp(&left.len()));
             if order.is_ne() {
                 return order;

@@ -30,7 +30,8 @@ pub(crate) struct WorkerTrait {
 pub(crate) struct Served {
     /// The index in the component.
     pub(crate) index: usize,
-    /// The type that tells it from an earlier slot with the same trait; empty for the first one.
+    /// The type that distinguishes it from an earlier slot with the same trait; empty for the first
+    /// one.
     pub(crate) marker: String,
     /// The trait that a worker implements instead if a value of its own serves the slot.
     pub(crate) serving: String,

@@ -1,6 +1,6 @@
 //! Whether a handler of the user has the types that its interface declares.
 //!
-//! Only certain differences count: an unknown name may stand for any type.
+//! Only certain differences count: an unknown name may denote any type.
 
 use super::source::Code;
 use crate::rust::meanings;
@@ -16,9 +16,9 @@ const WORDS: [&str; 18] = [
 
 /// The meaning of names.
 pub(super) struct Types {
-    /// Names that stand for another type.
+    /// Names that denote another type.
     aliases: BTreeMap<String, Type>,
-    /// Names that stand for themselves.
+    /// Names that denote themselves.
     known: BTreeSet<String>,
 }
 
@@ -46,7 +46,7 @@ impl Types {
         }
     }
 
-    /// Whether `there` may stand where `needed` is declared.
+    /// Whether `there` is allowed where `needed` is declared.
     pub(super) fn fit(&self, needed: &str, there: &Signature) -> bool {
         let Ok(needed) = syn::parse_str::<Signature>(needed) else {
             return true;
@@ -115,7 +115,7 @@ impl Types {
         needed.len() != there.len() || needed.iter().zip(there).all(|(a, b)| self.same(a, b))
     }
 
-    /// The type behind brackets and aliases.
+    /// The type inside brackets and aliases.
     fn meant<'a>(&'a self, ty: &'a Type) -> &'a Type {
         match ty {
             Type::Paren(inner) => self.meant(&inner.elem),

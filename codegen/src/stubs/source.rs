@@ -175,7 +175,7 @@ struct Visitor<'a> {
 }
 
 impl Visitor<'_> {
-    /// Opens the scope of a file or a module: `use` lines may stand below what uses them.
+    /// Opens the scope of a file or a module: `use` lines may come after their first use.
     fn scope(&mut self, items: &[Item]) {
         let mut scope = Scope::default();
         for item in items {

@@ -10,12 +10,12 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Check {
-    /// There are at most so many elements, or bytes of a text.
+    /// There are at most this many elements, or bytes of a text.
     Bound {
         /// The largest number.
         bound: u32,
     },
-    /// A number lies between two ends, which are allowed values.
+    /// A number is between two limits, which are allowed values.
     Range {
         /// The primitive type of the number.
         primitive: Primitive,
@@ -29,7 +29,7 @@ pub enum Check {
     },
     /// Checks of every element.
     Each {
-        /// What is checked of them.
+        /// The check.
         of: Elements,
         /// The checks of one element.
         checks: Vec<Check>,

@@ -1,4 +1,4 @@
-//! One component: its slots, its middlewares, what it is built from.
+//! One component: its slots, its middlewares, its sources.
 
 use super::library::{self, Module};
 use super::machine::{self, Machine};
@@ -37,7 +37,7 @@ pub struct Component {
     pub note: String,
     /// The default period.
     pub period: Time,
-    /// What follows what, if the file says it.
+    /// The reactions, if the file declares them.
     pub reactions: Option<Vec<Reaction>>,
     /// Whether the worker can advance the time of its network.
     pub simulates_time: bool,
@@ -74,7 +74,7 @@ pub struct Component {
 /// The solvers of a robot.
 #[derive(Debug, Serialize)]
 pub struct Kinematics {
-    /// What the worker calls it.
+    /// Its name in the worker.
     pub name: String,
     /// The name of the solvers in their file.
     pub cell: String,
@@ -105,7 +105,7 @@ impl Kinematics {
     }
 }
 
-/// What one cause leads to.
+/// The effects of one cause.
 #[derive(Debug, Serialize)]
 pub struct Reaction {
     /// `compute`, or `SLOT.OPERATION` of a received message.
@@ -304,7 +304,8 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
     (view, found)
 }
 
-/// The name of a file as generated files cite it: it ends no line, and no comment of Markdown.
+/// The name of a file as generated files cite it: without line ends, and without the end of a
+/// Markdown comment.
 fn in_a_comment(file: &str) -> String {
     rc_diagnostics::foreign::clean(file).replace('>', "&gt;")
 }

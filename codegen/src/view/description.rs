@@ -99,7 +99,7 @@ fn interface(library: &Library, id: InterfaceId) -> Interface {
     }
 }
 
-/// A type as a description writes it, behind aliases.
+/// A type as a description writes it, with aliases resolved.
 fn text(library: &Library, ty: &Type) -> String {
     let named = library.unaliased(ty).rename(|id| library.type_path(*id));
     named.to_string()

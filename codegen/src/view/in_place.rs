@@ -1,5 +1,6 @@
-//! How values of plain types lie in shared memory, see `rc_vocabulary::layout`. Every gap of the layout
-//! has a number of bytes here, so that a printed structure leaves no byte without a member.
+//! The layout of values of plain types in shared memory, see `rc_vocabulary::layout`. Every gap of
+//! the layout has a number of bytes here, so that a printed structure leaves no byte without a
+//! member.
 
 use super::checks::{self, Check};
 use super::members::{self, member};
@@ -23,7 +24,7 @@ pub struct Structure {
     pub number: bool,
     /// The members, in order.
     pub parts: Vec<Part>,
-    /// Bytes of the gap behind the last part.
+    /// Bytes of the gap after the last part.
     pub gap: usize,
 }
 
@@ -136,7 +137,7 @@ pub(crate) fn of(library: &Library, id: TypeId, known: &mut Known) -> Vec<Struct
     }
 }
 
-/// Where a part comes from.
+/// The source of a part.
 struct Source<'a> {
     member: Option<&'a Member>,
     ty: &'a model::Type,
@@ -239,7 +240,7 @@ fn item(
                 name: decl.name.text.clone(),
             }
         }
-        // Of a dictionary there is no image, so it never comes here.
+        // A dictionary has no image, so it does not occur here.
         ty @ (model::Type::Text { .. }
         | model::Type::Sequence { .. }
         | model::Type::Dictionary { .. }) => {

@@ -16,7 +16,7 @@ pub struct Machine {
     pub states: Vec<State>,
     /// The events that the worker can fire.
     pub events: Vec<String>,
-    /// Those of them that may be fired from outside of the component, as their places in `events`.
+    /// The events that may be fired from outside of the component, as their places in `events`.
     pub external: Vec<u16>,
     /// The functions that guard transitions.
     pub guards: Vec<String>,

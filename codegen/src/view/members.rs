@@ -32,7 +32,7 @@ pub struct Member {
 /// The value of a constant, or a default.
 #[derive(Debug, Serialize)]
 pub struct Value {
-    /// The type behind aliases.
+    /// The type with aliases resolved.
     #[serde(rename = "type")]
     pub ty: Type,
     /// A number or a `bool` in decimal notation, a text without quotes, or the name of an

@@ -22,7 +22,7 @@ pub struct Parameters {
 /// A rule between parameters.
 #[derive(Debug, Serialize)]
 pub struct Rule {
-    /// The groups and lists in which it stands, from outside; it holds for each element of a list.
+    /// The groups and lists that contain it, from outside; it holds for each element of a list.
     pub scope: Vec<String>,
     /// The condition, as it is written.
     pub text: String,
@@ -30,9 +30,9 @@ pub struct Rule {
     pub message: String,
 }
 
-/// What a parameter holds; in JSON the word of its type, `group` or `list`.
+/// The kind of a parameter's value; in JSON the word of its type, `group` or `list`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Holds {
+pub enum ValueKind {
     /// A value of a type, or an array of them.
     Values(model::Type),
     /// A group of parameters.
@@ -41,7 +41,7 @@ pub enum Holds {
     List,
 }
 
-impl Holds {
+impl ValueKind {
     /// Whether it has parameters of its own.
     pub fn has_members(self) -> bool {
         match self {
@@ -51,7 +51,7 @@ impl Holds {
     }
 }
 
-impl Serialize for Holds {
+impl Serialize for ValueKind {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Values(ty) => ty.serialize(to),
@@ -68,8 +68,8 @@ pub struct Parameter {
     pub name: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
-    /// What it holds.
-    pub kind: Holds,
+    /// The kind of its value.
+    pub kind: ValueKind,
     /// Whether the value is an array.
     pub array: bool,
     /// The number of elements of an array or a list, as documents print it.
@@ -114,9 +114,11 @@ pub(super) fn of(parameters: &model::Parameters) -> Parameters {
 
 fn one(parameter: &model::Parameter) -> Parameter {
     let (kind, length, members) = match &parameter.kind {
-        Kind::Scalar { ty, array } => (Holds::Values(*ty), *array, [].as_slice()),
-        Kind::Group(members) => (Holds::Group, None, members.as_slice()),
-        Kind::List { length, parameters } => (Holds::List, Some(*length), parameters.as_slice()),
+        Kind::Scalar { ty, array } => (ValueKind::Values(*ty), *array, [].as_slice()),
+        Kind::Group(members) => (ValueKind::Group, None, members.as_slice()),
+        Kind::List { length, parameters } => {
+            (ValueKind::List, Some(*length), parameters.as_slice())
+        }
     };
     let default = parameter.default.as_ref();
     Parameter {

@@ -4,7 +4,7 @@ use rc_idsl::Library;
 use rc_idsl::model::{self, TypeDeclKind, TypeId};
 use serde::Serialize;
 
-/// How a type with a name is declared.
+/// The declaration of a type with a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Declared {
@@ -28,13 +28,13 @@ pub struct Named {
     pub module: String,
     /// Name in the IDSL.
     pub name: String,
-    /// How it is declared.
+    /// Its declaration.
     pub of: Declared,
-    /// The type behind an alias.
+    /// The target of an alias.
     pub target: Option<Box<Type>>,
 }
 
-/// The type behind aliases.
+/// The type with aliases resolved.
 pub fn resolved(ty: &Type) -> &Type {
     match ty {
         Type::Named(Named {

@@ -1,4 +1,4 @@
-//! The world of a component: the types of its schema, and what the component does with them.
+//! The world of a component: the types of its schema, and the component's access to them.
 
 use crate::project::Project;
 use graph_language::Schema;
@@ -10,7 +10,7 @@ use std::time::Duration;
 /// The graph that a component shares with others.
 #[derive(Debug, Serialize)]
 pub struct World {
-    /// What the worker calls it.
+    /// Its name in the worker.
     pub name: String,
     /// The file of its schema, as written.
     pub schema: String,
@@ -65,7 +65,7 @@ pub struct Attribute {
     pub name: String,
     /// Its values.
     pub kind: Kind,
-    /// What it is, in words: type, unit and range.
+    /// A description in words: type, unit and range.
     pub text: String,
     /// Lines of documentation.
     pub doc: Vec<String>,
@@ -104,7 +104,7 @@ fn written(write: &rc_cdsl::model::Write) -> Written {
 
 fn types(schema: &Schema, access: Option<&Access>) -> Vec<Type> {
     let one = |name: &str, doc: &[String], ports: Option<[String; 2]>, all: &[Declared]| {
-        // What holds for a type holds for those that inherit from it.
+        // A rule for a type also holds for those that inherit from it.
         let writes = |attribute: Option<&str>| {
             access.is_none_or(|access| {
                 access.writes.iter().any(|write| {

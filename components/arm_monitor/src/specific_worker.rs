@@ -1,4 +1,4 @@
-//! Moves the joints of the arm to where their motors stand.
+//! Moves the joints of the arm to the positions of their motors.
 
 use arm_monitor_generated::{Context, Worker, WorkerError, innermodel};
 
@@ -15,7 +15,7 @@ impl Worker<Context> for SpecificWorker {
             let node = tree.node(&pair.joint);
             let node = node.map_err(|error| wrong(error.to_string()))?;
             if node.position().is_none() {
-                return Err(wrong(format!("`{}` is no joint", pair.joint)));
+                return Err(wrong(format!("`{}` is not a joint", pair.joint)));
             }
         }
         Ok(Self)

@@ -1,9 +1,9 @@
-//! How to get around without bumping into anything: what a scan means, and the motions.
+//! Getting around without touching anything: the meaning of a scan, and the motions.
 //!
-//! While the way is clear the robot drives, and leans towards the most open direction ahead: doors
-//! are open, walls are not. When something is in the way it turns on the spot, to the side with
-//! more room, and keeps to that side until the way is clear by a margin: otherwise it would shake
-//! its head in every corner. The states of the machine say which of both it does.
+//! While the way is clear, the robot drives, and turns towards the most open direction ahead: doors
+//! are open, walls are not. If something is in the way, it turns on the spot, to the side with more
+//! room, and keeps to that side until the way is clear by a margin: otherwise it would turn back
+//! and forth in every corner. The states of the machine decide between driving and turning.
 
 /// Half the width of the sector ahead, in rad.
 const AHEAD: f32 = 0.6;
@@ -17,7 +17,7 @@ const MARGIN: f32 = 1.25;
 const VIEW: f32 = 1.0;
 /// Half the width of the opening that is looked for, in rad.
 const OPENING: f32 = 0.2;
-/// How strongly the robot leans towards an opening, in 1/s.
+/// How strongly the robot turns towards an opening, in 1/s.
 const LEAN: f32 = 0.8;
 
 /// One measure of a scan.
@@ -88,7 +88,7 @@ pub fn is_clear_again(scan: &[Measure], settings: &Settings) -> bool {
     !scan.is_empty() && has_room(scan, settings.safe_distance * MARGIN)
 }
 
-/// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stands.
+/// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stops.
 pub fn cruise(scan: &[Measure], settings: &Settings) -> Motion {
     if scan.is_empty() {
         return Motion::default();

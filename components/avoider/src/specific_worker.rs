@@ -1,5 +1,5 @@
-//! What the robot does in the states of `avoider.scxml`: one scan and one motion in every period of
-//! `driving`.
+//! The behaviour of the robot in the states of `avoider.scxml`: one scan and one motion in every
+//! period of `driving`.
 
 use crate::policy::{Measure, Motion, Settings, Side, cruise, is_clear, is_clear_again};
 use avoider_generated::machine::MachineEvent;
@@ -7,10 +7,10 @@ use avoider_generated::network_time::Time;
 use avoider_generated::{Context, StateMachine, Worker, WorkerError};
 use std::time::Duration;
 
-/// Below this percentage, the robot stands and charges; from the other one on, it drives again.
+/// Below this percentage, the robot stops and charges; from the other one on, it drives again.
 const LOW: f32 = 20.0;
 const FULL: f32 = 80.0;
-/// How often the battery is looked at.
+/// How often the battery is read.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 
 /// Data that the states share.

@@ -1,6 +1,6 @@
-// How to get around without bumping into anything: what a scan means, and the motions. This is the
+// Getting around without touching anything: the meaning of a scan, and the motions. This is the
 // policy of the component `avoider`, which explains it. It computes with numbers of 32 bits in the
-// same order, so that both decide the same in the same world.
+// same order, so that both decide equally in the same world.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ inline constexpr float MARGIN = 1.25f;
 inline constexpr float VIEW = 1.0f;
 /// Half the width of the opening that is looked for, in rad.
 inline constexpr float OPENING = 0.2f;
-/// How strongly the robot leans towards an opening, in 1/s.
+/// How strongly the robot turns towards an opening, in 1/s.
 inline constexpr float LEAN = 0.8f;
 
 /// One measure of a scan.
@@ -117,7 +117,7 @@ inline float opening(const Scan& scan) {
   return best;
 }
 
-/// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stands.
+/// The way on, with a turn towards the most open direction ahead. Without a scan, the robot stops.
 inline Motion cruise(const Scan& scan, const Settings& settings) {
   if (scan.empty()) return {};
   return {settings.speed, std::clamp(LEAN * opening(scan), -settings.turn_speed, settings.turn_speed)};

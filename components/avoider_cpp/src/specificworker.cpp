@@ -4,10 +4,10 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Below this percentage, the robot stands and charges; from the other one on, it drives again.
+/// Below this percentage, the robot stops and charges; from the other one on, it drives again.
 constexpr float LOW = 20;
 constexpr float FULL = 80;
-/// How often the battery is looked at.
+/// How often the battery is read.
 constexpr auto BATTERY_PERIOD = 1s;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What the robot does in the states of `avoider.scxml`: one scan and one motion in every period of
-// `driving`.
+// The behaviour of the robot in the states of `avoider.scxml`: one scan and one motion in every
+// period of `driving`.
 #pragma once
 
 #include <optional>

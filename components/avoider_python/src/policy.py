@@ -1,4 +1,4 @@
-"""How to get around without bumping into anything: what a scan means, and the motions.
+"""Getting around without touching anything: the meaning of a scan, and the motions.
 
 This is the policy of the component `avoider`, which explains it. It computes with numbers of 32
 bits in the same order, so that both decide the same in the same world.
@@ -26,7 +26,7 @@ MARGIN = np.float32(1.25)
 VIEW = np.float32(1.0)
 # Half the width of the opening that is looked for, in rad.
 OPENING = np.float32(0.2)
-# How strongly the robot leans towards an opening, in 1/s.
+# How strongly the robot turns towards an opening, in 1/s.
 LEAN = np.float32(0.8)
 
 
@@ -90,7 +90,7 @@ def is_clear_again(scan: Scan, settings: Settings) -> bool:
 
 
 def cruise(scan: Scan, settings: Settings) -> Motion:
-    """The way on, with a turn towards the most open direction. Without a scan, the robot stands."""
+    """The way on, with a turn towards the most open direction. Without a scan, the robot stops."""
     if len(scan) == 0:
         return Motion()
     turn = np.clip(LEAN * opening(scan), -settings.turn_speed, settings.turn_speed)

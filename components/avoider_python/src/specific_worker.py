@@ -1,4 +1,4 @@
-"""What the robot does in the states of `avoider.scxml`.
+"""The behaviour of the robot in the states of `avoider.scxml`.
 
 One scan and one motion in every period of `driving`.
 """
@@ -12,17 +12,17 @@ import numpy as np
 from avoider_python import Context, Event, Worker
 from policy import Motion, Scan, Settings, Side, cruise, is_clear, is_clear_again
 
-# Below this percentage, the robot stands and charges; from the other one on, it drives again.
+# Below this percentage, the robot stops and charges; from the other one on, it drives again.
 LOW = 20.0
 FULL = 80.0
-# How often the battery is looked at.
+# How often the battery is read.
 BATTERY_PERIOD = timedelta(seconds=1)
 
 NOTHING = np.zeros(0, np.float32)
 
 
 class SpecificWorker(Worker):
-    """What the robot knows in its states."""
+    """The robot's knowledge in its states."""
 
     def initialize(self, ctx: Context) -> None:
         # The scan of this period.

@@ -54,7 +54,7 @@ fn whole(image: &ImageInPlace) -> Result<(), String> {
     let data = image.data();
     if data.len() != width * height {
         return Err(format!(
-            "{} bytes are no {width} x {height} pixels",
+            "{} bytes are not {width} x {height} pixels",
             data.len()
         ));
     }

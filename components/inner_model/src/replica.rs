@@ -1,10 +1,10 @@
-//! Instances that follow each other: which of two changes of a node holds, and what is published.
+//! Instances that follow each other: which of two changes of a node wins, and what is published.
 //!
 //! Each change has a stamp: a count that is greater than all that the instance has seen, and the
-//! name of the instance. The greatest stamp of a node holds, in whatever order samples arrive, and
-//! a sample that arrives twice changes nothing. So instances come to the same tree, unless changes
-//! at the same moment exclude each other: one moves `a` below `b`, another one `b` below `a`. Then
-//! each refuses the change of the other one, and says so.
+//! name of the instance. The greatest stamp of a node wins, in whatever order samples arrive, and a
+//! sample that arrives twice changes nothing. So instances get equal trees, unless changes at the
+//! same moment exclude each other: one moves `a` below `b`, another one `b` below `a`. Then each
+//! refuses the change of the other one, and reports it.
 
 use crate::wire::node_out;
 use inner_model_generated::{ChangedNode, Changes, Node, RemovedNode, Stamp};
@@ -93,7 +93,7 @@ impl Replica {
         self.unsent.insert(id.to_owned());
     }
 
-    /// Stamps what a request of this instance changed.
+    /// Stamps the changes of a request of this instance.
     pub(crate) fn note(&mut self, before: &Snapshot, now: &Snapshot) {
         let changes = now.since(before);
         if changes.is_empty() {

@@ -141,7 +141,7 @@ impl World {
             .collect()
     }
 
-    /// Reads elements of a file, as they stand in its outermost element.
+    /// Reads elements of a file, in the form of the contents of its outermost element.
     pub(crate) fn read(&self, elements: &str) -> Result<innermodel::language::Document, Refusal> {
         let text = format!("<innerModel>{elements}</innerModel>");
         let read = innermodel::read_text(&text, &self.place, &self.folders);

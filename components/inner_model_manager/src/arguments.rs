@@ -45,7 +45,7 @@ pub(crate) fn joint_kind(joint: &JointType) -> Result<Kind, Refusal> {
         _ => return Err(Refusal::Value("expected the axis x, y or z".to_owned())),
     };
     let (min, max) = (f64::from(joint.min), f64::from(joint.max));
-    // Infinity is no limit.
+    // Infinity is not a limit.
     let is_range = min <= max && min < f64::INFINITY && max > f64::NEG_INFINITY;
     if !is_range {
         let text = format!("there is no angle from {min} to {max}");
@@ -65,7 +65,7 @@ pub(crate) fn joint_kind(joint: &JointType) -> Result<Kind, Refusal> {
 }
 
 pub(crate) fn port(port: i32) -> Result<u32, Refusal> {
-    u32::try_from(port).map_err(|_| Refusal::Value(format!("{port} is no port")))
+    u32::try_from(port).map_err(|_| Refusal::Value(format!("{port} is not a port")))
 }
 
 pub(crate) fn scale(numbers: [f32; 3]) -> Result<[f64; 3], Refusal> {
@@ -154,7 +154,7 @@ pub(crate) fn narrow<const N: usize>(numbers: [f64; N]) -> Result<[f32; N], Refu
     if narrow.iter().all(|number| number.is_finite()) {
         return Ok(narrow);
     }
-    let text = "the result has a number that is no finite float".to_owned();
+    let text = "the result has a number that is not a finite float".to_owned();
     Err(Refusal::Result(text))
 }
 

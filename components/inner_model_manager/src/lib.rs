@@ -33,8 +33,8 @@ pub trait Tree {
     /// The present version.
     fn snapshot(&self) -> Arc<Snapshot>;
 
-    /// Reads elements of a file, as they stand in its outermost element. Meshes are looked for from
-    /// the file of the tree.
+    /// Reads elements of a file, in the form of the contents of its outermost element. Meshes are
+    /// searched from the file of the tree.
     fn read(&self, elements: &str) -> Result<Document, Refusal>;
 
     /// Makes a change that moves no body: all of it, or nothing.
@@ -79,7 +79,7 @@ fn done<E: From<InnerModelManagerError>>(result: Result<(), Refusal>) -> Result<
 /// Whether the file of a mesh can be read. `written` is its name in a text.
 ///
 /// # Errors
-/// The file is missing, or is no mesh.
+/// The file is missing, or is not a mesh.
 pub fn readable_mesh(path: Option<&Path>, written: &str) -> Result<(), Refusal> {
     let Some(path) = path else {
         return Err(Refusal::Path(format!(

@@ -9,7 +9,7 @@ use interfaces::robo_comp_inner_model_manager::{ErrorType, InnerModelManagerErro
 pub enum Refusal {
     /// The tree does not allow it.
     Tree(Error),
-    /// A text is no element of a file.
+    /// A text is not an element of a file.
     Text(String),
     /// A number, an axis or the like is not allowed.
     Value(String),
@@ -17,7 +17,7 @@ pub enum Refusal {
     Kind(String),
     /// The file of a mesh cannot be read.
     Path(String),
-    /// There is no such engine of physics.
+    /// The physics engine is unknown.
     Engine(String),
     /// Bodies would collide.
     Collision(String),

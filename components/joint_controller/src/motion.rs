@@ -34,7 +34,7 @@ impl Limits {
 }
 
 /// A sine about the middle of the range. It keeps its phase, so that a change of its frequency is
-/// no jump.
+/// not a jump.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sine {
     /// From 0 to 1.
@@ -42,7 +42,7 @@ pub(crate) struct Sine {
 }
 
 impl Sine {
-    /// Goes on for `elapsed`, and tells where the joint has to be now.
+    /// Advances by `elapsed`, and returns the target position of the joint.
     pub(crate) fn advance(
         &mut self,
         limits: Limits,

@@ -1,4 +1,4 @@
-//! Moves one joint, and tells how far it went.
+//! Moves one joint, and reports how far it went.
 
 use crate::motion::{Limits, Sine, Tour};
 use joint_controller_generated::tracing::info;
@@ -66,14 +66,14 @@ impl Worker<Context> for SpecificWorker {
         };
         let sent = ctx.joint_motor.set_position(&goal);
         if let Err(SetPositionError::HardwareFailedException(_)) = &sent {
-            // The limits of the motor may be others already.
+            // The limits of the motor may have changed already.
             self.limits = None;
         }
         Ok(sent?)
     }
 
-    /// Refuses what the joint cannot do. What the configuration asks for at the start, or before
-    /// the bus has reported the limits, is cut off instead.
+    /// Refuses what the joint cannot do. Values of the configuration at the start, or before the
+    /// bus has reported the limits, are clamped instead.
     fn params_changed(
         &mut self,
         _ctx: &mut Context,

@@ -53,7 +53,7 @@ def regions(mask: Pixels, color: Color, min_area: int) -> list[ColoredObject]:
     """The connected regions of a mask."""
     _, _, boxes, centres = cv2.connectedComponentsWithStats(mask)
     found: list[ColoredObject] = []
-    # The first one is what is not in the mask.
+    # The first one is the area outside of the mask.
     for box, centre in zip(boxes[1:].tolist(), centres[1:].tolist(), strict=True):
         left, top, width, height, area = box
         x, y = centre

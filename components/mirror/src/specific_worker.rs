@@ -5,7 +5,7 @@ use mirror_generated::{Context, Worker, WorkerError};
 
 /// The world that the sensors of an instance see.
 const WORLD: &str = "";
-/// Poses are those in the root, since a parent may be elsewhere in the other world.
+/// Poses are those in the root, because a parent may be elsewhere in the other world.
 const ROOT: &str = "root";
 
 /// A detector, and what follows its detections. It keeps nothing: each detection is a whole pose.

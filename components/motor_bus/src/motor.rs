@@ -118,7 +118,7 @@ impl Motor {
             return Ok(());
         }
         Err(format!(
-            "`{name}` stands at {position} rad, which is not from {min} to {max} rad; move it first"
+            "`{name}` is at {position} rad, which is not from {min} to {max} rad; move it first"
         ))
     }
 
@@ -258,7 +258,7 @@ mod tests {
                 ..limits()
             };
             let why = motor.stays_within(&beside).expect_err("it would move");
-            assert!(why.starts_with("`shoulder` stands at 1.5 rad"), "{why}");
+            assert!(why.starts_with("`shoulder` is at 1.5 rad"), "{why}");
         }
     }
 

@@ -66,7 +66,8 @@ impl Worker<Context> for SpecificWorker {
         Ok(())
     }
 
-    /// Refuses limits that a motor would have to move for. What one motor refuses, no motor gets.
+    /// Refuses limits that a motor would have to move for. If one motor refuses, none gets the new
+    /// limits.
     fn params_changed(
         &mut self,
         ctx: &mut Context,

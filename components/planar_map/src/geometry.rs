@@ -21,7 +21,7 @@ impl Point {
         Self { x, y }
     }
 
-    /// How far `other` is, in mm.
+    /// The distance to `other`, in mm.
     pub fn distance_to(self, other: Self) -> f64 {
         let (dx, dy) = (other.x - self.x, other.y - self.y);
         (dx * dx + dy * dy).sqrt()
@@ -104,8 +104,8 @@ impl Segment {
         point.distance_to(Point::new(self.a.x + t * dx, self.a.y + t * dy))
     }
 
-    /// How far a ray from `origin` in the unit direction (`cos`, `sin`) goes until it hits, in mm;
-    /// none if it never does.
+    /// The distance that a ray from `origin` in the unit direction (`cos`, `sin`) goes until it
+    /// hits, in mm; none if it never does.
     ///
     /// A ray along the segment itself does not hit it.
     pub fn hit_from(&self, origin: Point, cos: f64, sin: f64) -> Option<f64> {

@@ -2,7 +2,7 @@
 //! robot on it.
 //!
 //! Lengths are millimetres, angles radians. x points right, y up, and angles grow counter-clockwise
-//! from x. Sines and cosines are those of the crate `libm`, so that a simulated run is the same on
+//! from x. Sines and cosines are those of the crate `libm`, so that a simulated run is equal on
 //! every machine.
 
 mod geometry;

@@ -137,7 +137,7 @@ impl Map {
                     let [x, y, heading] = numbers(&rest, "robot x y heading").map_err(fail)?;
                     if let Some((_, first)) = start {
                         return Err(fail(format!(
-                            "a second `robot`; the first stands in line {first}"
+                            "a second `robot`; the first one is in line {first}"
                         )));
                     }
                     start = Some((Pose::new(x, y, heading.to_radians()), line));
@@ -276,7 +276,7 @@ mod tests {
         );
         assert_eq!(
             fault("robot 0 0 0\nrobot 1 1 0"),
-            "a.map:2: a second `robot`; the first stands in line 1"
+            "a.map:2: a second `robot`; the first one is in line 1"
         );
         assert_eq!(
             fault("wall 0 0 1 1\n"),

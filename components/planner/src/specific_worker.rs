@@ -84,8 +84,8 @@ impl Worker<Context> for SpecificWorker {
 }
 
 impl SpecificWorker {
-    /// Starts a motion, in the world and in a clone that says what is expected. While the robot
-    /// follows it, the next plan is searched for, from where the robot will be then. Without a
+    /// Starts a motion, in the world and in a clone that shows the expected result. While the robot
+    /// follows it, the next plan is searched from the place where the robot will be then. Without a
     /// motion, the robot stands meanwhile.
     fn follow(&mut self, ctx: &mut Context, motion: Option<Motion>) -> Result<(), WorkerError> {
         drive(ctx, REAL, motion.unwrap_or_default())?;

@@ -170,7 +170,7 @@ fn marks(out: &mut String, page: &Page, track: &Track) -> fmt::Result {
     Ok(())
 }
 
-/// The scale bar, and what the colours mean.
+/// The scale bar, and the meaning of the colours.
 fn foot(out: &mut String, page: &Page, track: &Track) -> fmt::Result {
     let (left, base) = (MARGIN, page.height - MARGIN);
     let (end, above, text) = (left + BAR, base - 60.0, base - 100.0);

@@ -71,8 +71,8 @@ impl SpecificWorker {
         std::fs::write(path, page)
     }
 
-    /// Writes one line of the trace, with every digit of its numbers. A trace that fails is given
-    /// up.
+    /// Writes one line of the trace, with every digit of its numbers. After an error, the trace
+    /// ends.
     fn write_trace(&mut self, pose: &FullPoseEuler) {
         let Some(trace) = &mut self.trace else { return };
         if let Err(why) = writeln!(
@@ -90,7 +90,7 @@ fn make_folder_of(path: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(path.parent().unwrap_or(Path::new("")))
 }
 
-/// Creates a file, and the folder that it lies in.
+/// Creates a file and its folder.
 fn create(path: &Path) -> Result<BufWriter<File>, WorkerError> {
     let file = make_folder_of(path)
         .and_then(|()| File::create(path))

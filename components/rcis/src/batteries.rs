@@ -7,7 +7,7 @@ use rcis_generated::interfaces::battery_status as battery_calls;
 use rcis_generated::types::robo_comp_battery_status as battery;
 use rcis_generated::{Batteries, BatteryStates, Context, Member, TBattery};
 
-/// The voltage of an empty battery, and what a full one has more, in V.
+/// The voltage of an empty battery, and the difference to a full one, in V.
 const EMPTY: f64 = 22.0;
 const RISE: f64 = 4.0;
 /// The charge of a full battery, in A s.

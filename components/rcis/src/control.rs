@@ -431,7 +431,7 @@ impl Simulation<Context> for SpecificWorker {
     ) -> Result<f64, calls::DriveError> {
         self.worlds.with(&world, |world| {
             let taken = world.drive(&base, speed(side, advance, turn))?;
-            // What a base of this kind does not do limits nothing.
+            // A motion that a base of this kind cannot make limits nothing.
             let parts = [
                 (taken.side, side),
                 (taken.advance, advance),

@@ -11,8 +11,8 @@ use std::path::{Component, Path};
 /// The most nodes of a world: clients add nodes.
 pub(crate) const MOST_NODES: usize = 100_000;
 
-/// Reads elements as they stand in the outermost one of a scene. Their meshes are readable files in
-/// the folder of the scene.
+/// Reads elements in the form of the contents of a scene's outermost one. Their meshes are readable
+/// files in the folder of the scene.
 pub(crate) fn read(scene: &Path, elements: &str) -> Result<Document, Refusal> {
     let text = format!("<innerModel>{elements}</innerModel>");
     let read = innermodel::read_text(&text, scene, &Folders::default());

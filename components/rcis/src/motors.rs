@@ -135,7 +135,7 @@ fn move_motors(
     let limited = limited.map_err(|error| failed(error.to_string()))?;
     for ((joint, _), limited) in goals.iter().zip(limited) {
         if limited {
-            warnings.log(format!("`{joint}` does not move as fast as it was told to"));
+            warnings.log(format!("`{joint}` does not move as fast as commanded"));
         }
     }
     Ok(())

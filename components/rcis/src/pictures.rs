@@ -330,7 +330,7 @@ impl Rgbds<Context> for SpecificWorker {
         }
     }
 
-    /// Both images have the same pixels, whatever is asked for.
+    /// Both images have the same pixels, whatever the request.
     fn set_registration(
         &mut self,
         _ctx: &mut Context,

@@ -31,7 +31,8 @@ pub(crate) struct Unfinished {
 pub(crate) struct Predictions(Option<Unfinished>);
 
 impl Predictions {
-    /// Predicts a motion, for at most `work`. The same motion in an unchanged world goes on.
+    /// Predicts a motion, for at most `work`. Repeating the same motion in an unchanged world
+    /// continues it.
     pub(crate) fn predict(
         &mut self,
         worlds: &mut Worlds,
@@ -107,7 +108,7 @@ mod tests {
         };
         assert_eq!((0..3).filter_map(|_| ask(&mut worlds)).count(), 0);
         assert!((ask(&mut worlds).expect("the fourth step") - 4.0).abs() < 1e-6);
-        assert_eq!(ask(&mut worlds), None, "it begins anew");
+        assert_eq!(ask(&mut worlds), None, "it begins again");
         worlds.main.step().expect("a step");
         assert_eq!((0..3).filter_map(|_| ask(&mut worlds)).count(), 0);
         assert!(ask(&mut worlds).is_some());

@@ -148,7 +148,7 @@ fn range(world: &mut World, id: &str) -> Result<i32, Error> {
         .map_or(0, |range| range.distance.round() as i32))
 }
 
-/// Where sensors sit on what they belong to, to the right and to the front.
+/// The places of sensors on their owners, to the right and to the front.
 fn seat(world: &World, id: &str) -> Result<(f64, f64), Error> {
     let owner = world.owner(id)?;
     let place = world.tree().between(&owner, id)?.point(&Point::origin());

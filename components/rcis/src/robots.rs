@@ -102,12 +102,12 @@ pub(crate) fn full_pose(world: &World, id: &str) -> Result<FullPoseEuler, Error>
     })
 }
 
-/// Commands a base. A number that is none stops it, and a limit is told.
+/// Commands a base. NaN stops it, and a limit is reported.
 fn go(world: &mut World, warnings: &mut Warnings, id: &str, wanted: Speed) -> Result<(), Error> {
     match world.drive(id, wanted) {
         Ok(taken) => {
             if taken != wanted {
-                warnings.log(format!("`{id}` does not drive as fast as it was told to"));
+                warnings.log(format!("`{id}` does not drive as fast as commanded"));
             }
             Ok(())
         }

@@ -31,7 +31,7 @@ pub struct SpecificWorker {
     pub(crate) yaws: HashMap<String, f64>,
     /// Whether `InnerModelManager` puts no bodies into each other.
     refuses_collisions: bool,
-    /// What the user of the window wants.
+    /// The requests of the window's user.
     actions: Actions,
 }
 

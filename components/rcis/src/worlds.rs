@@ -38,7 +38,7 @@ impl Worlds {
             return Err(unknown(&self.clones, name, "clone"));
         }
         let found = self.clones.get_mut(name);
-        found.ok_or_else(|| wrong("the clone is gone"))
+        found.ok_or_else(|| wrong("the clone was removed"))
     }
 
     /// Asks or changes the world of a name.

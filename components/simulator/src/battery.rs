@@ -2,7 +2,7 @@
 
 use simulator_generated::{BatteryStates, TBattery};
 
-/// The voltage of an empty battery, and what a full one has more, in V.
+/// The voltage of an empty battery, and the difference to a full one, in V.
 const EMPTY: f64 = 22.0;
 const RISE: f64 = 4.0;
 /// The charge of a full battery, in A s.
@@ -31,7 +31,7 @@ impl Battery {
         }
     }
 
-    /// Lets time pass, in s. A robot that stands is connected to the charger.
+    /// Advances time, in s. A robot that stands is connected to the charger.
     pub(crate) fn step(&mut self, seconds: f64, stands: bool) {
         self.is_connected = stands;
         let change = if stands {

@@ -1,4 +1,4 @@
-//! Random numbers that are the same on every machine.
+//! Random numbers that are equal on every machine.
 
 use planar_map::libm;
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// The noise of one step of a run; asking for it again gives the same numbers.
+    /// The noise of one step of a run; equal arguments give equal numbers.
     pub(crate) fn of_step(seed: i64, step: u64) -> Self {
         let mut mixed = Self {
             state: seed.cast_unsigned(),

@@ -49,7 +49,7 @@ pub(crate) struct Simulation {
 }
 
 impl Simulation {
-    /// The robot stands where the map says; its odometer knows that place.
+    /// The robot starts at its place in the map; its odometer knows that place.
     ///
     /// The error is for the user: the robot does not fit there.
     pub(crate) fn new(map: &Map, robot: Robot, seconds: f64, seed: i64) -> Result<Self, String> {

@@ -13,10 +13,10 @@ pub(crate) enum Next {
     End,
 }
 
-/// How far the conversation has come.
+/// The state of the conversation.
 ///
-/// Each `…ed` method is called after what [`Dialogue::next`] asked for has worked; until then it
-/// asks for the same again.
+/// Each `…ed` method is called after the request of [`Dialogue::next`] has succeeded; until then it
+/// repeats the request.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dialogue {
     sentences: usize,
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(dialogue.next(), Next::Synchronize);
         dialogue.synchronized();
         assert_eq!(dialogue.next(), Next::Say(0));
-        // The voice refused, or is not there: try the same again.
+        // The voice refused, or does not exist: try again.
         assert_eq!(dialogue.next(), Next::Say(0));
         sentence(&mut dialogue);
         assert_eq!(dialogue.next(), Next::Say(1));

@@ -6,7 +6,7 @@ use speech_client_generated::{
     Context, DataenableSynchronizationin, Datasayin, Worker, WorkerError,
 };
 
-/// How far the conversation has come.
+/// The state of the conversation.
 pub struct SpecificWorker {
     dialogue: Dialogue,
 }

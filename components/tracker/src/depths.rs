@@ -48,15 +48,15 @@ impl<'d> Depths<'d> {
         let (depths, rest) = image.depth.as_chunks();
         let pixels = width.zip(height).and_then(|(w, h)| w.checked_mul(h));
         let (Some(width), Some(height)) = (width, height) else {
-            return Err(format!("{} × {} is no size", image.width, image.height));
+            return Err(format!("{} × {} is not a size", image.width, image.height));
         };
         if pixels != Some(depths.len()) || !rest.is_empty() {
             let bytes = image.depth.len();
-            return Err(format!("{bytes} bytes are no {width} × {height} depths"));
+            return Err(format!("{bytes} bytes are not {width} × {height} depths"));
         }
         if image.focalx <= 0 || image.focaly <= 0 {
             let (x, y) = (image.focalx, image.focaly);
-            return Err(format!("{x} and {y} px are no focal lengths"));
+            return Err(format!("{x} and {y} px are not focal lengths"));
         }
         Ok(Self {
             width,
@@ -165,9 +165,9 @@ mod tests {
         let large = refused(|image| image.width = i32::MAX);
         assert!(large.contains("32 bytes"), "{large}");
         let negative = refused(|image| image.height = -2);
-        assert_eq!(negative, "4 × -2 is no size");
+        assert_eq!(negative, "4 × -2 is not a size");
         let blind = refused(|image| image.focalx = 0);
-        assert_eq!(blind, "0 and 2 px are no focal lengths");
+        assert_eq!(blind, "0 and 2 px are not focal lengths");
     }
 
     #[test]

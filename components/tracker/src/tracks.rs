@@ -37,8 +37,8 @@ pub(crate) struct Tracks {
 
 impl Tracks {
     /// Matches the heads of an image with the tracks. Returns the heads of people, each with the id
-    /// of its person. Times are in ms; a person is forgotten when nobody is seen there for longer than
-    /// `patience`, and all are when time jumps back.
+    /// of its person. Times are in ms; a person is forgotten when no head is seen there for longer
+    /// than `patience`, and all are when time jumps back.
     pub(crate) fn follow(&mut self, heads: &[Head], time: i64, patience: i64) -> Vec<(i32, Head)> {
         if time < self.time {
             self.tracks.clear();
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(walk(0, 10), Some(1));
         assert_eq!(walk(13, 20), Some(1));
         assert_eq!(walk(30, 40), Some(2));
-        // Time that begins anew is another run.
+        // Time that begins again is another run.
         assert_eq!(walk(0, 2), None);
         assert_eq!(walk(2, 10), Some(3));
     }

@@ -1,4 +1,4 @@
-//! The files of a world: its schema, what it starts with, and where it is kept.
+//! The files of a world: its schema, its start file, and the file that keeps it.
 
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
@@ -8,10 +8,10 @@ use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Finds imported files beside the file that imports them.
-struct Beside;
+/// Finds imported files in the folder of the file that imports them.
+struct SameFolder;
 
-impl Loader for Beside {
+impl Loader for SameFolder {
     fn find(
         &self,
         from: &Path,
@@ -57,7 +57,7 @@ pub(crate) fn schema(path: &Path) -> Result<Schema, String> {
     let text = rc_files::read(path).map_err(|error| cannot(path, &error))?;
     let mut sources = SourceMap::new();
     let source = sources.add(path, text);
-    let (schema, found) = graph_language::load(&mut sources, &Beside, source);
+    let (schema, found) = graph_language::load(&mut sources, &SameFolder, source);
     sound(&sources, &found)?;
     schema.ok_or_else(|| render(&sources, &found, Format::Human))
 }

@@ -17,13 +17,13 @@ use world_keeper_generated::{Context, HandlerError, Worker, WorkerError};
 /// The replica, and what of it is in the file.
 pub struct SpecificWorker {
     world: Driver,
-    /// What the world starts with, until it has started.
+    /// The initial content of the world, until it has started.
     start: Option<(PathBuf, Arc<Snapshot>)>,
     /// The version that is in the file.
     kept: Option<u64>,
     next: Time,
-    /// What was last said about the world, and before when nothing more is said: peers decide how
-    /// often it changes.
+    /// The last report about the world, and the time of the next one: peers decide how often it
+    /// changes.
     said: String,
     silent_until: Time,
 }
@@ -37,7 +37,7 @@ impl Worker<Context> for SpecificWorker {
         let schema = Arc::new(schema);
         let world = Driver::new(ctx, Arc::clone(&schema), Rights::everything());
         let (start, keep) = (&ctx.params.start, &ctx.params.keep);
-        // What was kept is later than the start.
+        // The kept file is later than the start file.
         let file = if keep.is_file() { keep } else { start };
         let start = if file.as_os_str().is_empty() {
             None

@@ -36,7 +36,7 @@
 
 namespace rc {
 
-// An array whose elements are all the same: the default of an array of enumerators.
+// An array with equal elements: the default of an array of enumerators.
 template <std::size_t N, class T>
 std::array<T, N> filled(T element) {
   std::array<T, N> all{};
@@ -248,7 +248,7 @@ class Reader {
     return data;
   }
   [[noreturn]] static void short_of_bytes() {
-    throw MalformedReply("a value ends early; generate the component anew, and build it");
+    throw MalformedReply("a value ends early; generate the component again, and build it");
   }
 
   rc_bytes bytes_;

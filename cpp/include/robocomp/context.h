@@ -1,5 +1,5 @@
-// What a worker knows of its component, and how it changes that. All of it works on the thread of
-// the worker.
+// The context of a worker: its state, and functions that change it. All of it works on the thread
+// of the worker.
 #pragma once
 
 #include <chrono>

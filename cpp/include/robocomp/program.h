@@ -47,7 +47,7 @@ inline std::string current_exception_text() {
   } catch (...) {
     const std::type_info* type = abi::__cxa_current_exception_type();
     const std::string name = type == nullptr ? "foreign" : readable(type->name());
-    return "an exception of the type " + name + ", which is no std::exception";
+    return "an exception of the type " + name + ", which is not a std::exception";
   }
 }
 
@@ -77,8 +77,8 @@ inline void print_stack() {
   std::abort();
 }
 
-// Prints where a signal of the processor came from. What it calls is not meant for handlers of
-// signals, and may hang, as in an allocation that was interrupted: then the alarm ends the process.
+// Prints a backtrace of a fatal signal. It calls functions that are not meant for signal handlers
+// and may hang, as in an allocation that was interrupted: then the alarm ends the process.
 inline void crashed(int signal) {
   std::signal(SIGALRM, SIG_DFL);
   sigset_t alarms;
@@ -94,7 +94,7 @@ inline void crashed(int signal) {
 // Reports crashes from now on.
 inline void report_crashes() {
   std::set_terminate(terminated);
-  // Loads what a report needs.
+  // Loads the libraries that a report needs.
   std::array<void*, 1> frame{};
   backtrace(frame.data(), 1);
   struct sigaction action {};
@@ -193,7 +193,7 @@ class Program {
     if (name == "shutdown") return worker.shutdown();
   }
 
-  // What `goToEmergency` asked for.
+  // The request of `goToEmergency`.
   void enter_emergency() {
     std::string reason = std::move(worker_base().emergency_reason_);
     worker_base().emergency_reason_.clear();

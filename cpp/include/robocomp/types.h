@@ -1,4 +1,4 @@
-// What generated headers of types, clients and publishers need.
+// Definitions for generated headers of types, clients and publishers.
 #pragma once
 
 #include <array>

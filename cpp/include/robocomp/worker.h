@@ -32,7 +32,7 @@ class Worker;
 
 namespace detail {
 
-// A call of a function of the worker, and what it answers.
+// A call of a function of the worker, and its answer.
 struct Call {
   std::string name;
   Reader body;
@@ -43,7 +43,7 @@ struct Call {
 
 using Function = std::function<void(Worker&, Call&)>;
 
-// A function of the table: what it is, its numbers, and how it is called.
+// A function of the table: its kind, its numbers, and its call.
 struct Entry {
   rc_function function;
   std::size_t first;
@@ -83,7 +83,7 @@ class Worker {
     throw WorkerError(reason);
   }
 
-  // RoboComp's names for what the context does.
+  // RoboComp's names for functions of the context.
   void setPeriod(int milliseconds) { setPeriod(std::chrono::milliseconds(milliseconds)); }
   void setPeriod(std::chrono::nanoseconds period) { Context().set_period(period); }
   int getPeriod() const {

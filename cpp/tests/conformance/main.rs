@@ -44,7 +44,7 @@ fn a_crash_names_its_function(over: Over) {
     }
 }
 
-/// A worker throws what is no exception, and uses its context on another thread.
+/// A worker throws what is not an exception, and uses its context on another thread.
 fn faults_stay_in_the_worker(other: &OtherEnd) {
     const THROWS_AN_INT: i32 = 10;
     const ASKS_A_THREAD: i32 = 11;
@@ -54,7 +54,7 @@ fn faults_stay_in_the_worker(other: &OtherEnd) {
     let Err(FailError::Call(CallError::Refused(reason))) = &thrown else {
         panic!("{thrown:?}");
     };
-    let text = "Types_fail(): an exception of the type int, which is no std::exception";
+    let text = "Types_fail(): an exception of the type int, which is not a std::exception";
     assert!(reason.contains(text), "{reason}");
     assert_eq!(client.mirrored(ASKS_A_THREAD).as_deref(), Ok("WrongThread"));
     assert_eq!(client.ranged(1), Ok(6), "the worker runs on");

@@ -71,7 +71,7 @@ impl Connector<'_> {
         }
     }
 
-    /// `bind a.Laser -> b.Laser {`, as it stands beside the consumer. Of a program outside,
+    /// `bind a.Laser -> b.Laser {`, as written in the block of the consumer. For a program outside,
     /// `external a.Laser { cdsl "lidar.cdsl";`.
     pub(super) fn clause(&self, consumer: Endpoint, provider: Endpoint) -> String {
         let outside = |end: &Endpoint| end.instance >= self.count;

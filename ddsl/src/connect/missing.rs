@@ -65,7 +65,7 @@ impl Connector<'_> {
         self.report(consumer, None, diagnostic);
     }
 
-    /// ` in group …`, where a declaration about the slot stands.
+    /// ` in group …`, the block of a declaration about the slot.
     pub(super) fn in_group(&self, end: Endpoint) -> String {
         let group = self
             .instance(end)

@@ -9,14 +9,14 @@ use rc_diagnostics::Diagnostic;
 use rc_idsl::canonical::operation_hash;
 use rc_syntax::Name;
 
-/// What to do in place of asking the tree of the component itself.
+/// The remedy for a connection that would ask the tree of the component itself.
 const OWN_TREE: &str = "a connection does not ask the tree that the component itself holds: let it require `RcInnerModel::InnerModel`, and bind this slot to a component that serves the tree, such as `inner_model`";
 
 /// Why a slot does not know where frames are, and what to do.
 type Wrong = (String, &'static str);
 
 impl Connector<'_> {
-    /// Refuses names that are no connected slots for the tree of frames.
+    /// Refuses names that are not connected slots for the tree of frames.
     pub(super) fn check_trees(&mut self) {
         for (connection, names) in std::mem::take(&mut self.trees) {
             let is_one = names.len() == 1;
@@ -40,7 +40,7 @@ impl Connector<'_> {
             let error = Diagnostic::error("unknown-slot", name.span, message)
                 .label(component.name.span, "its component");
             let is_near = rc_diagnostics::nearest(&name.text, known.clone()).is_some();
-            // `ctx.tree` of the worker is no slot.
+            // `ctx.tree` of the worker is not a slot.
             let error = match component.viewer.filter(|_| !is_near) {
                 Some(_) => error.help(OWN_TREE),
                 None => error.suggest(&name.text, known),
@@ -78,7 +78,7 @@ impl Connector<'_> {
             _ => {
                 return Err((
                     format!("`{name}` does not know where frames are"),
-                    "name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is no array",
+                    "name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is not an array",
                 ));
             }
         };

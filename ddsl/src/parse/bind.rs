@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 const BIND: [(&str, Rule); 1] = [("convert", Rule::convert)];
 const PEER: [(&str, Rule); 2] = [("cdsl", Rule::peer_cdsl), ("convert", Rule::convert)];
 const CONVERT: [(&str, Rule); 1] = [("frames", Rule::frames)];
-/// What stands after `via`.
+/// The word after `via`.
 const PROCESS_WORD: &str = "process";
 
 pub(super) fn bind(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Bind> {
@@ -65,7 +65,7 @@ pub(super) fn external(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Extern
     }
 }
 
-/// What the block of an external slot says of its peer.
+/// The contents of the block of an external slot.
 fn peer(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Peer> {
     let span = r.span(&pair);
     let (mut files, mut converts, mut is_whole) = (Vec::new(), Convert::default(), true);
@@ -104,7 +104,7 @@ fn peer(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Peer> {
     })
 }
 
-/// Adds what a `convert` says.
+/// Adds the contents of a `convert`.
 fn convert(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, all: &mut Convert) {
     all.span = all.span.or(Some(r.first_word(&pair).span));
     all.process = all.process.or(via_process(r, &pair));
@@ -119,7 +119,7 @@ fn unique(r: &mut ParseContext<'_>, mut all: Convert) -> Convert {
     all
 }
 
-/// Where `via process` stands in a `convert`.
+/// The place of `via process` in a `convert`.
 fn via_process(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Span> {
     let mut parts = pair.clone().into_inner();
     let via = parts.find(|part| part.as_rule() == Rule::via)?;

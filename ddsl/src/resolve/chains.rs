@@ -136,7 +136,7 @@ impl Resolver<'_> {
         let (instance, rest) = self.chain_instance(&tree.component, group)?;
         let (Some(instance), []) = (instance, rest) else {
             let written: Vec<&str> = tree.component.iter().map(|name| &*name.text).collect();
-            let message = format!("`{}` is no component", written.join("."));
+            let message = format!("`{}` is not a component", written.join("."));
             let error = Diagnostic::error("bad-chain", action.span, message);
             self.found.push(error.help(format!("write `late {form};`")));
             return None;
@@ -148,7 +148,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// The component that a path begins with, and the names behind it. `None` for a group.
+    /// The component that a path begins with, and the names after it. `None` for a group.
     fn chain_instance<'p>(
         &mut self,
         path: &'p [Name],
@@ -186,8 +186,8 @@ impl Resolver<'_> {
         (!goes_on).then_some(proxy.instance)
     }
 
-    /// Resolves a component, and the names behind it. It may be inside a group that does not export
-    /// it: a chain changes nothing there.
+    /// Resolves a component, and the names after it. It may be inside a group that does not export
+    /// it, because a chain changes nothing there.
     fn chain_point(
         &mut self,
         path: &[Name],

@@ -114,7 +114,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The process of this name in `group` or around it; a block of `Process` declares one for all
-    /// blocks inside. Without one, the name is of a process of the block in which it stands.
+    /// blocks inside. Without such a block, the name is of a process of the block that contains it.
     fn process_named(&mut self, name: &Name, group: Option<usize>) -> usize {
         let known = self
             .visible(group)

@@ -5,8 +5,8 @@ use crate::model::{InstanceOrGroup, Require};
 use rc_pdsl::ast::Path;
 
 impl Resolver<'_> {
-    /// Resolves the groups and components of rules. What the components have for parameters is
-    /// known to whoever loads them.
+    /// Resolves the groups and components of rules. Their parameters are resolved later, by the
+    /// loader of the components.
     pub(super) fn resolve_rules(&mut self) {
         for (group, tree) in std::mem::take(&mut self.rules) {
             let mut paths = Vec::new();

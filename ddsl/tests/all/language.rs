@@ -127,7 +127,7 @@ fn unknown_and_repeated_names_are_reported() {
         "middleware iceoryx2; middleware dds;\nComponent a { cdsl \"a\"; cdsl \"b\"; after bb, c; };\nComponent A { cdsl \"a\"; };\nComponent bbb { };\n\
          Component rcdeploy { cdsl \"a\"; };\nbind a.Laser -> bb.Laser;\nbind x.Laser -> a.b.Laser;",
         &expect![[r#"
-            n.ddsl:2:33: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:2:12 (a further one only sets something of it, in braces: write first what the components use)
+            n.ddsl:2:33: error[repeated-clause]: `middleware dds` comes second here; the middleware of this block at n.ddsl:2:12 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:3:25: error[repeated-clause]: duplicate field `cdsl`; first used here at n.ddsl:3:15
             n.ddsl:3:41: error[unknown-instance]: unknown component or group `bb` (did you mean `bbb`?)
             n.ddsl:3:45: error[unknown-instance]: unknown component or group `c` (expected one of `A`, `a`, `bbb`, `rcdeploy`)

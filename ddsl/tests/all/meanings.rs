@@ -1,4 +1,4 @@
-//! What the two ends of a connection mean by their values, where prototypes say it.
+//! The meanings of the values at both ends of a connection, where prototypes declare them.
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
@@ -716,7 +716,7 @@ fn frames_that_cannot_change_are_refused() {
         n.ddsl:2:44: error[unknown-slot]: `a` has no slot `trea`; its component at a.cdsl:2:11 (did you mean `tree`?)
     "#]],
     );
-    // The tree of the worker is no slot.
+    // The tree of the worker is not a slot.
     let idsl = SCAN;
     let ours = format!(
         "[{idsl}|||{}]subscribesTo Laser; requires InnerModel as world;",

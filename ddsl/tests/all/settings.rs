@@ -40,7 +40,7 @@ fn settings_of_middlewares_apply_to_their_block() {
             n.ddsl:2:109: error[bad-setting]: `domain` takes one value
             n.ddsl:3:1: error[repeated-clause]: duplicate setting `domain`; first used here at n.ddsl:2:99
             n.ddsl:4:33: error[unknown-key]: `x` cannot be set of iceoryx2 (there are no settings of iceoryx2 yet)
-            n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of what stands here at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
+            n.ddsl:4:52: error[repeated-clause]: `middleware dds` comes second here; the middleware of this block at n.ddsl:4:22 (a further one only sets something of it, in braces: write first what the components use)
             n.ddsl:4:103: error[syntax-error]: expected a value, found `;`
             n.ddsl:4:114: error[syntax-error]: expected `,` or `;`, found `2s`
             n.ddsl:4:118: error[unknown-field]: expected a setting of a middleware, found `§` (expected one of `domain`, `interfaces`, `peers`, `multicast`, `lease`, `queue_mib`, `namespace`, `node`, `remap`, `qos`, `use_sim_time`, `rosout`)

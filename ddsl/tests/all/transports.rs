@@ -98,7 +98,7 @@ fn what_cannot_be_is_reported() {
     check(
         "middleware auto remote iceoryx2;",
         expect![[r#"
-        n.ddsl:2:24: error[misplaced-remote]: `iceoryx2` does not connect hosts (after `remote` stands one of: dds, ros2)
+        n.ddsl:2:24: error[misplaced-remote]: `iceoryx2` does not connect hosts (after `remote`, write one of: dds, ros2)
         n.ddsl:3:11: note[no-subscriber]: `server.Pub` has no subscriber
     "#]],
     );
@@ -126,7 +126,7 @@ fn what_cannot_be_is_reported() {
     check(
         "middleware dds; middleware auto;",
         expect![[r#"
-        n.ddsl:2:28: error[repeated-clause]: `middleware auto` comes second here; the middleware of what stands here at n.ddsl:2:12 (a block has one middleware: write one of the two)
+        n.ddsl:2:28: error[repeated-clause]: `middleware auto` comes second here; the middleware of this block at n.ddsl:2:12 (a block has one middleware: write one of the two)
         n.ddsl:3:11: note[no-subscriber]: `server.Pub` has no subscriber
     "#]],
     );

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 /// How long all components together may take to reply.
 const ANSWER_LIMIT: Duration = Duration::from_secs(2);
-/// How long each of them may take at least.
+/// The least time for each of them.
 const LEAST: Duration = Duration::from_millis(50);
 /// The age of the last turn from which on a component hangs, as for a supervisor.
 const HUNG_MS: u64 = 2000;

@@ -135,7 +135,8 @@ pub(crate) fn is_listening(path: &Path) -> bool {
     Client::connect(path, ANSWER_LIMIT).is_ok()
 }
 
-/// The networks of this user that were started from this file, which may have changed, or be gone.
+/// The networks of this user that were started from this file, which may have changed or been
+/// deleted.
 pub fn started_from(file: &Path) -> Vec<String> {
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new(".")).canonicalize();

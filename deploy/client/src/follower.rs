@@ -125,7 +125,7 @@ impl Follower {
         let gone = part > before + 1 || known < header.left_out;
         gone.then(|| {
             self.lines = Lines::new(Overlong::Split);
-            "[rcdeploy: a part of this log is gone]".to_owned()
+            "[rcdeploy: a part of this log was lost]".to_owned()
         })
     }
 
@@ -215,7 +215,7 @@ mod tests {
         let tail = |count| Follower::at_last_lines(&path, count).expect("read").0;
         assert_eq!(tail(3), ["two", "three", "four"]);
         assert_eq!(tail(9), ["one", "two", "three", "four"]);
-        // A line that began before the border ends behind it, even where the log has grown again
+        // A line that began before the border ends after it, even if the log has grown again
         // meanwhile.
         std::fs::write(&path, "four\nfi").expect("written");
         assert_eq!(follower.read().0, [""; 0]);
@@ -223,12 +223,12 @@ mod tests {
         std::fs::write(&path, "ve\nand much more\n").expect("written");
         assert_eq!(follower.read().0, [""; 0]);
         assert_eq!(follower.read().0, ["five", "and much more"]);
-        // Components that are gone are reported.
+        // Components whose logs were removed are reported.
         turn(4, 7, "eight\n");
         std::fs::write(&path, "nine\n").expect("written");
         assert_eq!(
             follower.read().0,
-            ["[rcdeploy: a part of this log is gone]", "eight"]
+            ["[rcdeploy: a part of this log was lost]", "eight"]
         );
         assert_eq!(follower.read().0, ["nine"]);
     }

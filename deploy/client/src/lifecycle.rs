@@ -91,7 +91,7 @@ fn steps(
     while state != goal {
         let Some(transition) = state.towards(goal) else {
             return Err(if state.is_primary() {
-                format!("is {state}; end it and start it anew")
+                format!("is {state}; end it and start it again")
             } else {
                 format!("is {state}; repeat the command when its function has ended")
             });

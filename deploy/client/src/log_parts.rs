@@ -12,7 +12,7 @@ pub fn older(log: &Path) -> PathBuf {
     beside(log, ".1")
 }
 
-/// Another file beside a log.
+/// Another file next to a log.
 pub fn beside(log: &Path, end: &str) -> PathBuf {
     let mut name = log.as_os_str().to_owned();
     name.push(end);

@@ -102,7 +102,7 @@ pub fn tail(path: &Path, count: usize) -> io::Result<Vec<String>> {
 /// The pause between two looks at logs that cannot be watched.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// How many of the last lines are looked through for a failure, and how many are quoted.
+/// How many lines at the end are searched for a failure, and how many are quoted.
 const LOOKED_THROUGH: usize = 400;
 const QUOTED: usize = 10;
 
@@ -193,7 +193,7 @@ pub fn print(
             .map(|name| (name.clone(), file(&directory, &name)))
             .collect(),
     };
-    // What runs now counts, not the log of an earlier run.
+    // The running component counts, not the log of an earlier run.
     let paths: BTreeMap<String, PathBuf> = paths.into_iter().chain(by_hand).collect();
     let mut printer = Printer {
         width: paths.keys().map(String::len).max().unwrap_or(0),

@@ -108,7 +108,7 @@ pub fn emergency(network: &str, name: &str, active: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why a component did not do what it was asked for.
+/// Why a component did not do what the command asked for.
 enum Refusal {
     /// A rule of the network reads a parameter.
     Ruled,

@@ -46,12 +46,12 @@ pub fn report(network: &str) -> Result<NetworkReport, Error> {
     })
 }
 
-/// How long all components together may take to say what is so, and one of them.
+/// How long all components together may take to report their status, and one of them.
 const FRESH_LIMIT: Duration = Duration::from_millis(500);
 const ONE_LIMIT: Duration = Duration::from_millis(100);
 
-/// Asks the components themselves for what the supervisor knows from their last heartbeats, so that
-/// what a request has changed is seen in the next status.
+/// Asks the components themselves for the values that the supervisor has from their last
+/// heartbeats, so that the effect of a request is visible in the next status.
 fn refresh(status: &mut NetworkStatus) {
     let directory = place::directory(&status.network);
     let deadline = Instant::now() + FRESH_LIMIT;

@@ -1,8 +1,8 @@
 //! The Dockerfile of the image that the manifests of Kubernetes name, for each machine: it holds
 //! the programs, configurations and files of parameters at the paths of this machine.
 //!
-//! The build context is the folder that contains all of them. The ignore file beside the Dockerfile
-//! keeps everything else out of it.
+//! The build context is the folder that contains all of them. The ignore file next to the
+//! Dockerfile keeps everything else out of it.
 
 use super::{Machine, Source};
 use std::collections::BTreeSet;
@@ -14,7 +14,7 @@ pub(super) struct Image {
     pub(super) text: String,
     /// The `.dockerignore`, which excludes everything but the copied files.
     pub(super) ignore: String,
-    /// The command that builds it, run in any folder. `FOLDER` stands for that of the Dockerfile.
+    /// The command that builds it, run in any folder. `FOLDER` represents that of the Dockerfile.
     pub(super) command: String,
 }
 

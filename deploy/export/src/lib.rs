@@ -301,8 +301,8 @@ impl Part<'_> {
         self.component.priority.max(self.thread_priority)
     }
 
-    /// Refuses components in Python and C++ in a container: what lies beside their programs is in no
-    /// image.
+    /// Refuses components in Python and C++ in a container: an image has only their programs, not
+    /// the files next to them.
     fn check_language(&self, engine: Engine) -> Result<(), String> {
         let needs = self.language.and_then(Language::needs);
         let Some((language, needs)) = self.language.zip(needs) else {

@@ -6,8 +6,8 @@ use std::collections::{BTreeSet, HashMap};
 
 /// A process, as an orchestrator starts it.
 pub(crate) struct Process {
-    /// The component. Of several ones, all that the process has once: its name, the command line of
-    /// all its threads, the longest limits.
+    /// The component. For several components, the properties of the process: its name, the command
+    /// line of all its threads, the longest limits.
     pub(crate) component: Component,
     /// The places of its components in the plan.
     pub(crate) members: Vec<usize>,

@@ -215,8 +215,8 @@ fn restart(restart: Restart, line: &mut impl FnMut(&str, String)) {
     };
     line("Restart", word.to_owned());
     if restart.policy == Policy::OnFailure {
-        // systemd counts these as success, but rcdeploy as failures if nobody has stopped the
-        // component.
+        // systemd counts these as success, but rcdeploy as failures unless a command has stopped
+        // the component.
         line(
             "RestartForceExitStatus",
             "SIGHUP SIGINT SIGTERM SIGPIPE".to_owned(),

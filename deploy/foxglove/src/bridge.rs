@@ -22,13 +22,13 @@ use std::time::{Duration, Instant};
 
 /// The longest wait.
 const TURN: Duration = Duration::from_millis(500);
-/// How many clients are served, with those whose handshake is not over.
+/// How many clients are served, including those in the handshake.
 const CLIENTS: usize = 16;
 /// How many connections are accepted in a turn.
 const ACCEPTED: usize = 64;
-/// For how long none are accepted after the system could not: it has no descriptors left, say.
+/// The pause in accepting after the system refused, for example without free descriptors.
 const REST: Duration = Duration::from_millis(100);
-/// How many different problems are told.
+/// How many different problems are reported.
 const PROBLEMS: usize = 1000;
 
 /// Serves a network.
@@ -225,7 +225,7 @@ impl Bridge {
         }
     }
 
-    /// Tells all clients a problem, once.
+    /// Reports a problem to all clients, once.
     fn tell(&mut self, problem: &str) {
         if self.problems.len() < PROBLEMS && self.problems.insert(problem.to_owned()) {
             let clients = self.clients.values_mut();

@@ -1,4 +1,4 @@
-//! A client: its handshake, what it has sent, and what waits to be sent to it.
+//! A client: its handshake, its received messages, and its output queue.
 
 use crate::origin;
 use crate::protocol::{self, Level, SUBPROTOCOLS};
@@ -182,12 +182,12 @@ impl Client {
         }
     }
 
-    /// Begins a turn, in which a part of what the client has sent is received.
+    /// Begins a turn, in which a part of the client's messages is received.
     pub(crate) fn begin_turn(&mut self) {
         self.turn = (TURN, TURN_BYTES);
     }
 
-    /// Whether messages may be there that its last turn has left.
+    /// Whether messages of its last turn may be left.
     pub(crate) fn has_more(&self) -> bool {
         self.is_open() && (self.turn.0 == 0 || self.turn.1 == 0)
     }
@@ -253,12 +253,12 @@ impl Client {
         self.lost += count;
     }
 
-    /// Tells the user of the client something that failed.
+    /// Reports a failure to the user of the client.
     pub(crate) fn complain(&mut self, text: &str) {
         self.send(&protocol::status(Level::Error, &clean(text), None));
     }
 
-    /// Writes what the socket takes.
+    /// Writes as much as the socket accepts.
     pub(crate) fn flush(&mut self) {
         if self.lost > self.reported.0 && self.reported.1.elapsed() >= REPORT {
             self.reported = (self.lost, Instant::now());

@@ -18,7 +18,8 @@ pub(crate) fn deliver<'c>(
     simulated: Option<u64>,
 ) -> bool {
     let time = simulated.unwrap_or_else(system_time);
-    // What waited was measured earlier. In simulated time the time of the network is all there is.
+    // Waiting messages were measured earlier. In simulated time, only the time of the network is
+    // known.
     let sent = if simulated.is_none() && reading.is_here() {
         time_of_sending(observed.header.sent, rc_middleware::now(), time)
     } else {

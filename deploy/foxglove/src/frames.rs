@@ -1,4 +1,4 @@
-//! The frames of what is measured.
+//! The frames of measured values.
 
 use rc_observe::{End, Network, Source as Named};
 

@@ -37,7 +37,7 @@ impl Graph {
         };
         let (before, after) = (all(self), all(new));
         let mut removed: BTreeSet<&String> = before.difference(&after).collect();
-        // A topic that has lost one of its sides begins anew.
+        // A topic that has lost one of its sides starts again.
         let (mut published, mut subscribed) = (published, subscribed);
         for name in before.intersection(&after) {
             let has_lost =

@@ -40,7 +40,7 @@ impl std::fmt::Display for Source {
     }
 }
 
-/// How the messages of a source are read.
+/// The form of the messages of a source.
 #[derive(Clone)]
 pub(crate) enum Reading {
     Topic(Box<Topic>),
@@ -82,7 +82,7 @@ pub(crate) struct Channel {
     pub(crate) schema: Schema,
     pub(crate) sources: Vec<Source>,
     pub(crate) form: Form,
-    /// The frame of what is measured.
+    /// The frame of a measured value.
     pub(crate) frame: String,
 }
 
@@ -385,7 +385,7 @@ impl Channel {
     }
 }
 
-/// The channels of what is shown of results.
+/// The channels of results that Foxglove can show.
 fn results(name: &str, operation: i32, reply: &Struct) -> Vec<(String, Schema, Form)> {
     let all = shapes(reply).into_iter();
     let all = all.map(|(shape, at)| {

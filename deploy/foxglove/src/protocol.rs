@@ -5,7 +5,7 @@ use rc_record::Schema;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
-/// The versions that are spoken. Their messages are the same.
+/// The supported versions. Their messages are equal.
 pub(crate) const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 /// The encoding of messages and calls.
 pub(crate) const ENCODING: &str = "cdr";
@@ -70,7 +70,7 @@ pub(crate) struct Call<'m> {
 }
 
 impl<'m> Call<'m> {
-    /// Reads a binary message. `None` if it is no call, or shorter than it says.
+    /// Reads a binary message. `None` if it is not a call, or shorter than it says.
     pub(crate) fn read(message: &'m [u8]) -> Option<Self> {
         let (&code, rest) = message.split_first()?;
         let (service, rest) = number(rest)?;
@@ -251,7 +251,7 @@ mod tests {
             (3, 4, &b"cdr"[..])
         );
         assert_eq!(call.body, [0, 1, 0, 0, b'!']);
-        // A reply has the same form behind its code.
+        // A reply has the same form after its code.
         let back = reply(3, 4, call.body);
         assert_eq!((back[0], &back[1..]), (REPLY, &bytes[1..]));
         for length in 0..16 {

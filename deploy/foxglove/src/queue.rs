@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use tungstenite::Message;
 
-/// How many bytes of messages of channels wait for a client; the oldest go first.
+/// How many bytes of messages of channels wait for a client; the oldest are dropped first.
 const SAMPLES: usize = 32 << 20;
 /// How many bytes of other messages wait for a client before it is closed.
 const CONTROL: usize = 32 << 20;

@@ -15,7 +15,7 @@ pub(crate) enum Shape {
     Scan,
     /// Where something is.
     Pose,
-    /// The place of a frame that carries what the component measures.
+    /// The place of the frame of a measured value.
     Transform,
     /// A picture.
     Image,
@@ -29,7 +29,7 @@ pub(crate) enum Shape {
 pub(crate) struct Context<'c> {
     /// In nanoseconds.
     pub(crate) time: u64,
-    /// The frame of what the component measures, and of the component itself.
+    /// The frame of a measured value, and of the component itself.
     pub(crate) frame: &'c str,
     /// The frame of poses.
     pub(crate) world: &'c str,

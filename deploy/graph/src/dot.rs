@@ -47,7 +47,7 @@ pub(super) fn draw(graph: &Graph) -> String {
         let mut text = label(connection);
         let mut tooltip = sentence(connection);
         let mut more = String::new();
-        // Providers stand on the left. A call runs from right to left.
+        // Providers are on the left. A call runs from right to left.
         if connection.kind == Kind::Call {
             more += ", dir=back, arrowtail=vee";
         }

@@ -141,7 +141,7 @@ pub struct Finding {
 
 impl Component {
     /// Name in its `.cdsl`, if it differs from its own name, its process, if it is a thread of one,
-    /// its part in the network's time, if it has one, and what it does now.
+    /// its part in the network's time, if it has one, and its present state.
     pub(crate) fn kind(&self) -> Option<String> {
         if self.external {
             return Some("external".to_owned());
@@ -225,7 +225,7 @@ pub(crate) fn chain_colour(graph: &Graph, connection: &Connection) -> Option<&'s
     Some(CHAIN_COLOURS[number % CHAIN_COLOURS.len()])
 }
 
-/// The label of a connection: its name, its middleware, and what it converts.
+/// The label of a connection: its name, its middleware, and its conversion.
 pub(crate) fn label(connection: &Connection) -> String {
     let mut label = format!("{}\n{}", connection_name(connection), connection.middleware);
     for member in connection.converts.iter().take(LISTED) {

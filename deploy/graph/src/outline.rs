@@ -18,7 +18,7 @@ pub(crate) enum Step {
 }
 
 /// All boxes. A single unnamed machine has no box; a group on several hosts has one on each. Peers
-/// that are not part of the network stand outside of all.
+/// that are not part of the network are outside of all boxes.
 pub(crate) fn outline(graph: &Graph) -> Vec<Step> {
     let hosts: HashMap<&str, usize> = graph
         .hosts

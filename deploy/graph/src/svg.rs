@@ -126,7 +126,8 @@ fn xml_lines(lines: &[String]) -> String {
     lines.map(xml).collect::<Vec<_>>().join("\n")
 }
 
-/// What tells lines of a slot apart: the level of findings, the colour of a chain, dashes.
+/// The properties that distinguish lines of a slot: the level of findings, the colour of a chain,
+/// dashes.
 type Look<'a> = (Option<Level>, Option<&'a str>, &'a str);
 
 /// Draws the lines of all connections, errors last. Equal lines of one slot are one path, so that

@@ -58,8 +58,8 @@ pub(crate) fn add(
     followers
 }
 
-/// Gives adaptors what the configurations beside them say: settings of middlewares, and addresses of
-/// slots. An adaptor has no configuration, so the network hands it all of them.
+/// Passes the settings of middlewares and the addresses of slots from the configurations of their
+/// consumers to adaptors, which have no configuration.
 pub(crate) fn follow(
     followers: &[Follower],
     deployment: &mut Deployment,
@@ -97,7 +97,7 @@ impl Network {
         };
         let mut described = description::describe(project, self.programs.needed(at))?;
         let slots = &project.component.slots;
-        // Of an adaptor, the slot of its frames may follow.
+        // For an adaptor, the slot of its frames may follow.
         let paired = if instance.proxy.is_some() {
             slots.len()
         } else {

@@ -121,7 +121,7 @@ pub(crate) fn check_outside(network: &Network, found: &mut Diagnostics) {
         );
         let error = Diagnostic::error("bad-address", span, message)
             .label(instance(other).name.span, "declared here")
-            .help("give it another one: `at \"ADDRESS\"` behind the external slot");
+            .help("give it another one: `at \"ADDRESS\"` after the external slot");
         found.push(error);
     }
 }

@@ -1,4 +1,4 @@
-//! How long a chain of messages takes at worst: an analysis of components as event loops.
+//! The worst-case time of a chain of messages: an analysis of components as event loops.
 //!
 //! A component has one thread. It runs its handlers as messages arrive, one message of each port in
 //! turn, and `compute()` once a period, after the handlers. Nothing interrupts a run. So a message is
@@ -61,7 +61,7 @@ pub enum Rate {
     Unknown,
 }
 
-/// How a component comes from a message to what follows.
+/// The way from a message to what follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// Its handler sends it.
@@ -77,7 +77,7 @@ pub struct Hop {
     pub component: usize,
     /// The handler of the message.
     pub handler: usize,
-    /// How it comes to what it sends. The last component of a chain only handles the message.
+    /// The way to its output. The last component of a chain only handles the message.
     pub way: Way,
     /// The longest time of the message on its way to this component.
     pub transport: u64,
@@ -157,7 +157,7 @@ impl Load {
 const HANDLERS_A_TURN: u64 = 64;
 /// The most events that the event loop takes at once, less those of its timer and its waker.
 const PORTS_A_TURN: usize = 14;
-/// The most streams that are told apart.
+/// The most streams that are distinguished.
 const STREAMS: usize = 64;
 /// The most steps of a search for a fixed point. A load that needs more is near its limit.
 const STEPS: usize = 10_000;
@@ -181,7 +181,7 @@ pub fn loads(components: &[Component]) -> Vec<Load> {
         let is_last = round + 1 == ROUNDS;
         let before = std::mem::replace(&mut loads, next);
         if is_last {
-            // What still grows has no bound but that of its queues.
+            // A value that still grows is bounded only by its queues.
             for ((load, before), component) in loads.iter_mut().zip(before).zip(components) {
                 if *load != before {
                     let streams = std::mem::take(&mut load.streams);

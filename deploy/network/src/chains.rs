@@ -28,7 +28,7 @@ pub struct Link {
     pub from: Option<Port>,
     /// The receiver.
     pub to: Port,
-    /// How the receiver comes to what it sends.
+    /// The way from the receiver to its output.
     pub way: Way,
 }
 

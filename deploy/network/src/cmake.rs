@@ -1,6 +1,7 @@
 //! Programs of components in C++: `up --build` builds the library of the framework once for a
-//! workspace, and each component by cmake. The build folder is `build` in the folder of the component,
-//! where editors find `compile_commands.json`; that of a variant lies in the target folder.
+//! workspace, and each component by cmake. The build folder is `build` in the folder of the
+//! component, where editors find `compile_commands.json`; that of a variant is in the target
+//! folder.
 
 use crate::error::{Error, cannot};
 use crate::launcher;
@@ -42,7 +43,7 @@ pub(crate) struct Program {
 /// Refuses to build where cmake or a compiler is missing.
 ///
 /// # Errors
-/// A program is missing, or too old; the error names what is needed.
+/// A program is missing, or too old; the error says which one is needed.
 pub(crate) fn check() -> Result<(), Error> {
     let missing = |what: &str| Err(Error::Workspace(format!("{what}; {NEEDED}")));
     match Command::new("cmake").arg("--version").output() {
@@ -130,8 +131,8 @@ pub(crate) fn of(
 }
 
 impl Program {
-    /// Writes the files of a variant, and runs cmake. Another `up` of the workspace that builds the
-    /// same component is waited for.
+    /// Writes the files of a variant, and runs cmake. Waits for another `up` of the workspace that
+    /// builds the same component.
     ///
     /// # Errors
     /// cmake fails, after it has printed why.

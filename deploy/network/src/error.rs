@@ -28,7 +28,7 @@ pub(crate) fn cannot<E: Into<io::Error>>(action: impl Into<String>) -> impl FnOn
     }
 }
 
-/// As [`cannot`], for what reads or writes a workspace: invalid input is a fault of its files, not
+/// As [`cannot`], for reading or writing a workspace: invalid input is an error of its files, not
 /// of the system.
 pub(crate) fn refused(action: impl Into<String>) -> impl FnOnce(io::Error) -> Error {
     let action = action.into();

@@ -1,5 +1,5 @@
-//! Files that parameters name (`reads` of PDSL), and elements of such files (`element`): what a
-//! component would refuse at its start is a finding here.
+//! Files that parameters name (`reads` of PDSL), and elements of such files (`element`). Errors
+//! that would keep a component from starting are findings here.
 
 use crate::configuration::config;
 use crate::parameters::OverriddenParameters;
@@ -65,7 +65,7 @@ fn check(
         } else {
             value.folder
         };
-        // As the component opens it: behind a link, `..` is the folder of what the link leads to.
+        // As the component opens it: after a link, `..` is the folder of the link's target.
         let path = folder.join(&value.path);
         (!value.path.as_os_str().is_empty()).then_some((kind, path, value))
     });
@@ -101,7 +101,7 @@ fn check(
                 let error = Diagnostic::error("unknown-element", place(instance, name), message);
                 let ids = tree.nodes.iter().filter(|node| fits(element, &node.kind));
                 let ids = ids.map(|node| node.id.as_str());
-                // The value stands in another file than the finding.
+                // The value is in another file than the finding.
                 found.push(match nearest(value, ids) {
                     Some(near) => error.help(format!("did you mean `{near}`?")),
                     None => error,

@@ -5,7 +5,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::io;
 use std::path::PathBuf;
 
-/// The program, which is installed beside `rcdeploy`.
+/// The program, which is installed next to `rcdeploy`.
 const PROGRAM: &str = "rcforward";
 
 /// Where the program is.
@@ -32,7 +32,7 @@ pub(crate) fn check_program(deployment: &Deployment, found: &mut Diagnostics) {
         );
         let error = Diagnostic::error("missing-executable", span, message);
         found.push(
-            error.help("install it beside `rcdeploy`: `cargo xtask install --with rcforward`"),
+            error.help("install it next to `rcdeploy`: `cargo xtask install --with rcforward`"),
         );
     }
 }

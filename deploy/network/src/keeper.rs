@@ -1,4 +1,4 @@
-//! The keeper of a network's world: it gets what the clause `World` says as its parameters.
+//! The keeper of a network's world: the clause `World` sets its parameters.
 
 use rc_codegen::{Project, paths};
 use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
@@ -10,7 +10,7 @@ use std::rc::Rc;
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
-/// Gives each keeper the schema and the files of the world. What its own block sets, it keeps.
+/// Gives each keeper the schema and the files of the world, except those that its own block sets.
 pub(crate) fn configure(
     deployment: &mut Deployment,
     projects: &[Option<Rc<Project>>],
@@ -50,7 +50,7 @@ fn parameters(world: &World, loader: &dyn Loader) -> Vec<Parameter> {
     let mut all = Vec::new();
     if let Some(schema) = &world.schema {
         let found = loader.find(&world.folder.join("network.ddsl"), &schema.text, "gdsl");
-        // One that is found nowhere comes with the tools.
+        // A schema that is not found comes with the tools.
         all.push(match found {
             Ok(found) => file("schema", &shown(&found.path), schema.span),
             Err(_) => one(

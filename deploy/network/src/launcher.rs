@@ -256,12 +256,12 @@ fn listed(path: &Path) -> Result<&str, Error> {
 }
 
 /// The script. Its interpreter is that of `.venv` in the component's folder, of the active virtual
-/// environment, or `python3`. A foreign PYTHONPATH comes behind the packages of an environment,
+/// environment, or `python3`. A foreign PYTHONPATH comes after the packages of an environment,
 /// which were chosen for the component. An interpreter that does not start or cannot import the
 /// framework is a failed start, in one line.
 ///
-/// On another machine the script and all that it names are copies, each below one folder at its own
-/// path. So its own path, `place`, tells that folder.
+/// On another machine the script and all files that it names are copies, each below one folder at
+/// its own path. So its own path, `place`, identifies that folder.
 fn text(
     package: &str,
     place: &Path,
@@ -354,7 +354,7 @@ impl Launcher {
 }
 
 impl Venv {
-    /// Another `up` of the workspace, which may make the same one, is waited for.
+    /// Waits for another `up` of the workspace, which may make the same one.
     fn make(&self) -> Result<(), Error> {
         let _held = variant::lock_folder(&self.lock, variant::PATIENCE)?;
         let made = python::environment::make_empty(&self.folder, self.oldest);
@@ -373,14 +373,15 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
     std::fs::rename(&new, path)
 }
 
-/// The package for another middleware, with links to what the user owns. Another `up` of the
-/// workspace, which may write the same one, is waited for.
+/// The package for another middleware, with links to the files of the user. Waits for another `up`
+/// of the workspace, which may write the same one.
 fn stage(place: &Path, files: &rc_codegen::Files, folder: &Path) -> Result<(), Error> {
     let _held = variant::lock_folder(place, variant::PATIENCE)?;
     renew(place, files, folder, &SHARED).map_err(cannot(format!("write {}", place.display())))
 }
 
-/// Writes the generated files of a variant, with links to what it shares with its component.
+/// Writes the generated files of a variant, with links to the files that it shares with its
+/// component.
 pub(crate) fn renew(
     place: &Path,
     files: &rc_codegen::Files,

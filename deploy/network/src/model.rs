@@ -125,7 +125,7 @@ impl Network {
         }
     }
 
-    /// The slot and the operation of a port; `None` of a component that could not be read.
+    /// The slot and the operation of a port; `None` for a component that could not be read.
     pub(crate) fn port_words(&self, port: Port) -> Option<(&str, &str)> {
         let component = &self.projects[port.instance].as_deref()?.component;
         let slot = &component.slots[port.slot];
@@ -133,7 +133,7 @@ impl Network {
         Some((&slot.name, &operations[port.operation].name.text))
     }
 
-    /// The names of the components that the proxy `at` stands for; empty for other components.
+    /// The names of the components behind the proxy `at`; empty for other components.
     pub(crate) fn behind(&self, at: usize) -> Vec<String> {
         let instances = &self.deployment.instances;
         let Some(group) = instances[at].proxy else {

@@ -62,7 +62,7 @@ pub(crate) fn given(
             found.push(error.help("write `COMPONENT.PATH=VALUE`, as in `avoider.speed=300`"));
             continue;
         };
-        // The proxy of a group has the name of the group, and comes before what is inside.
+        // The proxy of a group has the name of the group, and comes before the components inside.
         let instances = deployment.instances.iter().enumerate();
         let instances = instances.filter_map(|(at, instance)| {
             let path = target.strip_prefix(instance.path.as_str())?;
@@ -191,7 +191,7 @@ fn json(value: &ParameterValue) -> Json {
     }
 }
 
-/// A literal as it stands in a configuration: durations are strings there.
+/// A literal in the form of a configuration: durations are strings there.
 fn literal_json(literal: &Literal) -> Json {
     match &literal.kind {
         LiteralKind::Int(value) => {

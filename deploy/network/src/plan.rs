@@ -52,7 +52,7 @@ pub struct Component {
     /// Slots that need no peer.
     #[serde(default)]
     pub optional: Vec<String>,
-    /// Of the proxy of a group: the components that it stands for. Empty for other components.
+    /// For the proxy of a group: the components behind it. Empty for other components.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub behind: Vec<String>,
     /// Whether it has the life cycle of a managed component.
@@ -79,7 +79,7 @@ pub struct Component {
     /// The middlewares of its connections. Only for people.
     #[serde(default)]
     pub middleware: String,
-    /// Of `middleware auto;`, the middlewares of each slot with connections. Only for people.
+    /// For `middleware auto;`, the middlewares of each slot with connections. Only for people.
     #[serde(default)]
     pub transports: BTreeMap<String, String>,
     /// The machine that it runs on. `None`: this machine.
@@ -170,8 +170,8 @@ impl Component {
 }
 
 impl Component {
-    /// What the program of a process of several components is told of this one, which the program
-    /// knows as `word`, and which starts when the components `after` are ready.
+    /// The arguments of this component for the program of a process of several, which knows it as
+    /// `word` and starts it when the components `after` are ready.
     pub fn thread_arguments(&self, word: &str, after: &[String]) -> Vec<String> {
         let mut options = vec![("--member", word.to_owned())];
         if !after.is_empty() {

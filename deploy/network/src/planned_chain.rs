@@ -1,4 +1,4 @@
-//! What a supervisor follows of a chain, as plain data.
+//! A chain as the supervisor follows it, as plain data.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub enum LateAction {
     /// A warning.
     #[default]
     Warn,
-    /// An event that is no warning.
+    /// An event that is not a warning.
     Event,
     /// The supervisor stops this component.
     Stop(String),
@@ -61,13 +61,13 @@ pub struct PlannedMessage {
 /// The way of a chain through one component.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlannedHop {
-    /// The message that comes in.
+    /// The input.
     pub input: PlannedMessage,
     /// The message that it sends. `None`: the chain ends here.
     pub output: Option<PlannedMessage>,
     /// Where it sends it.
     pub reacts_in: ReactsIn,
-    /// The worst case: on the way, until `compute()`, and work. `None`: there is no bound.
+    /// The worst case: transport, until `compute()`, and work. `None`: there is no bound.
     pub worst: Option<[Duration; 3]>,
 }
 

@@ -29,8 +29,8 @@ impl Network {
         settings.filter(move |set| used.contains(&set.middleware))
     }
 
-    /// The files that a component of the plan needs beside its program: its configuration, and the
-    /// files that its parameters name.
+    /// The files that a component of the plan needs in addition to its program: its configuration,
+    /// and the files that its parameters name.
     pub fn files(&self, at: usize, component: &Component) -> Vec<PathBuf> {
         let mut options = component.args.windows(2);
         let config = options.find(|option| option[0] == "--config");

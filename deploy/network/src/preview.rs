@@ -103,7 +103,7 @@ pub struct Process {
 pub struct RestartRule {
     /// `never`, `on_failure` or `always`.
     pub policy: Policy,
-    /// How long it may hang before it is stopped, in milliseconds. `None`: for ever.
+    /// How long it may hang before it is stopped, in milliseconds. `None`: no limit.
     pub hung_ms: Option<u64>,
     /// The number of restarts allowed within `within_ms`. `None`: no limit.
     pub max: Option<u32>,
@@ -349,7 +349,7 @@ impl Preview {
         let titles = ["from", "to", "what", "over", "address"];
         let width = |at: usize| widest(rows.iter().map(|r| r[at].as_str()), titles[at]);
         let widths: [usize; 5] = std::array::from_fn(width);
-        // If a line is too long, addresses stand below.
+        // If a line is too long, addresses are below.
         let beside = widths.iter().sum::<usize>() + 8 <= LINE;
         writeln!(f)?;
         let none: &[String] = &[];

@@ -2,7 +2,7 @@
 //! network.
 //!
 //! A component is not bound to a middleware: its generated code is for one, and an instance may use
-//! another. Its program is then a variant, built beside the program of its folder.
+//! another. Its program is then a variant, built next to the program of its folder.
 
 mod builds;
 
@@ -297,17 +297,17 @@ impl Programs {
         }
     }
 
-    /// Lets nothing ask cargo for target folders: they are `CARGO_TARGET_DIR`, or `target` in the
-    /// workspaces. For what needs no program, and no manifest of a component.
+    /// Target folders without asking cargo: `CARGO_TARGET_DIR`, or `target` in the workspaces. For
+    /// commands that need no program, and no manifest of a component.
     pub fn ask_no_cargo(&self) {
         self.workspaces.unasked.set(true);
     }
 
-    /// The program of an instance; none where it has no component, or a component that is in no
+    /// The program of an instance; none if it has no component, or a component outside of a
     /// workspace.
     ///
     /// # Errors
-    /// Cargo does not tell where it builds the component, or a manifest is not TOML.
+    /// Cargo does not say where it builds the component, or a manifest is not TOML.
     pub fn executable(&self, at: usize, profile: Profile) -> io::Result<Option<PathBuf>> {
         let instance = &self.deployment.instances[at];
         if let Some(executable) = &instance.executable {
@@ -332,8 +332,9 @@ impl Programs {
         Ok(Some(target.join(profile.folder()).join(program)))
     }
 
-    /// What another machine needs for an instance in Python: files, and its environment. `None` for
-    /// other instances, and for those in no workspace. `host` are all files of that machine.
+    /// The files and the environment that an instance in Python needs on another machine. `None`
+    /// for other instances, and for those outside of a workspace. `host` are all files of that
+    /// machine.
     pub(crate) fn python_copies(
         &self,
         at: usize,
@@ -474,7 +475,7 @@ impl Programs {
         self.located(profile, found);
     }
 
-    /// Checks the manifests that say where components are built. A component may be in no
+    /// Checks the manifests that say where components are built. A component may be outside of a
     /// workspace.
     pub fn check_manifests(&self, profile: Profile, found: &mut Diagnostics) {
         let mut all = Diagnostics::new();
@@ -519,7 +520,7 @@ mod tests {
     use rc_codegen::FileLoader;
     use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
 
-    /// What `check` says of the programs of a network with these components, a line each.
+    /// The output of `check` about the programs of a network with these components, a line each.
     fn found(components: &[&str]) -> String {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: &str| {

@@ -1,4 +1,4 @@
-//! The components of proxies: what stands for a group outside of it.
+//! The components of proxies, which represent groups outside of them.
 //!
 //! A proxy has no files. Its component is made here of the exports of its group: a slot for each,
 //! then their opposites, in the order that `rc_ddsl` expects. Its program is that of adaptors.
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
-/// How often a proxy computes, which is nothing.
+/// The period of a proxy, whose `compute` does nothing.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// The components of proxies, by their instances: with slot arrays as they are, not with members.
@@ -82,8 +82,8 @@ struct Exported<'p> {
     members: Vec<String>,
 }
 
-/// What a proxy stands for. The error is a message on members of one array that differ: they may
-/// be of several components.
+/// The slots of a proxy. The error is a message on members of one array that differ: they may be of
+/// several components.
 fn exported<'p>(
     deployment: &'p Deployment,
     projects: &'p [Option<Rc<Project>>],
@@ -241,12 +241,12 @@ fn text(exported: &[Exported<'_>]) -> String {
         let file = file.replace('\\', "\\\\").replace('"', "\\\"");
         let _ = writeln!(text, "import \"{file}\";");
     }
-    // Any name does: that of the group may be no name of a component.
+    // The name makes no difference: that of the group may be no name of a component.
     text.push_str("Component rcforward { Communications { }; language Rust; };\n");
     text
 }
 
-/// An absolute path; one that is no file keeps its name.
+/// An absolute path; one that is not a file keeps its name.
 fn whole(path: &Path) -> PathBuf {
     match path.canonicalize() {
         Ok(path) => path,
@@ -321,7 +321,7 @@ pub(crate) fn take_timeouts(
     }
 }
 
-/// What leads to what: each message to its opposite.
+/// The reactions: each message leads to its opposite.
 fn reactions(library: &Library, outer: &[Slot], inner: &[Slot]) -> Vec<Reaction> {
     let pairs = outer.iter().zip(inner);
     let pairs = pairs.map(|(one, other)| match one.role {

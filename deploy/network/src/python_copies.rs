@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 const MOST_FILES: usize = 100_000;
 const MOST_BYTES: u64 = 16 << 30;
 
-/// What Python writes beside the modules that it reads.
+/// The files that Python writes next to the modules that it reads.
 const COMPILED: &str = "__pycache__";
 
 /// All files that one host gets for its components in Python.

@@ -1,6 +1,6 @@
-//! Where two nodes, or ends that no connection joins, become the same name in ROS 2, and where ends
-//! that are connected become two: before anything starts, and not as calls that two components
-//! execute or values that none receives.
+//! Finds nodes, or ends that no connection joins, which get the same name in ROS 2, and connected
+//! ends which get two names. Otherwise two components would execute a call, or values would have no
+//! receiver.
 //!
 //! Names are made here as the components make them, by `rc_vocabulary::ros`.
 
@@ -154,8 +154,8 @@ fn node<'a>(
     })
 }
 
-/// The ends of these components in ROS 2, but those that are refused: they are reported, and
-/// they may be meant to meet.
+/// The ends of these components in ROS 2, except refused ones, which are reported and may be meant
+/// to meet.
 fn ends<'a>(network: &'a Network, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
     let diagnostics = network.connections.diagnostics.iter();
     let refused: BTreeSet<Endpoint> = diagnostics
@@ -194,9 +194,8 @@ fn ends<'a>(network: &'a Network, nodes: &'a [Node<'a>]) -> Vec<End<'a>> {
     ends
 }
 
-/// Finds connections of which one end was renamed, once a connection. Where both were,
-/// a foreign program may be meant to stand between them. Of slots in `reported` another
-/// mistake is known.
+/// Finds connections of which one end was renamed, once a connection. If both were, a foreign
+/// program may be meant to be between them. Slots in `reported` have another known mistake.
 fn check_that_ends_meet(
     network: &Network,
     ends: &[End<'_>],
@@ -256,8 +255,8 @@ fn setting<'a>(instance: &'a Instance, key: &str) -> Option<&'a Setting> {
     instance.setting(Middleware::Ros2, key)
 }
 
-/// Two ends at one name that must not be there together. Ends of one type that a file renames
-/// so are meant to meet.
+/// Two ends at one name that must not be there together. Ends of one type that a file renames to
+/// one name are meant to meet.
 fn pair<'a>(ends: &[&'a End<'a>]) -> Option<(&'a End<'a>, &'a End<'a>)> {
     let first = *ends.first().filter(|_| ends.len() > 1)?;
     let all = ends.iter().copied();
@@ -343,7 +342,7 @@ fn one_name(one: &End<'_>, other: &End<'_>) -> Diagnostic {
     })
 }
 
-/// Of a connection, the end that was renamed and the other one.
+/// For a connection, the end that was renamed and the other one.
 fn two_names(one: &End<'_>, other: &End<'_>) -> Diagnostic {
     let (renamed, usual) = if one.is_renamed {
         (one, other)
@@ -363,7 +362,7 @@ fn two_names(one: &End<'_>, other: &End<'_>) -> Diagnostic {
         usual.slot.name, usual.operation.name.text, renamed.name
     );
     renamed.label(warning).help(format!(
-        "give `{}` the same name, `remap \"{rule}\"`, unless something between them that is no component is meant to hear one and tell the other",
+        "give `{}` the same name, `remap \"{rule}\"`, unless something between them that is not a component is meant to hear one and tell the other",
         usual.node.instance.path
     ))
 }
@@ -396,6 +395,6 @@ fn one_node(name: &str, same: &[&Node<'_>]) -> Diagnostic {
         }
     }
     finding.help(
-        "give one of them a `node` or a `namespace` of its own in `middleware ros2 { … }`, or call it otherwise",
+        "give one of them a `node` or a `namespace` of its own in `middleware ros2 { … }`, or rename it",
     )
 }

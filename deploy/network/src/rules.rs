@@ -90,8 +90,8 @@ impl NetworkRules {
         read.into_iter().collect()
     }
 
-    /// Checks changes of components together: paths and values of each. The error lists what is
-    /// wrong with a change, or the rules that would be broken, with the values.
+    /// Checks changes of components together: paths and values of each. The error lists invalid
+    /// changes, or the rules that would be broken, with the values.
     pub fn check(
         &self,
         changes: &BTreeMap<String, Map<String, Json>>,
@@ -149,7 +149,7 @@ impl NetworkRules {
         let values = members.iter().map(|(name, member)| {
             let path: Vec<&str> = name.split('.').collect();
             let values = member.values.clone();
-            // A parameter of that name comes first, and counts.
+            // A parameter of that name takes precedence.
             (path, values.with_value(PERIOD, member.period.clone()))
         });
         violations_by(&self.model, &in_groups(values.collect()))
@@ -206,7 +206,7 @@ struct Tree<'n> {
 }
 
 impl<'n> Tree<'n> {
-    /// The parameters of what is in `group`. Notes the components in it.
+    /// The parameters of the contents of `group`. Notes the components in it.
     fn parameters(&mut self, group: Option<usize>, path: &[String]) -> Vec<Parameter> {
         let within = |name: &str| [path, &[name.to_owned()]].concat();
         let network = self.network;

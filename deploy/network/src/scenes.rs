@@ -1,6 +1,6 @@
 //! Scenes that components read when they start (`options InnerModelViewer`), and slot arrays whose
-//! members are their devices (`options InnerModelSlots`): what a component would refuse at its start
-//! is a finding here, and `slots { all; }` needs no list.
+//! members are their devices (`options InnerModelSlots`). Errors that would keep a component from
+//! starting are findings here, and `slots { all; }` needs no list.
 
 use crate::configuration::{config, configurations};
 use crate::parameters::{given, overridden};

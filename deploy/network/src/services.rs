@@ -25,9 +25,9 @@ pub struct Service {
     pub hash: u64,
     /// Whether it is a topic. Otherwise it is called.
     pub topic: bool,
-    /// Of a topic: how many samples its receivers hold.
+    /// For a topic: how many samples its receivers hold.
     pub depth: u32,
-    /// Of a topic: whether late subscribers get the last sample.
+    /// For a topic: whether late subscribers get the last sample.
     pub keeps: bool,
     /// The names of the components with an endpoint of it, each once.
     pub users: Vec<String>,

@@ -180,8 +180,8 @@ pub(crate) fn check(members: &[Member<'_>], found: &mut Diagnostics) {
 
 fn check_libraries(members: &[Member<'_>], found: &mut Diagnostics) {
     for member in members {
-        // A manifest that cannot be read is reported where it is needed, and a component without
-        // code where code is.
+        // An unreadable manifest is reported where it is needed, and so is a component without
+        // code.
         if let Ok(Some(package)) = Package::of(member.project)
             && !package.has_library()
         {

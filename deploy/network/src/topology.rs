@@ -76,7 +76,7 @@ pub struct Connection {
     pub middleware: &'static str,
     /// Address. `None` if the connection is refused.
     pub address: Option<String>,
-    /// What its consumer converts: members with their units and factors.
+    /// The conversion of its consumer: members with their units and factors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub converts: Vec<String>,
     /// The chains whose messages it carries.
@@ -263,7 +263,7 @@ fn chains_over(network: &Network, from: Endpoint, to: Endpoint) -> Vec<String> {
         .collect()
 }
 
-/// What a conversion converts, for people.
+/// A conversion, for people.
 fn converts(conversion: Option<&Conversion>) -> Vec<String> {
     let members = conversion.map_or(&[][..], |conversion| &conversion.members);
     members.iter().map(ToString::to_string).collect()

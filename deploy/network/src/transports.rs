@@ -102,7 +102,7 @@ impl Network {
         }
     }
 
-    /// Of an instance with `auto`, the middlewares of each slot with connections, for people.
+    /// For an instance with `auto`, the middlewares of each slot with connections, for people.
     pub(crate) fn transports(&self, at: usize) -> BTreeMap<String, String> {
         if self.deployment.instances[at].auto.is_none() {
             return BTreeMap::new();

@@ -6,13 +6,13 @@ use rc_codegen::Project;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Language;
 
-/// Reports what a network declares and this version does not do.
+/// Reports declarations of a network that have no effect in this version.
 pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
     warn_of_what_has_no_effect(network, found);
     refuse_languages_elsewhere(network, found);
 }
 
-/// Reports components on other hosts that need what is not copied there.
+/// Reports components on other hosts that need files which are not copied there.
 fn refuse_languages_elsewhere(network: &Network, found: &mut Diagnostics) {
     for (instance, project) in network.deployment.instances.iter().zip(&network.projects) {
         let language = project.as_deref().and_then(Project::language);

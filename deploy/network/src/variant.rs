@@ -1,11 +1,11 @@
 //! Components for another middleware than that of their `generated/`: a workspace below the target
-//! folder in which each is generated anew, and where all else is the user's, in place.
+//! folder in which each is generated again, and all other files are the user's, in place.
 //!
-//! `TARGET/rc/MIDDLEWARE` has a manifest with what the user's workspace says of dependencies,
-//! patches and profiles, and its lock file; `NAME` in it has the user's manifest with another
-//! program name, a `generated/` of its own, and links to all other files of the component. Cargo
-//! builds into the user's target folder, and a member `variant-features` asks for the features that
-//! the user's workspace asks for, so that no library that both need is built twice.
+//! `TARGET/rc/MIDDLEWARE` has a manifest with the dependencies, patches and profiles of the user's
+//! workspace, and its lock file; `NAME` in it has the user's manifest with another program name, a
+//! `generated/` of its own, and links to all other files of the component. Cargo builds into the
+//! user's target folder, and a member `variant-features` requests the features of the user's
+//! workspace, so that no library that both need is built twice.
 
 use crate::error::{Error, cannot, refused};
 use cargo_metadata::{Dependency, DependencyKind, Source};
@@ -27,7 +27,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike,
 const SHARED: [&str; 4] = ["workspace", "patch", "replace", "profile"];
 /// Entries of a component's folder that its variant has for itself.
 const OWN: [&str; 4] = ["Cargo.toml", "Cargo.lock", GENERATED, "target"];
-/// The member that chooses features. No component has this name: it is no identifier.
+/// The member that chooses features. No component has this name: it is not an identifier.
 const FEATURES: &str = "variant-features";
 /// The folder of a component in its generated description.
 const BUILT_FOLDER: &str = r#"concat!(env!("CARGO_MANIFEST_DIR"), "/..")"#;
@@ -36,13 +36,12 @@ const DEPENDENCIES: [&str; 3] = ["dependencies", "dev-dependencies", "build-depe
 /// How long a build waits for another one; a first one compiles a middleware.
 pub(crate) const PATIENCE: Duration = Duration::from_mins(30);
 
-/// The program of a variant; it lies beside the one that the user builds.
+/// The program of a variant, next to the one that the user builds.
 pub(crate) fn program(package: &str, middleware: Middlewares) -> String {
     format!("{package}-{middleware}")
 }
 
-/// Variants that are there to be built. As long as this lives, no other process changes which they
-/// are.
+/// Variants that are ready to be built. As long as this lives, no other process changes them.
 #[derive(Debug)]
 pub(crate) struct Staged {
     folder: PathBuf,
@@ -80,7 +79,7 @@ pub(crate) fn stage(
 pub(crate) struct Staging<'r> {
     root: &'r Path,
     folder: PathBuf,
-    /// What the manifest of the user's workspace says.
+    /// The contents of the manifest of the user's workspace.
     shared: DocumentMut,
     held: File,
 }
@@ -168,7 +167,7 @@ fn features(dependencies: &[Dependency]) -> DocumentMut {
         ("edition", "2024"),
     ];
     manifest["package"] = Item::Table(Table::from_iter(package));
-    // A library may be there in two versions, and with other features in each member.
+    // A library may occur in two versions, and with other features in each member.
     let mut texts = BTreeSet::new();
     for dependency in dependencies {
         let kind = match dependency.kind {
@@ -351,7 +350,7 @@ fn component(
             files.add(path, owner, text.to_owned());
         }
     }
-    // The user's files, from which relative paths start, are not beside the code of the variant.
+    // The user's files, at which relative paths start, are not next to the code of the variant.
     let description = Path::new(GENERATED).join("src/description.rs");
     let text = files.text(&description).unwrap_or_default();
     if !text.contains(BUILT_FOLDER) {
@@ -374,7 +373,7 @@ fn component(
     link(&folder, staged).map_err(cannot(format!("link the files of {package}")))
 }
 
-/// Whether the user's workspace has what the generated crate takes from it.
+/// Whether the user's workspace has the dependencies that the generated crate inherits.
 fn inherited(manifest: &DocumentMut, shared: &DocumentMut, root: &Path) -> Result<(), Error> {
     let dependencies = manifest.get("dependencies").and_then(Item::as_table_like);
     let known = shared["workspace"].get("dependencies");
@@ -461,7 +460,7 @@ fn source(of: &mut dyn TableLike, folder: &Path, usual: &str) {
     of.insert("path", value(path.to_string_lossy().as_ref()));
 }
 
-/// Links what the user has in the component's folder into that of the variant.
+/// Links the files of the user in the component's folder into that of the variant.
 fn link(folder: &Path, staged: &Path) -> io::Result<()> {
     let is_own = |name: &OsStr| OWN.iter().any(|own| *own == name);
     for entry in std::fs::read_dir(staged)? {

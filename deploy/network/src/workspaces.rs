@@ -24,7 +24,7 @@ struct Known {
 }
 
 impl Workspaces {
-    /// The root of the workspace that a package in `folder` belongs to; none where there is none.
+    /// The root of the workspace that a package in `folder` belongs to, if any.
     ///
     /// # Errors
     /// A manifest in `folder` or above it cannot be read, or is not TOML.
@@ -34,8 +34,8 @@ impl Workspaces {
     }
 
     /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`,
-    /// `build.target-dir` of a configuration of cargo, or `target`. Where cargo is not asked, or
-    /// cannot be started, configurations above the workspace count, and no others.
+    /// `build.target-dir` of a configuration of cargo, or `target`. If cargo is not asked, or
+    /// cannot be started, only configurations above the workspace count.
     pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
         Ok(self.known(root)?.target)
     }
@@ -89,7 +89,7 @@ pub fn target_variable() -> Option<PathBuf> {
     std::path::absolute(set).ok()
 }
 
-/// What holds without cargo: its defaults, and `build.target-dir` of its configurations.
+/// The target folder without cargo: its defaults, and `build.target-dir` of its configurations.
 fn usual(root: &Path) -> Known {
     let target = target_variable().or_else(|| configured_target(root));
     Known {

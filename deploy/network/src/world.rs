@@ -1,5 +1,5 @@
-//! The world of a network: whether the schemas of its components fit, who writes what, and what is
-//! in its start file.
+//! The world of a network: checks the schemas of its components, who writes what, and the contents
+//! of its start file.
 
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
@@ -104,8 +104,8 @@ fn without(members: &[Member<'_>], found: &mut Diagnostics) {
     }
 }
 
-/// What a component's schema declares otherwise than the network's: the first declaration, and how many
-/// more. Replicas refuse messages of another schema.
+/// The difference between a component's schema and the network's: the first declaration, and how
+/// many more. Replicas refuse messages of another schema.
 fn difference(network: &Schema, own: &Schema) -> Option<String> {
     let all = network.differences(own);
     let first = all.first()?;
@@ -126,7 +126,7 @@ fn difference(network: &Schema, own: &Schema) -> Option<String> {
     })
 }
 
-/// Reads the file with what is in the world at first, and compares it with the schema.
+/// Reads the file with the initial contents of the world, and compares it with the schema.
 fn start(
     world: &World,
     schema: &Schema,
@@ -140,7 +140,7 @@ fn start(
         Err(error) => {
             let message = format!("`{}` cannot be read: {error}", name.text);
             let error = Diagnostic::error("world-file", name.span, message);
-            let near = nearest_beside(&path);
+            let near = nearest_in_folder(&path);
             found.push(match near {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
                 None => error.help("the path is relative to this file"),
@@ -164,8 +164,8 @@ fn start(
     Some(document)
 }
 
-/// The file beside `path` with a similar name.
-fn nearest_beside(path: &std::path::Path) -> Option<String> {
+/// The file next to `path` with a similar name.
+fn nearest_in_folder(path: &std::path::Path) -> Option<String> {
     let wanted = path.file_name()?.to_str()?;
     let entries = std::fs::read_dir(path.parent()?).ok()?.flatten();
     let is_graph = |path: &PathBuf| {
@@ -257,7 +257,7 @@ fn overlap(schema: &Schema, one: &str, other: &str) -> bool {
     schema.is_a(one, other) || schema.is_a(other, one)
 }
 
-/// Warns of types that a component reads, that nobody writes and that are not there at first.
+/// Warns of types that a component reads, that no component writes and that are not there at first.
 fn readers(
     schema: &Schema,
     members: &[Member<'_>],
@@ -288,7 +288,7 @@ fn readers(
             }
             reported.push(kind);
             let message = format!(
-                "`{}` reads `{}`, which nobody writes",
+                "`{}` reads `{}`, which no component writes",
                 member.instance.path, kind.text
             );
             let warning = Diagnostic::warning("world-unwritten", kind.span, message);

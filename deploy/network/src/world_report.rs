@@ -13,7 +13,7 @@ pub struct WorldReport {
     pub name: String,
     /// The schema, as written.
     pub schema: String,
-    /// The file with what is in it at first, as written.
+    /// The file with its initial contents, as written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<String>,
     /// The file that keeps it, as written.
@@ -31,7 +31,7 @@ pub struct WorldReport {
 pub struct WorldMember {
     /// The full name of the component.
     pub component: String,
-    /// What the worker calls the world.
+    /// The name of the world in the worker.
     pub name: String,
     /// The types and attributes that it sets, as in its file. `None` for everything.
     pub writes: Option<Vec<String>>,
@@ -72,7 +72,7 @@ impl WorldReport {
     }
 }
 
-/// What a component sets, as its file says it.
+/// The attributes that a component sets, as in its file.
 fn written(write: &Write) -> String {
     let mut text = write.path();
     if let Some(least) = write.stream {

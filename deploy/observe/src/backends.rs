@@ -17,7 +17,7 @@ const DEPTH: u32 = 256;
 /// Joins each middleware once for each set of settings.
 pub(crate) struct Backends {
     network: String,
-    /// Whether components count what is opened here as their peers.
+    /// Whether components count the opened ports as their peers.
     is_peer: bool,
     wake_event: WakeEvent,
     joined: Vec<(String, BTreeMap<String, String>, Box<dyn Backend>)>,
@@ -81,7 +81,7 @@ impl Backends {
                 settings.set(middleware, name, value);
             }
         }
-        // A network without a supervisor may have none yet.
+        // A network without a supervisor may not have one yet.
         let directory = match place::directory(&self.network) {
             directory if directory.path().is_dir() => directory,
             _ => RunDirectory::open(&self.network)

@@ -1,5 +1,5 @@
-//! Calls an operation of a component, over its management socket. So it works over every
-//! middleware and on every machine, and takes no place of a client.
+//! Calls an operation of a component, over its management socket. So it works over every middleware
+//! and on every machine, and takes no client's place.
 
 use crate::error::Error;
 use crate::network::{Operation, connect, failed};

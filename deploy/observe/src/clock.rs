@@ -141,12 +141,12 @@ fn locked(state: &Mutex<State>) -> std::sync::MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Waits, and returns whether nobody wants the clock any more.
+/// Waits, and returns whether the clock is no longer needed.
 fn is_stopped(stopped: &Receiver<()>, wait: Duration) -> bool {
     stopped.recv_timeout(wait) != Err(RecvTimeoutError::Timeout)
 }
 
-/// Makes round trips until one fails; none if nobody wants the clock any more.
+/// Makes round trips until one fails; none if the clock is no longer needed.
 fn ask(
     network: &str,
     component: &str,

@@ -35,7 +35,7 @@ pub enum Error {
         /// Candidates for the ambiguous name.
         found: Vec<String>,
     },
-    /// A component describes its types so that nobody can use them.
+    /// A component describes its types in a form that cannot be used.
     #[error("{component}: {reason}")]
     Description {
         /// The component.

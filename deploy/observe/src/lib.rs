@@ -12,9 +12,9 @@
 //! - [`RemoteClock`]: how far the clocks of another machine are ahead.
 //! - [`TimeTopic`], [`TimeSource`]: the time of the network, received and published.
 //!
-//! A tool is no peer: it takes no place of a component, delays no message, and no component waits
-//! for it. Topics of this machine, of DDS and of ROS 2 are read from the middleware; those in the
-//! shared memory of another machine are copied by their component, over its management socket.
+//! A tool is not a peer: it takes no place of a component, delays no message, and no component
+//! waits for it. Topics of this machine, of DDS and of ROS 2 are read from the middleware; those in
+//! the shared memory of another machine are copied by their component, over its management socket.
 
 mod backends;
 mod calls;

@@ -267,7 +267,7 @@ impl Network {
                     topic.settings.clone_from(own);
                 }
                 if sends {
-                    // What a publisher offers counts.
+                    // The publisher's offer counts.
                     topic.description = description.clone();
                     topic.operation = operation.clone();
                     topic.publishers.push(end.clone());
@@ -303,7 +303,7 @@ impl Network {
                 clients: Vec::new(),
             });
             if serves {
-                // What a server implements counts.
+                // The server's operations count.
                 service.interface = Arc::clone(interface);
                 service.servers.push(end);
             } else {

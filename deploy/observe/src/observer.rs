@@ -160,7 +160,7 @@ impl Observer {
         feed.is_none_or(|feed| feed.ended)
     }
 
-    /// Takes the number of lost messages of which no [`Observed::lost`] tells: no message has
+    /// Takes the number of lost messages that no [`Observed::lost`] reports, because no message has
     /// followed them.
     pub fn lost(&mut self, feed: FeedId) -> u64 {
         let feed = self.feeds.get_mut(&feed.0);
@@ -175,13 +175,13 @@ impl Observer {
             .unwrap_or_default()
     }
 
-    /// The descriptors that are readable when a message may be there.
+    /// The descriptors that are readable when a message may have arrived.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let feeds = self.feeds.values().filter(|feed| !feed.ended);
         feeds.map(|feed| feed.source.descriptor())
     }
 
-    /// Waits until a message may be there, or `others` are readable, at most `limit`.
+    /// Waits until a message may have arrived, or `others` are readable, at most `limit`.
     pub fn wait(&self, others: &[BorrowedFd<'_>], limit: Duration) {
         let all = self.descriptors().chain(others.iter().copied());
         let mut polled: Vec<PollFd<'_>> = all
@@ -199,8 +199,7 @@ impl Observer {
         }
     }
 
-    /// Takes the messages that are there, at most 1024 of each feed. Says whether there may be
-    /// more.
+    /// Takes the received messages, at most 1024 of each feed. Returns whether there may be more.
     pub fn take(&mut self, take: &mut dyn FnMut(FeedId, Observed<'_>)) -> bool {
         let mut more = false;
         for (id, feed) in &mut self.feeds {

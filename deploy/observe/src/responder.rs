@@ -69,14 +69,14 @@ impl Responder {
         Ok(self.servers.len() - 1)
     }
 
-    /// The descriptors that are readable when a request may be there.
+    /// The descriptors that are readable when a request may have arrived.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.servers.iter().map(|server| server.descriptor())
     }
 
-    /// Serves the requests that are there. `answer` gets the number of the service and makes the
-    /// reply, with its envelope; without one, none is sent. Returns what was wrong: a request that
-    /// cannot be read does not keep the next one from its reply.
+    /// Serves the received requests. `answer` gets the number of the service and makes the reply,
+    /// with its envelope; without a reply, none is sent. Returns errors: a request that cannot be
+    /// read does not keep the next one from its reply.
     pub fn serve(
         &mut self,
         answer: &mut dyn FnMut(usize, Profile, &[u8]) -> Option<Vec<u8>>,

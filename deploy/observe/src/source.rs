@@ -36,7 +36,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Finds what a name means. The error names the nearest topic or operation.
+    /// Finds the target of a name. The error names the nearest topic or operation.
     pub fn find(network: &Network, wanted: &str) -> Result<Self, Error> {
         let help_of_topics = match network.topic(wanted) {
             Ok(topic) => return Ok(Self::Topic(topic)),
@@ -74,8 +74,8 @@ impl Source {
         }
     }
 
-    /// The clock of the messages' times of sending. A message does not name its machine: where
-    /// several machines send, the clock cannot be told.
+    /// The clock of the messages' times of sending. A message does not name its machine: if several
+    /// machines send, the clock is not known.
     pub fn sending_clock(&self) -> SendingClock<'_> {
         match self {
             Self::Topic(topic) => topic.sending_clock(),

@@ -14,7 +14,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How often the present time is repeated: a follower takes a silent source for lost.
+/// How often the present time is repeated: a follower considers a silent source lost.
 const REPEAT: Duration = Duration::from_millis(400);
 /// Nanoseconds of a second.
 const SECOND: u64 = 1_000_000_000;

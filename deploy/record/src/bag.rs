@@ -123,8 +123,8 @@ impl Selecting {
         Some(self.first?.saturating_add(from))
     }
 
-    /// Lets a reader leave out what is later than any message that is meant, also the attachments
-    /// and tables there.
+    /// Lets a reader leave out everything later than the selected messages, also attachments and
+    /// tables there.
     pub fn limit(&self, reader: &mut reader::Reader) {
         if let (Some(first), Some(to)) = (self.first, self.selection.to) {
             let to = u64::try_from(to.as_nanos()).unwrap_or(u64::MAX);
@@ -370,7 +370,7 @@ fn cut_into(
     let mut count = 0;
     while let Some(record) = reader.next() {
         match record {
-            // Attachments and tables may follow what the selection leaves out.
+            // Attachments and tables may follow the messages that the selection leaves out.
             Record::Message(message) => {
                 if selecting.takes(&message) {
                     let begin = selecting.begin().unwrap_or(message.log_time);

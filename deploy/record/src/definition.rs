@@ -42,7 +42,7 @@ pub fn decode(ty: &Arc<Struct>, message: &Message) -> Result<Value, RecordError>
     rc_values::decode(ty, Encoding::Cdr, body).map_err(|e| wrong(e.to_string()))
 }
 
-/// The body of a message behind its encapsulation.
+/// The body of a message after its encapsulation.
 pub fn body(data: &[u8]) -> Result<&[u8], String> {
     match data.split_at_checked(ENCAPSULATION.len()) {
         Some((head, body)) if head[..2] == ENCAPSULATION[..2] => Ok(body),

@@ -38,7 +38,7 @@ pub fn sample(topic: &Topic, observed: &Observed<'_>) -> Option<Vec<u8>> {
     }
 }
 
-/// The bytes of what a call returned, as those of its recorded reply. `None` if the operation does
+/// The bytes of the result of a call, as those of its recorded reply. `None` if the operation does
 /// not declare it.
 pub fn answered(operation: &Operation, answer: &Answer) -> Option<Vec<u8>> {
     let (case, value) = match answer {
@@ -311,7 +311,7 @@ mod tests {
             let again = answer(operation, Profile::Rpc, id, &got.data);
             assert_eq!(again.expect("a reply"), body);
 
-            // A client of ROS 2 gets the same bytes behind an envelope of its own.
+            // A client of ROS 2 gets the same bytes after an envelope of its own.
             let of_ros = answer(operation, Profile::Bare, id, &got.data).expect("a reply");
             assert_eq!(of_ros[ENVELOPE..], got.data[ENCAPSULATION.len()..]);
             let back = reply(&interface, Profile::Bare, Encoding::Cdr, &of_ros);

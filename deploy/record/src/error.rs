@@ -15,7 +15,7 @@ pub enum RecordError {
         /// Error text of the system.
         reason: String,
     },
-    /// The file is no MCAP.
+    /// The file is not MCAP.
     #[error("{} is no recording: {reason}", path.display())]
     NoRecording {
         /// The file.

@@ -4,11 +4,11 @@
 //! - [`reader`]: reads one from its beginning, also if it was cut or is damaged.
 //! - [`schema`]: types of interfaces as definitions of ROS 2 messages.
 //! - [`live`]: records a running network into a [`sink`]: a file, or a [`ring`] in memory.
-//! - [`player`]: sends what was recorded, and answers calls as they were answered.
-//! - [`bag`]: what a recording holds, as lists and shorter recordings.
+//! - [`player`]: sends recorded samples, and answers calls with recorded replies.
+//! - [`bag`]: the contents of a recording, as lists and shorter recordings.
 //! - [`meaning`]: its values as another data prototype.
 //! - [`table`]: its messages as tables in CSV.
-//! - [`definition`]: definitions of ROS 2 messages as types, to decode what a file holds.
+//! - [`definition`]: definitions of ROS 2 messages as types, to decode the messages of a file.
 //! - [`envelope`]: calls without their envelopes, and with them again.
 //! - [`qos`]: the quality of service of a channel, as rosbag2 writes it.
 //!
@@ -50,7 +50,7 @@ pub mod keys {
     pub const OPERATION: &str = "robocomp.operation";
     /// The hash of the types, 16 hexadecimal digits.
     pub const HASH: &str = "robocomp.hash";
-    /// The sender, where the middleware tells senders apart: the publisher, or the client of calls.
+    /// The sender, if the middleware distinguishes senders: the publisher, or the client of calls.
     pub const SENDER: &str = "robocomp.sender";
     /// The publishers of a topic, or the end that has copied the calls: `simulator.Laser`.
     pub const ENDS: &str = "robocomp.ends";

@@ -20,7 +20,7 @@ pub struct Converter {
     /// The wanted prototype.
     name: String,
     views: Vec<View>,
-    /// How structures change, by the view and the name of the structure.
+    /// The changes of structures, by the view and the name of the structure.
     known: Mutex<Known>,
 }
 
@@ -38,11 +38,11 @@ struct View {
     sequence: Option<String>,
     /// A member that the result does not have.
     dropped: Option<String>,
-    /// What the plan loses, and what it takes for granted.
+    /// The losses and assumptions of the plan.
     told: Vec<String>,
 }
 
-/// How types change, by view and address of the type.
+/// The changes of types, by view and address of the type.
 type Known = BTreeMap<(usize, usize), (Arc<Struct>, Arc<Change>)>;
 
 /// The most types of which this is known at a time.
@@ -57,7 +57,7 @@ enum Naming {
     Ros,
 }
 
-/// How a structure changes.
+/// The change of a structure.
 #[derive(Debug)]
 struct Change {
     /// Where the numbers are: the numbers of members and elements.
@@ -149,8 +149,7 @@ impl Converter {
         })
     }
 
-    /// What the conversions lose, and what they take for granted: a sentence for each prototype
-    /// about which there is something to say.
+    /// The losses and assumptions of the conversions: a sentence for each prototype that has any.
     pub fn losses(&self) -> impl Iterator<Item = String> {
         let told = self.views.iter().filter(|view| !view.told.is_empty());
         told.map(|view| {
@@ -168,7 +167,7 @@ impl Converter {
         self.is_in(ty, &mut BTreeSet::new())
     }
 
-    /// Looks into each structure once: one may be in another one along many ways.
+    /// Visits each structure once: it may be reached in several ways.
     fn is_in(&self, ty: &Struct, seen: &mut BTreeSet<String>) -> bool {
         if self.views(ty).next().is_some() {
             return true;
@@ -202,7 +201,7 @@ impl Converter {
     }
 
     /// Why a type has nothing to convert, where [`Self::converts`] says no.
-    pub fn nothing_in(&self, ty: &Struct) -> RecordError {
+    pub fn no_conversion_error(&self, ty: &Struct) -> RecordError {
         let sources: Vec<String> = self
             .views
             .iter()
@@ -345,7 +344,7 @@ impl Converter {
         Ok(out)
     }
 
-    /// How a structure changes. It is found once for each type.
+    /// The change of a structure, computed once for each type.
     fn change(
         &self,
         at: usize,

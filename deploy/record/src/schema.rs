@@ -192,9 +192,9 @@ impl Definitions {
         definitions
     }
 
-    /// Takes a name: `wanted`, or with a number where another message has it. Two types can want
-    /// one name: `scan_data` and `ScanData`, or a structure `ScanRowsElement` beside the element of
-    /// `rows` in `Scan`. A message stands for each, since one definition would hide the other.
+    /// Takes a name: `wanted`, or with a number if another message has it. Two types can want one
+    /// name: `scan_data` and `ScanData`, or a structure `ScanRowsElement` and the element of `rows`
+    /// in `Scan`. Each gets its own message, because one definition would hide the other.
     fn claim(&mut self, wanted: &str) -> String {
         let mut name = wanted.to_owned();
         let mut number = 2;

@@ -91,7 +91,7 @@ impl FileSink {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Hands a job over. `false`: there is no room for it.
+    /// Passes a job on. `false`: there is no room for it.
     fn push(&self, job: Job) -> bool {
         let size = job.size();
         let must = matches!(job, Job::Channel(_) | Job::Table(..));

@@ -66,7 +66,7 @@ pub fn csv(
         }
         let topic = &message.channel.topic;
         if folder.is_none() {
-            // Nothing is printed of a selection of several topics.
+            // Nothing is printed for a selection of several topics.
             only(&mut first, topic)?;
         }
         let Some(value) = row(&mut decoder, meaning, &message)? else {
@@ -147,7 +147,7 @@ fn row(
     };
     let ty = decoder.ty(&message.channel)?;
     if !meaning.converts(&ty) {
-        return Err(meaning.nothing_in(&ty));
+        return Err(meaning.no_conversion_error(&ty));
     }
     Ok(meaning
         .value(value)
@@ -160,8 +160,8 @@ fn write(out: &mut dyn Write, text: &str) -> Result<(), RecordError> {
     written.map_err(|e| RecordError::Table(without_number(&e.to_string()).into_owned()))
 }
 
-/// The file of a topic: its name without what no file system likes, and a number where another
-/// topic has the same one.
+/// The file of a topic: its name without characters that file systems refuse, and a number if
+/// another topic has the same one.
 fn file_name(topic: &str, taken: &mut BTreeSet<String>) -> String {
     let plain = topic.trim_matches('/').chars().take(200);
     let plain = plain.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });

@@ -2,8 +2,8 @@
 //!
 //! Messages are collected in chunks, which are compressed and written when they are full or old. A
 //! file that ends anywhere holds all chunks before its end. A long recording continues in further
-//! files: `x.mcap`, `x.1.mcap` …; each has what the earlier ones had once: attachments, and the
-//! last values of states, parameters and latched topics.
+//! files: `x.mcap`, `x.1.mcap` …; each repeats the attachments, and the last values of states,
+//! parameters and latched topics.
 
 mod part;
 
@@ -31,7 +31,7 @@ const FLUSH: Duration = Duration::from_secs(1);
 pub(crate) const LONGEST_MESSAGE: usize = LONGEST as usize - CHUNK;
 /// The most bytes of values that each part repeats.
 const MOST_REPEATED: usize = 64 << 20;
-/// The table that says what came of a recording: its counts, or why it ended early.
+/// The table with the result of a recording: its counts, or why it ended early.
 pub(crate) const TABLE: &str = "recording";
 /// The name of the compression.
 const COMPRESSION: &str = "lz4";
@@ -110,8 +110,8 @@ struct ChannelEntry {
 }
 
 impl Writer {
-    /// Begins a recording in a new file. Fails if there is one, or a part of an earlier recording
-    /// that a part of this one would need the name of.
+    /// Begins a recording in a new file. Fails if the file exists, or a part of an earlier
+    /// recording has a name that a part of this one would need.
     pub fn create(path: &Path, limits: Limits) -> Result<Self, RecordError> {
         if limits.splits()
             && let Some(part) = any_part(path)
@@ -182,8 +182,8 @@ impl Writer {
     /// Ends the present part where it is whole, because nothing more can be written.
     fn end_early(&mut self, reason: &impl Display) {
         if let Some(mut part) = self.part.take() {
-            // A disk that cannot reserve room may have none for the summary. The file opens
-            // without it.
+            // A disk that cannot reserve room may have none for the summary. The file opens without
+            // it.
             let _ = part.end_early(&without_number(&reason.to_string()));
         }
     }
@@ -338,7 +338,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Says in a part of which recording it is one, and what it repeats.
+    /// Writes into a part to which recording it belongs, and what it repeats.
     fn begin_part(&mut self) -> Result<(), RecordError> {
         if !self.limits.splits() {
             return Ok(());

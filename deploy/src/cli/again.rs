@@ -8,7 +8,7 @@ use std::ffi::OsString;
 /// The arguments of the process that detaches.
 const FOREGROUND: [&str; 5] = ["build", "no_generate", "detach", "plain", "format"];
 
-/// The words behind the name of the program, for `words` of `rcdeploy up`.
+/// The words after the name of the program, for `words` of `rcdeploy up`.
 pub(super) fn in_background(
     mut command: Command,
     words: impl IntoIterator<Item = OsString>,

@@ -70,7 +70,7 @@ pub(super) struct TopicArguments {
     /// thing.
     #[arg(value_name = "TOPIC", add = topics())]
     pub(super) topic: String,
-    /// Fails if no message comes for so many seconds. Without it, a finite command waits ten
+    /// Fails if no message comes for this many seconds. Without it, a finite command waits ten
     /// seconds, others without limit.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(super) timeout: Option<f64>,

@@ -1,7 +1,7 @@
 //! `rcdeploy bag`: looks into recordings.
 
 use super::arguments::format;
-use super::meaning::As;
+use super::meaning::ConversionOptions;
 use super::output::{Failure, counted, print_line, print_note, show, system, visible};
 use clap::{Args, Subcommand};
 use rc_command_line::{files, words};
@@ -85,7 +85,7 @@ pub(super) fn positive_duration(text: &str) -> Result<Duration, String> {
 
 #[derive(Subcommand)]
 pub(super) enum Bag {
-    /// Shows what a recording holds: duration, topics, types, losses, attachments.
+    /// Shows the contents of a recording: duration, topics, types, losses, attachments.
     Info {
         /// The recording.
         #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
@@ -134,7 +134,7 @@ pub(super) enum Bag {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         #[command(flatten)]
-        meaning: As,
+        meaning: ConversionOptions,
     },
 }
 

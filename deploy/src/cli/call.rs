@@ -15,7 +15,7 @@ fn parameters(ty: &Arc<Struct>, text: &str) -> Result<Value, Failure> {
     // The error says at which line and column.
     let json = rc_values::json_of_person(text).map_err(|error| {
         let reason = stray(text).unwrap_or_else(|| error.to_string());
-        Failure(1, format!("the value is no JSON: {reason}"))
+        Failure(1, format!("the value is not JSON: {reason}"))
     })?;
     from_json(ty, &json).map_err(|error| Failure(1, error.to_string()))
 }

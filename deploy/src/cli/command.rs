@@ -6,7 +6,7 @@ use super::arguments::{
 use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
 };
-use super::meaning::As;
+use super::meaning::ConversionOptions;
 use super::world::WorldAction;
 use super::{bag, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
@@ -37,7 +37,7 @@ pub(super) enum Command {
     /// Examines this machine, and the other machines of a network: what keeps networks from running,
     /// and what to do about it. Changes nothing.
     ///
-    /// The exit code is 1 if something is wrong without which no network runs.
+    /// The exit code is 1 if a problem keeps every network from running.
     Doctor {
         /// A network whose hosts are examined, too, over ssh.
         #[arg(value_name = "FILE.ddsl", add = files(&["ddsl"]))]
@@ -49,7 +49,7 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows what `up` would do: order, hosts, files, connections, policies. Starts nothing.
+    /// Shows the plan of `up`: order, hosts, files, connections, policies. Starts nothing.
     Plan {
         #[command(flatten)]
         input: Input,
@@ -75,9 +75,9 @@ pub(super) enum Command {
         /// Checks the descriptions only, not generated code, executables and this machine.
         #[arg(long)]
         unbuilt: bool,
-        /// Shows what the components of the running network do: their states, and the active states
-        /// of their machines. The network may be named instead of its file; if only one runs, that
-        /// is optional.
+        /// Shows the states of the components of the running network, and the active states of
+        /// their machines. The network may be named instead of its file; if only one runs, that is
+        /// optional.
         #[arg(long)]
         live: bool,
     },
@@ -127,7 +127,7 @@ pub(super) enum Command {
     },
     /// Shows the state of a running network.
     ///
-    /// Components that were started by hand are marked so.
+    /// Components that were started by hand are marked.
     Status {
         /// The network or its .ddsl. Optional if only one network is up.
         #[arg(add = networks())]
@@ -136,7 +136,7 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows how long the chains of a running network take, by their hops, and what is lost.
+    /// Shows the times of the chains of a running network, by hops, and lost messages.
     Chains {
         /// The network or its .ddsl. Optional if only one network is up.
         #[arg(add = networks())]
@@ -156,7 +156,7 @@ pub(super) enum Command {
         /// Follows the logs until Ctrl-C.
         #[arg(short, long)]
         follow: bool,
-        /// How many of the last lines are printed first.
+        /// How many lines at the end of the logs are printed first.
         #[arg(short = 'n', long, default_value_t = 100)]
         lines: usize,
         /// The form of the output: human or json (one object a line).
@@ -199,8 +199,8 @@ pub(super) enum Command {
     },
     /// Fires an event of a component's state machine, and shows the active states afterwards.
     ///
-    /// The `.cdsl` of the component lists the events that may be fired so: `statemachine "FILE" {
-    /// external go, stop; }`. This works also for components that were not started by rcdeploy.
+    /// The `.cdsl` of the component lists the events that may be fired in this way: `statemachine
+    /// "FILE" { external go, stop; }`. This also works for components that were started by hand.
     Fire {
         /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
@@ -258,8 +258,9 @@ pub(super) enum Command {
     },
     /// Shows the shared world of a running network, changes it, and asks it.
     ///
-    /// `world NETWORK` shows the replicas: what each has, how late it is, whether all are equal, and what
-    /// is sent. It listens for two and a half seconds. No component counts this command as a replica.
+    /// `world NETWORK` shows the replicas: their contents, how late each is, whether all are equal,
+    /// and what they send. It listens for two and a half seconds. No component counts this command
+    /// as a replica.
     #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     World {
         #[command(subcommand)]
@@ -278,27 +279,27 @@ pub(super) enum Command {
         /// Prints only this member, as in `pose.x` or `points[3]`. May be given several times.
         #[arg(long, value_name = "PATH")]
         field: Vec<String>,
-        /// Ends after so many messages.
+        /// Ends after this many messages.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         count: Option<u64>,
         /// Ends after one message.
         #[arg(long, conflicts_with = "count")]
         once: bool,
-        /// Prints at most so many messages a second.
+        /// Prints at most this many messages a second.
         #[arg(long, value_name = "HZ", value_parser = rate)]
         rate: Option<f64>,
         /// Prints lines of CSV. The first line names the columns.
         #[arg(long, conflicts_with = "format")]
         csv: bool,
         #[command(flatten)]
-        meaning: As,
+        meaning: ConversionOptions,
     },
     /// Measures the rate of a topic or of calls, and the times between messages. Prints a line each
     /// second.
     Hz {
         #[command(flatten)]
         watched: TopicArguments,
-        /// Ends after so many lines.
+        /// Ends after this many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
     },
@@ -306,7 +307,7 @@ pub(super) enum Command {
     Bw {
         #[command(flatten)]
         watched: TopicArguments,
-        /// Ends after so many lines.
+        /// Ends after this many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
     },
@@ -318,7 +319,7 @@ pub(super) enum Command {
     Delay {
         #[command(flatten)]
         watched: TopicArguments,
-        /// Ends after so many lines.
+        /// Ends after this many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         lines: Option<u64>,
     },
@@ -355,10 +356,10 @@ pub(super) enum Command {
         /// The sample as a JSON object. Missing members have their default values.
         #[arg(value_name = "JSON", default_value = "{}")]
         value: String,
-        /// Sends so many samples a second, until Ctrl-C or `--count`.
+        /// Sends this many samples a second, until Ctrl-C or `--count`.
         #[arg(long, value_name = "HZ", value_parser = rate)]
         rate: Option<f64>,
-        /// Sends so many samples.
+        /// Sends this many samples.
         #[arg(long, value_name = "N", requires = "rate", value_parser = clap::value_parser!(u64).range(1..))]
         count: Option<u64>,
     },
@@ -386,7 +387,7 @@ pub(super) enum Command {
     ///
     /// Ctrl-C ends the recording.
     Record(record::Record),
-    /// Sends what was recorded: samples of topics, and answers to calls that no component answers.
+    /// Sends recorded samples of topics, and recorded answers to calls that no component answers.
     ///
     /// In a terminal, the space bar pauses, `s` sends the next message, the arrow keys go back and
     /// forth, and `q` ends.

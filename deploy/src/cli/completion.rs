@@ -1,5 +1,5 @@
-//! Completes arguments of `rcdeploy` in a shell: names of networks, of their components
-//! and of parameters, as they are at this moment. Programs that do not answer have no completions.
+//! Completes arguments of `rcdeploy` in a shell: the present names of networks, components and
+//! parameters. Programs that do not answer have no completions.
 
 use super::networks::name_in;
 use super::{Cli, TOOL};
@@ -66,7 +66,7 @@ pub(super) fn logs_of() -> ArgValueCandidates {
     })
 }
 
-/// The parameters of the component that the command line names, with `end` behind each.
+/// The parameters of the component that the command line names, with `end` after each.
 pub(super) fn parameters(end: &'static str) -> ArgValueCandidates {
     ArgValueCandidates::new(move || {
         let component = word("name");

@@ -1,6 +1,6 @@
 //! `rcdeploy foxglove`: becomes the program that serves a network to Foxglove.
 //!
-//! That is a program of its own, since nothing else needs a WebSocket.
+//! It is a separate program, because nothing else needs a WebSocket.
 
 use super::completion::networks;
 use super::networks::network_of;
@@ -59,7 +59,7 @@ pub(super) fn foxglove(options: &Foxglove) -> Result<u8, Failure> {
         arguments.push(format!("--origin={origin}").into());
     }
     arguments.extend(["--".into(), network_of(&options.network)?.into()]);
-    // The one beside this program fits it; otherwise the one in the PATH.
+    // The one next to this program fits it; otherwise the one in the PATH.
     let own = std::env::current_exe().ok();
     let beside = own.map(|own| own.with_file_name(PROGRAM));
     let program = beside.filter(|beside| beside.is_file());

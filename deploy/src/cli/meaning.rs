@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// The prototype of which values are shown.
 #[derive(Args, Clone)]
-pub(super) struct As {
+pub(super) struct ConversionOptions {
     /// Converts values into those of this data prototype, by the plan that `rcgen convert` prints.
     #[arg(long = "as", value_name = "PROTOTYPE", requires = "prototypes")]
     name: Option<String>,
@@ -22,8 +22,8 @@ pub(super) struct As {
     prototypes: Vec<PathBuf>,
 }
 
-impl As {
-    /// What converts values, if a prototype is named. Errors of the files, and what is lost, are
+impl ConversionOptions {
+    /// The conversion of values, if a prototype is named. Errors of the files, and losses, are
     /// printed.
     pub(super) fn converter(&self) -> Result<Option<Converter>, Failure> {
         let Some(name) = &self.name else {

@@ -133,8 +133,8 @@ pub(super) fn measure(
             _ if sending == SendingClock::Here => stamp,
             _ => 0,
         };
-        // What a publisher keeps for late subscribers was sent before. The clock of an unknown
-        // machine says nothing of that.
+        // Samples that a publisher keeps for late subscribers were sent before. The clock of an
+        // unknown machine does not show that.
         if sending != SendingClock::Unknown && (1..start).contains(&sent) {
             return Ok(true);
         }

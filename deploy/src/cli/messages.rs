@@ -44,8 +44,8 @@ pub(super) fn interrupts() -> Result<UnixStream, Failure> {
     signals(&ENDS)
 }
 
-/// Lets the second Ctrl-C end the process at once: it may wait for somebody who does not read what
-/// it prints. Not for a command that has something to finish.
+/// Lets the second Ctrl-C end the process at once: its output may be blocked. Not for a command
+/// that has something to finish.
 fn end_at_second_interrupt() -> Result<(), Failure> {
     let first = Arc::new(AtomicBool::new(false));
     for signal in ENDS {
@@ -201,7 +201,7 @@ impl Times {
     }
 }
 
-/// The ends that may have sent a message, and what tells senders apart.
+/// The ends that may have sent a message, and what distinguishes senders.
 fn sender(ends: &[End], id: u128) -> String {
     let names: Vec<String> = ends.iter().map(|end| clean(&end.to_string())).collect();
     let names = match names.as_slice() {
@@ -295,7 +295,7 @@ fn converted(meaning: &Converter, value: Value) -> Result<Result<Value, RecordEr
     if let Value::Struct(ty, _) = &value
         && !meaning.converts(ty)
     {
-        return Err(meaning.nothing_in(ty));
+        return Err(meaning.no_conversion_error(ty));
     }
     Ok(meaning.value(value))
 }

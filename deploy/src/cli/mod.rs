@@ -53,7 +53,7 @@ const TOOL: Tool = Tool {
     completion_variable: "RCDEPLOY_COMPLETE",
     exit_codes: &[
         (0, "Success, also if Ctrl-C ends `up`."),
-        (1, "The input is wrong, or what was asked for is refused."),
+        (1, "The input is wrong, or the request is refused."),
         (2, "The command line is wrong."),
         (
             3,

@@ -1,4 +1,4 @@
-//! How commands print, and how they fail.
+//! Printing and failing of commands.
 
 use rc_deploy_client::Format;
 use rc_deploy_client::error::print_error;
@@ -56,7 +56,7 @@ pub(super) fn visible(text: String) -> String {
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         if is_hidden(c) {
-            // They stand only in strings.
+            // They occur only in strings.
             for unit in c.encode_utf16(&mut [0; 2]) {
                 out.push_str(&format!("\\u{unit:04x}"));
             }
@@ -80,7 +80,7 @@ pub(super) fn show<T: Serialize>(
     Ok(0)
 }
 
-/// A number with what it counts: `1 component`, `2 components`.
+/// A number with its unit: `1 component`, `2 components`.
 pub(super) fn counted(count: impl Into<u64>, what: &str) -> String {
     match count.into() {
         1 => format!("1 {what}"),

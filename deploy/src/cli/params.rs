@@ -128,7 +128,7 @@ fn by_component(
 }
 
 fn no_change(name: &str, word: &str) -> Failure {
-    let text = format!("`{word}` is no change of `{name}`; a change looks like `speed=300`");
+    let text = format!("`{word}` is not a change of `{name}`; a change looks like `speed=300`");
     Failure(2, text)
 }
 

@@ -1,10 +1,10 @@
-//! `rcdeploy play`: sends what was recorded.
+//! `rcdeploy play`: sends a recording.
 
 use super::arguments::rate;
 use super::bag::{Selected, duration};
 use super::completion::networks;
 use super::look::look;
-use super::meaning::As;
+use super::meaning::ConversionOptions;
 use super::messages::{ENDS, interrupts, is_interrupted};
 use super::networks::running;
 use super::output::{Failure, print_line, print_note, system};
@@ -27,7 +27,7 @@ const WAIT: Duration = Duration::from_millis(200);
 const TICK: Duration = Duration::from_millis(10);
 /// How far an arrow key goes.
 const SEEK: Duration = Duration::from_secs(5);
-/// How many messages are sent before keys and calls are looked at.
+/// How many messages are sent between two looks at keys and calls.
 const TURN: usize = 64;
 
 /// Arguments of `play`.
@@ -46,7 +46,7 @@ pub(super) struct Play {
     /// the recording.
     #[arg(long, value_name = "TIME", default_value = "1min", value_parser = duration)]
     max_gap: Duration,
-    /// Begins anew at the end.
+    /// Repeats from the beginning at the end.
     #[arg(long = "loop")]
     repeats: bool,
     #[command(flatten)]
@@ -59,7 +59,7 @@ pub(super) struct Play {
     #[arg(long)]
     convert: bool,
     #[command(flatten)]
-    meaning: As,
+    meaning: ConversionOptions,
     /// Answers no calls.
     #[arg(long)]
     no_answers: bool,
@@ -77,7 +77,7 @@ fn pair(text: &str) -> Result<(String, String), String> {
 pub(super) fn play(options: Play) -> Result<u8, Failure> {
     let selection = options.selected.into_selection(&options.file)?;
     let interrupts = interrupts()?;
-    // What reads the file looks at this.
+    // The reader of the file watches this.
     let stop = Arc::new(AtomicBool::new(false));
     for signal in ENDS {
         signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(|e| system(&e))?;
@@ -201,7 +201,7 @@ struct Keys {
     typed: Vec<u8>,
 }
 
-/// Takes the whole keys from what was typed.
+/// Takes the complete keys from the typed bytes.
 fn take_keys(typed: &mut Vec<u8>) -> Vec<Key> {
     let mut found = Vec::new();
     loop {

@@ -6,7 +6,7 @@ use super::look::look;
 use super::messages::{interrupts, signals};
 use super::networks::network_of;
 use super::output::{Failure, print_failure, print_line, print_note};
-use super::world::Asking;
+use super::world::WorldRequest;
 use rc_deploy_client::connection;
 use rc_management::event::time_text;
 use rc_management::supervisor::{Event, Severity};
@@ -119,7 +119,7 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
             "the recording has only changes of the world: {reason}"
         ));
     };
-    let asking = is_whole.then(|| Asking::new(&network));
+    let asking = is_whole.then(|| WorldRequest::new(&network));
     let mut asking = asking.and_then(|asking| asking.map_err(without_world).ok());
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
@@ -127,7 +127,7 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
     let mut reason: Option<String> = None;
     loop {
         let events = recorder.step(&source.descriptors(), TURN);
-        if let Some(Err(failure)) = asking.as_mut().map(Asking::advance) {
+        if let Some(Err(failure)) = asking.as_mut().map(WorldRequest::advance) {
             line.clear();
             without_world(failure);
         }

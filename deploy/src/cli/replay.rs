@@ -34,7 +34,7 @@ pub(super) struct Replay {
     /// The configuration, for its secrets: they are not recorded.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Prints nothing of the component's own log, only whether the run is the same.
+    /// Hides the component's own log, and prints only whether the run is the same.
     #[arg(long)]
     check: bool,
     /// The form of the output: human or json (one document).
@@ -43,7 +43,7 @@ pub(super) struct Replay {
 }
 
 /// The beginning of an exact recording.
-struct Begun {
+struct RecordingStart {
     topic: String,
     name: String,
     start: Json,
@@ -222,9 +222,9 @@ fn components(folder: &Path) -> Vec<(String, PathBuf)> {
 }
 
 /// Finds the life of a component in a recording.
-fn find(file: &Path, component: Option<&str>) -> Result<Begun, Failure> {
+fn find(file: &Path, component: Option<&str>) -> Result<RecordingStart, Failure> {
     let mut reader = Reader::open(file)?;
-    let mut found: Vec<Begun> = Vec::new();
+    let mut found: Vec<RecordingStart> = Vec::new();
     while let Some(record) = reader.next() {
         let Record::Message(message) = record else {
             continue;
@@ -239,7 +239,7 @@ fn find(file: &Path, component: Option<&str>) -> Result<Begun, Failure> {
             continue;
         }
         let is_meant = component == Some(name);
-        let begun = Begun {
+        let begun = RecordingStart {
             topic: message.channel.topic.clone(),
             name: clean(name),
             start: start(&message),

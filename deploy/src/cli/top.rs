@@ -8,7 +8,7 @@ use rc_deploy_terminal::ViewEnd;
 /// Shows a network that is up.
 pub(super) fn top(network: &str) -> Result<u8, Failure> {
     if !rc_deploy_terminal::usable() {
-        let message = "standard input and output are no terminal, or one that cannot show this; `rcdeploy status` prints how a network is";
+        let message = "standard input and output are not a terminal, or not a capable one; `rcdeploy status` prints the state of a network";
         return Err(Failure(2, message.to_owned()));
     }
     let signals = Signals::new().context("listen to signals")?;

@@ -20,7 +20,7 @@ use std::process::Command as Process;
 /// Step of `up --build` before cargo builds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Build {
-    /// Generates what is missing or stale.
+    /// Generates missing or stale code.
     Generated,
     /// Nothing: stale code is an error.
     AsIs,
@@ -143,17 +143,17 @@ fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
 
 /// Runs the process that cleans up when its supervisor has ended.
 pub(super) fn guard(network: &str) {
-    // Nobody reads its exit code: its supervisor is gone.
+    // Its exit code has no reader: its supervisor has ended.
     let _ = crate::guard(network, services::hold, &|| wipe(network));
 }
 
 /// Runs the agent of a supervisor on another machine.
 pub(super) fn agent() {
-    // Nobody reads its exit code: it sends errors to its supervisor.
+    // Its exit code has no reader: it sends errors to its supervisor.
     let _ = crate::agent(&wipe);
 }
 
-/// Removes what the default middleware keeps in memory for a network.
+/// Removes the memory of the default middleware for a network.
 fn wipe(network: &str) {
     if let Err(error) = rc_iceoryx2::wipe(&RunDirectory::of(network)) {
         print_error(format_args!(

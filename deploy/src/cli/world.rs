@@ -1,4 +1,4 @@
-//! `rcdeploy world`: the shared world of a network, its replicas, and what is in it.
+//! `rcdeploy world`: the shared world of a network, its replicas, and its contents.
 
 mod arguments;
 mod at;
@@ -24,10 +24,10 @@ use std::path::Path;
 
 /// Asks for the world of a network when a recording begins: the answer is recorded, too, so that the recording
 /// has more than changes.
-pub(super) struct Asking(Option<Listener>);
+pub(super) struct WorldRequest(Option<Listener>);
 
-impl Asking {
-    /// Nobody is asked where no component has a world.
+impl WorldRequest {
+    /// No component is asked if none has a world.
     pub(super) fn new(network: &rc_observe::Network) -> Result<Self, Failure> {
         let has_world = replica::has_world(network);
         let listener = has_world.then(|| Listener::open(&network.name, None));

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// How long the machine may take to answer. ssh itself gives up after five seconds.
 const LIMIT: Duration = Duration::from_secs(15);
 
-/// How much it may say.
+/// The longest answer.
 const MOST: usize = 64 << 10;
 
 /// The kind of the machine, and the free kB of its shared memory.
@@ -27,12 +27,12 @@ pub(crate) fn of_host(host: &Host, mark: &Mark) -> Finding {
             check,
             grade: Grade::Error,
             found: why,
-            mend: Some(format!("try `ssh {} true`", ssh::destination(host))),
+            fix: Some(format!("try `ssh {} true`", ssh::destination(host))),
         },
     }
 }
 
-/// What the script prints there.
+/// The output of the script there.
 fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     let failed = |error: std::io::Error| error.to_string();
     let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
@@ -53,7 +53,7 @@ fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
         match (&stream).read(&mut part) {
             Ok(0) => break,
             Ok(count) => said.extend_from_slice(&part[..count]),
-            // The time is over, or the connection is: the next turn tells.
+            // The time is over, or the connection is: the next turn finds out.
             Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
             Err(error) => return Err(failed(error)),
         }
@@ -79,7 +79,7 @@ fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     Err(ssh::explain(host, noticed, &complaint))
 }
 
-/// What the answer of a machine means.
+/// The interpretation of the answer of a machine.
 fn judged(check: &str, said: &str) -> Finding {
     let mut lines = said
         .lines()
@@ -101,8 +101,8 @@ fn judged(check: &str, said: &str) -> Finding {
     match free.and_then(|text| text.parse::<u64>().ok()) {
         Some(free) if free < 64 << 10 => {
             let found = format!("it answers; {free} kB of its shared memory are free");
-            let mend = "mount -o remount,size=1G /dev/shm, there";
-            Finding::warning(check, found, mend)
+            let fix = "mount -o remount,size=1G /dev/shm, there";
+            Finding::warning(check, found, fix)
         }
         _ => Finding::ok(check, format!("it answers, and is {kind}, as this machine")),
     }

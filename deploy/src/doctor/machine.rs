@@ -16,7 +16,7 @@ const LITTLE_DISK: u64 = 2 << 30;
 /// The greatest domain of DDS whose ports exist (OMG DDSI-RTPS 2.5, 9.6.2.3).
 const LAST_DOMAIN: u32 = 232;
 
-/// Where the checks look: at this machine, or at what a test made.
+/// The subject of the checks: this machine, or files of a test.
 pub(crate) struct Machine<'a> {
     /// The folder of `/dev`, `/etc`, `/proc`, `/run` and `/sys`.
     pub(crate) root: PathBuf,
@@ -29,7 +29,7 @@ pub(crate) struct Machine<'a> {
 }
 
 impl Machine<'_> {
-    /// Runs all checks, in the order in which a network needs what they look at.
+    /// Runs all checks, in the order in which a network needs their subjects.
     pub(crate) fn examine(&self) -> Vec<Finding> {
         let checks: [fn(&Self) -> Finding; 10] = [
             Self::shared_memory,
@@ -64,25 +64,25 @@ impl Machine<'_> {
         const CHECK: &str = "shared memory";
         let place = self.path("/dev/shm");
         let Ok(disk) = rustix::fs::statvfs(&place) else {
-            let mend = "mount a tmpfs there; iceoryx2 needs it, the middleware `dds` does not";
-            return Finding::error(CHECK, format!("there is no {}", place.display()), mend);
+            let fix = "mount a tmpfs there; iceoryx2 needs it, the middleware `dds` does not";
+            return Finding::error(CHECK, format!("there is no {}", place.display()), fix);
         };
         let all = disk.f_blocks.saturating_mul(disk.f_frsize);
         let free = disk.f_bavail.saturating_mul(disk.f_frsize);
         let found = format!("/dev/shm has {}, {} are free", bytes(all), bytes(free));
         if rustix::fs::access(&place, rustix::fs::Access::WRITE_OK).is_err() {
-            let mend = "chmod 1777 /dev/shm, as root";
-            return Finding::error(CHECK, format!("{found}, but you may not write there"), mend);
+            let fix = "chmod 1777 /dev/shm, as root";
+            return Finding::error(CHECK, format!("{found}, but you may not write there"), fix);
         }
         if all >= LITTLE_MEMORY && free >= LITTLE_MEMORY / 4 {
             return Finding::ok(CHECK, found);
         }
-        let mend = if all < LITTLE_MEMORY {
+        let fix = if all < LITTLE_MEMORY {
             "mount -o remount,size=1G /dev/shm (a container: --shm-size=1g)"
         } else {
-            "remove the files of programs that are gone: ls -l /dev/shm"
+            "remove the files of programs that have ended: ls -l /dev/shm"
         };
-        Finding::warning(CHECK, found, mend)
+        Finding::warning(CHECK, found, fix)
     }
 
     /// At the last logout of a user, systemd removes the shared memory and the run directory of the
@@ -112,18 +112,18 @@ impl Machine<'_> {
         const CHECK: &str = "inotify";
         let limit = self.text("/proc/sys/fs/inotify/max_user_instances");
         let Some(limit) = limit.and_then(|text| text.parse::<usize>().ok()) else {
-            return Finding::ok(CHECK, "the system tells no limit");
+            return Finding::ok(CHECK, "the system reports no limit");
         };
         let used = self.used_instances();
         let found = format!("{used} of {limit} instances are used");
         if used + 16 <= limit {
             return Finding::ok(CHECK, found);
         }
-        let mend = "sysctl fs.inotify.max_user_instances=1024, as root; until then, `logs --follow` reads again and again";
-        Finding::warning(CHECK, found, mend)
+        let fix = "sysctl fs.inotify.max_user_instances=1024, as root; until then, `logs --follow` reads again and again";
+        Finding::warning(CHECK, found, fix)
     }
 
-    /// The instances of inotify that processes of the user have, as far as they may be seen.
+    /// The instances of inotify of the user's processes, as far as they are visible.
     fn used_instances(&self) -> usize {
         let processes = std::fs::read_dir(self.path("/proc")).into_iter().flatten();
         let descriptors = processes.flatten().flat_map(|process| {
@@ -142,8 +142,8 @@ impl Machine<'_> {
         match rc_scheduling::permits(1) {
             Ok(()) => Finding::ok(CHECK, "components may have a `priority`"),
             Err(reason) => {
-                let (found, mend) = reason.split_once("; ").unwrap_or((&reason, "leave it out"));
-                Finding::warning(CHECK, found, mend)
+                let (found, fix) = reason.split_once("; ").unwrap_or((&reason, "leave it out"));
+                Finding::warning(CHECK, found, fix)
             }
         }
     }
@@ -152,16 +152,16 @@ impl Machine<'_> {
         const CHECK: &str = "disk";
         let place = self.folder.display();
         let Ok(disk) = rustix::fs::statvfs(&self.folder) else {
-            let mend = "go to a folder that exists";
-            return Finding::error(CHECK, format!("{place} cannot be read"), mend);
+            let fix = "go to a folder that exists";
+            return Finding::error(CHECK, format!("{place} cannot be read"), fix);
         };
         let free = disk.f_bavail.saturating_mul(disk.f_frsize);
         let found = format!("{} are free in {place}", bytes(free));
         if free >= LITTLE_DISK {
             return Finding::ok(CHECK, found);
         }
-        let mend = "make room: a build needs some GB, and a recording ends when the disk is full";
-        Finding::warning(CHECK, found, mend)
+        let fix = "make room: a build needs some GB, and a recording ends when the disk is full";
+        Finding::warning(CHECK, found, fix)
     }
 
     fn build(&self) -> Finding {
@@ -177,12 +177,12 @@ impl Machine<'_> {
             return Finding::error(CHECK, found, "rustup update stable");
         }
         if self.said("cargo", &["--version"]).is_none() {
-            let mend = "https://rustup.rs installs it";
-            return Finding::error(CHECK, "there is no cargo in the PATH", mend);
+            let fix = "https://rustup.rs installs it";
+            return Finding::error(CHECK, "there is no cargo in the PATH", fix);
         }
         if self.said("cc", &["--version"]).is_none() {
-            let mend = "apt install gcc libc6-dev";
-            return Finding::error(CHECK, "there is no C compiler `cc` in the PATH", mend);
+            let fix = "apt install gcc libc6-dev";
+            return Finding::error(CHECK, "there is no C compiler `cc` in the PATH", fix);
         }
         Finding::ok(CHECK, format!("rustc {version}, cargo and cc are there"))
     }
@@ -203,7 +203,7 @@ impl Machine<'_> {
             }
             None if self.said("python3", &["-c", "print(1)"]).is_some() => {
                 let found = "python3 has no NumPy, which components in Python need";
-                Finding::warning(CHECK, found, "`rcgen venv` installs it beside a component")
+                Finding::warning(CHECK, found, "`rcgen venv` installs it for a component")
             }
             None => {
                 let found = "there is no python3 in the PATH; components in Python need it";
@@ -218,8 +218,8 @@ impl Machine<'_> {
             && crate::process::machine::NOT_DDS.contains(&name.as_str())
         {
             let found = format!("nodes run on {name}, which components of ours do not meet");
-            let mend = "export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, where the nodes start";
-            return Finding::warning(CHECK, found, mend);
+            let fix = "export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, where the nodes start";
+            return Finding::warning(CHECK, found, fix);
         }
         let Some(domain) = self.variable("ROS_DOMAIN_ID") else {
             return Finding::ok(CHECK, "domain 0");
@@ -253,17 +253,17 @@ impl Machine<'_> {
         able.sort();
         if able.is_empty() {
             let found = "no interface to other machines that is up has multicast; networks on several machines need it";
-            let mend = "ip link set dev NAME up multicast on, as root";
-            return Finding::warning(CHECK, found, mend);
+            let fix = "ip link set dev NAME up multicast on, as root";
+            return Finding::warning(CHECK, found, fix);
         }
         let names = able.join(", ");
         match heard() {
-            Ok(()) => Finding::ok(CHECK, format!("{names}; what is sent is heard")),
+            Ok(()) => Finding::ok(CHECK, format!("{names}; datagrams arrive")),
             Err(error) => {
                 let found =
                     format!("{names}, but what this machine sends it does not hear: {error}");
-                let mend = "open the UDP ports 7400 to 7700 in the firewall, or add the route: ip route add 224.0.0.0/4 dev NAME";
-                Finding::warning(CHECK, found, mend)
+                let fix = "open the UDP ports 7400 to 7700 in the firewall, or add the route: ip route add 224.0.0.0/4 dev NAME";
+                Finding::warning(CHECK, found, fix)
             }
         }
     }
@@ -293,7 +293,7 @@ impl Machine<'_> {
         )
     }
 
-    /// What a program of the PATH prints, if it succeeds.
+    /// The output of a program of the PATH, if it succeeds.
     fn said(&self, program: &str, arguments: &[&str]) -> Option<String> {
         let mut command = Command::new(program);
         command
@@ -384,7 +384,7 @@ mod tests {
         let told = finding.to_string();
         assert_eq!(finding.grade, grade, "{told}");
         assert!(told.contains(words), "{told}");
-        assert_eq!(finding.mend.is_some(), grade != Grade::Ok, "{told}");
+        assert_eq!(finding.fix.is_some(), grade != Grade::Ok, "{told}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What bites on a new machine, each thing with its mend: `rcdeploy doctor`.
+//! `rcdeploy doctor`: usual problems of a new machine, each with its fix.
 //!
 //! The checks read files and ask the system. They change nothing and need no rights.
 
@@ -11,11 +11,11 @@ pub(crate) use machine::Machine;
 use serde::Serialize;
 use std::fmt;
 
-/// How grave a finding is.
+/// How severe a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Grade {
-    /// As networks need it.
+    /// Fit for networks.
     Ok,
     /// Some networks fail, or fail later.
     Warning,
@@ -23,16 +23,16 @@ pub(crate) enum Grade {
     Error,
 }
 
-/// What one check found.
+/// The result of one check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Finding {
     /// The subject of the check.
     pub(crate) check: String,
     pub(crate) grade: Grade,
     pub(crate) found: String,
-    /// What to do about it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) mend: Option<String>,
+    /// The remedy.
+    #[serde(rename = "mend", skip_serializing_if = "Option::is_none")]
+    pub(crate) fix: Option<String>,
 }
 
 impl Finding {
@@ -41,22 +41,22 @@ impl Finding {
             check: check.to_owned(),
             grade: Grade::Ok,
             found: found.into(),
-            mend: None,
+            fix: None,
         }
     }
 
-    fn warning(check: &str, found: impl Into<String>, mend: impl Into<String>) -> Self {
+    fn warning(check: &str, found: impl Into<String>, fix: impl Into<String>) -> Self {
         Self {
             grade: Grade::Warning,
-            mend: Some(mend.into()),
+            fix: Some(fix.into()),
             ..Self::ok(check, found)
         }
     }
 
-    fn error(check: &str, found: impl Into<String>, mend: impl Into<String>) -> Self {
+    fn error(check: &str, found: impl Into<String>, fix: impl Into<String>) -> Self {
         Self {
             grade: Grade::Error,
-            ..Self::warning(check, found, mend)
+            ..Self::warning(check, found, fix)
         }
     }
 }
@@ -69,8 +69,8 @@ impl fmt::Display for Finding {
             Grade::Error => "error",
         };
         writeln!(f, "{grade:8} {:15} {}", self.check, self.found)?;
-        match &self.mend {
-            Some(mend) => writeln!(f, "{:24} mend: {mend}", ""),
+        match &self.fix {
+            Some(fix) => writeln!(f, "{:24} fix: {fix}", ""),
             None => Ok(()),
         }
     }

@@ -1,7 +1,7 @@
-//! A running guard, as its supervisor sees it: its process, and what they say to each other.
+//! A running guard, as its supervisor sees it: its process, and their messages.
 //!
 //! Nothing here waits: reports queue until the guard reads them. A guard that does not read, or
-//! does not get on with the services, is killed, and replaced like one that has crashed.
+//! makes no progress with the services, is killed, and replaced like one that has crashed.
 
 use crate::guard::guard_process::{Answer, GuardCommand, Report};
 use crate::guard::lock::Lock;
@@ -52,13 +52,13 @@ pub(crate) struct Guard {
     removed: Vec<String>,
     /// Some files of its services that were removed, until the supervisor or agent takes them.
     missing: Vec<String>,
-    /// When it last came a step further, or had nothing to do.
+    /// When it last made progress, or had nothing to do.
     moved: Instant,
     /// Why it was killed.
     failure: Option<String>,
 }
 
-/// How far a guard is.
+/// The progress of a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Progress {
     Starting,

@@ -3,7 +3,7 @@
 //!
 //! The supervisor reports each process over a socket, the guard's standard input. If the socket
 //! closes without a farewell, the supervisor has ended unexpectedly. Components notice this through
-//! their own links. The guard answers over the same socket how far it is, see
+//! their own links. The guard reports its progress over the same socket, see
 //! [`crate::guard::guard_link`].
 
 use crate::guard::lock::Lock;
@@ -79,7 +79,7 @@ pub(crate) enum Report {
 pub(crate) enum Answer {
     /// It guards: signals of the terminal do not reach it any more.
     Guarding,
-    /// So many services were created, or could not be, which is in its log.
+    /// This many services were created, or could not be, which is in its log.
     Held { count: usize },
     /// A clean-up goes on.
     Cleaning,
@@ -98,8 +98,8 @@ pub(crate) enum Answer {
 pub enum HoldTask {
     /// Create this service, and keep it open.
     Hold(Box<Service>),
-    /// Clean up after processes that have died, so many until now. The last one of several such
-    /// tasks stands for all.
+    /// Clean up after processes that have died, this many until now. The last one of several such
+    /// tasks represents all.
     CleanUp {
         /// How many have died.
         deaths: u64,
@@ -128,8 +128,8 @@ pub type HoldServices =
 
 /// Runs the guard process: `rcdeploy guard --network NETWORK`, which people never type.
 ///
-/// `cleanup` removes what the middleware keeps in memory for this network. It is also called if
-/// there is nothing to remove.
+/// `cleanup` removes the memory of the middleware for this network. It is also called if there is
+/// nothing to remove.
 pub fn guard(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> ExitCode {
     match watch(network, hold, cleanup) {
         Ok(()) => ExitCode::SUCCESS,
@@ -184,7 +184,7 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
         .map(|c| c.name.as_str())
         .collect();
     print_error(format_args!(
-        "guard of {network} ({}): the supervisor is gone; components left: {}",
+        "guard of {network} ({}): the supervisor has ended; components left: {}",
         Identity::own().map_or(0, |own| own.pid),
         if names.is_empty() {
             "none".to_owned()
@@ -202,7 +202,7 @@ fn watch(network: &str, hold: HoldServices, cleanup: &dyn Fn()) -> Result<(), Er
 /// Removes the traces of the network, unless a new network has taken its place.
 fn wipe(lock: &Lock, mut holder: Holder, cleanup: &dyn Fn()) -> Result<(), Error> {
     if !holder.release() {
-        return Err(begin_anew()).context("end a thread that still creates services");
+        return Err(restart()).context("end a thread that still creates services");
     }
     if lock.is_current() {
         cleanup();
@@ -212,9 +212,9 @@ fn wipe(lock: &Lock, mut holder: Holder, cleanup: &dyn Fn()) -> Result<(), Error
     Ok(())
 }
 
-/// Replaces this process by the same program, which has the same streams and none of the threads.
-/// It finds that its supervisor is gone, and removes the traces. Returns if that is not possible.
-fn begin_anew() -> io::Error {
+/// Replaces this process by the same program, with the same streams and without its threads. It
+/// finds that its supervisor has ended, and removes the traces. Returns if that is not possible.
+fn restart() -> io::Error {
     match own_program() {
         Ok(program) => Command::new(program)
             .args(std::env::args_os().skip(1))
@@ -400,7 +400,7 @@ mod tests {
             Report::Ended { pid: 2 },
         ];
         let (LinkEnd::Gone(Some(registry)), _) = answers(&reports) else {
-            panic!("its supervisor is gone");
+            panic!("its supervisor has ended");
         };
         let names: Vec<&str> = registry.components.iter().map(|c| &*c.name).collect();
         assert_eq!(names, ["a", "c"]);

@@ -1,14 +1,14 @@
 //! The lock of a network: an abstract socket, and a locked file in its run directory.
 //!
-//! The environment chooses the run directory, and anybody may remove it. So the supervisor first
-//! takes the abstract socket, which is one for a user and a network; clients reach it there
-//! whatever their environment. Programs in another namespace of the network do not see it; the file
-//! keeps them apart.
+//! The environment chooses the run directory, and any process may remove it. So the supervisor
+//! first takes the abstract socket, which is unique for a user and a network; clients reach it
+//! there whatever their environment. Programs in another network namespace do not see it; the file
+//! separates them.
 //!
-//! The guard inherits the file as standard output, which it does not need otherwise, and takes the
-//! abstract socket over when its supervisor is gone. So the network is locked as long as either
-//! lives. The run directory is first renamed and then removed: a lock on a file that was moved is
-//! worth nothing, and a new `up` never shares a folder with an old one.
+//! The guard inherits the file as standard output, which it does not need otherwise, and takes over
+//! the abstract socket when its supervisor has ended. So the network is locked as long as either
+//! lives. The run directory is first renamed and then removed: a lock on a moved file protects
+//! nothing, and a new `up` never shares a folder with an old one.
 
 use crate::process::identity::Identity;
 use rc_deploy_client::error::{Error, ErrorContext, with_owner};
@@ -58,7 +58,7 @@ pub(crate) struct Lock {
     path: PathBuf,
     /// The abstract socket, until the control socket of the supervisor takes it.
     socket: Option<Listener>,
-    /// Why there is none.
+    /// The reason why there is none.
     unseen: Option<String>,
     /// The name of the abstract socket, as a guard holds it.
     name: Option<OwnedFd>,
@@ -169,7 +169,7 @@ impl Lock {
         self.unseen.take()
     }
 
-    /// Takes the abstract socket of a supervisor that is gone, without listening there.
+    /// Takes the abstract socket of a supervisor that has ended, without listening there.
     pub(crate) fn inherit_name(&mut self, network: &str) -> io::Result<()> {
         let name = socket_with(
             AddressFamily::UNIX,
@@ -311,7 +311,7 @@ fn moved(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}{MOVED}", std::process::id()))
 }
 
-/// Removes a folder. If another process has removed it, that is no error.
+/// Removes a folder. If another process has removed it, that is not an error.
 fn remove(path: &Path) -> io::Result<()> {
     match std::fs::remove_dir_all(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -379,7 +379,7 @@ fn await_name(
     }
 }
 
-/// Listens at the abstract socket of a network if nobody does.
+/// Listens at the abstract socket of a network if no other process does.
 pub(crate) fn free_name(network: &str) -> Option<Listener> {
     let address = SocketAddr::from_abstract_name(supervisor::abstract_name(network)).ok()?;
     Listener::of(UnixListener::bind_addr(&address).ok()?).ok()
@@ -401,7 +401,7 @@ fn take_name(network: &str) -> io::Result<Name> {
             // its program.
             Some(_) => Name::Guard,
         },
-        // It is bound, and nobody listens.
+        // It is bound, but no process listens.
         Err(error) if error.kind() == ErrorKind::ConnectionRefused => Name::Guard,
         Err(_) => Name::Stranger,
     })

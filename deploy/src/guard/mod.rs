@@ -1,5 +1,5 @@
-//! What holds a network on one machine: its lock, the registry of its processes, and the guard
-//! process, which cleans up if the supervisor is killed.
+//! The objects that hold a network on one machine: its lock, the registry of its processes, and the
+//! guard process, which cleans up if the supervisor is killed.
 
 pub(crate) mod guard_link;
 pub mod guard_process;

@@ -35,8 +35,8 @@ pub(crate) struct NetworkGuard {
     needs: HashMap<String, usize>,
     /// How many have been created, by this guard or an earlier one; `None` until a guard guards.
     held: Option<usize>,
-    /// How many processes have ended, and which was the last one of each component after which
-    /// nobody has cleaned up.
+    /// How many processes have ended, and which was the last one of each component whose clean-up
+    /// is open.
     deaths: u64,
     ended: HashMap<String, u64>,
     lock: Lock,
@@ -44,7 +44,7 @@ pub(crate) struct NetworkGuard {
     log: PathBuf,
     guard: Option<Guard>,
     starts: u32,
-    /// The components end, and the services are created anew.
+    /// The components end, and the services are created again.
     is_renewed: bool,
 }
 
@@ -177,7 +177,7 @@ impl NetworkGuard {
         self.guard.as_ref().map(Guard::link)
     }
 
-    /// Reads what the guard says, and writes what it has not read yet.
+    /// Reads the messages of the guard, and writes those that it has not read yet.
     pub(crate) fn turn(&mut self) {
         if let Some(guard) = &mut self.guard {
             guard.turn();
@@ -196,17 +196,17 @@ impl NetworkGuard {
         guard.map(Guard::take_missing).unwrap_or_default()
     }
 
-    /// Lets no component start until [`Self::begin_anew`].
+    /// Lets no component start until [`Self::restart`].
     pub(crate) fn hold_starts(&mut self) {
         self.held = None;
         self.is_renewed = true;
     }
 
-    /// Removes what is left of the services after all components have ended, and lets a new guard
+    /// Removes the remains of the services after all components have ended, and lets a new guard
     /// create them.
-    pub(crate) fn begin_anew(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
+    pub(crate) fn restart(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
         if let Some(mut guard) = self.guard.take() {
-            guard.fail("its services are created anew");
+            guard.fail("its services are created again");
             if first_readable([guard.descriptor()], KILL_LIMIT).is_some() {
                 guard.reap();
             }

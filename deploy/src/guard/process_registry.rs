@@ -68,7 +68,7 @@ impl ProcessRegistry {
     }
 
     /// Reads the file. A damaged or unfinished file counts as an empty registry, so that the
-    /// directory is cleaned up all the same.
+    /// directory is cleaned up nevertheless.
     fn read(directory: &Path) -> Option<Self> {
         let empty = Self {
             boot: String::new(),
@@ -128,7 +128,7 @@ fn wait_and_kill_groups(left: &mut Vec<(Pid, OwnedFd)>, limit: Duration) {
 /// Kills the processes of a network whose supervisor and guard were both killed, and removes its
 /// run directory.
 ///
-/// `cleanup` removes what the middleware has left. Fails if the network is up.
+/// `cleanup` removes the remains of the middleware. Fails if the network is up.
 pub fn recover(directory: &RunDirectory, cleanup: &dyn Fn()) -> Result<Recovered, Error> {
     if !directory.path().is_dir() {
         return Ok(Recovered::Nothing);

@@ -14,10 +14,10 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
-/// How long a clean-up may take: something stopped may hold it up. A component that starts then
+/// How long a clean-up may take: a stopped process may delay it. A component that starts then
 /// cleans up for itself.
 const CLEAN_LIMIT: Duration = Duration::from_secs(30);
-/// How often the guard looks whether what it holds is still there.
+/// How often the guard checks whether its services still exist.
 const LOOK: Duration = Duration::from_secs(1);
 /// The time between two reports of a clean-up that goes on.
 const CLEAN_REPORT: Duration = Duration::from_millis(500);

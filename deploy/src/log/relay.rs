@@ -81,7 +81,7 @@ impl Relay {
         self.due = None;
         self.watch.drain();
         for (name, log) in &mut self.logs {
-            // What does not fit now waits in the log.
+            // Bytes without room wait in the log.
             let mut more = true;
             if report.has_room() {
                 let lines;

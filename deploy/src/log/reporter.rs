@@ -24,7 +24,7 @@ const ROOM: usize = 1 << 20;
 const EVENTS: usize = 16 << 20;
 /// How many bytes of lines are kept while a view covers the streams.
 const COVERED: usize = 1 << 20;
-/// Memory of a record beside its text, in bytes.
+/// Memory of a record besides its text, in bytes.
 const OVERHEAD: usize = 64;
 /// How long the end of the program waits for the records.
 const FLUSH_LIMIT: Duration = Duration::from_secs(1);

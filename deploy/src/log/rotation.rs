@@ -26,8 +26,8 @@ pub(crate) const LIMIT: u64 = 16 << 20;
 /// The shortest time between two checks, and between two steps of one check.
 const PAUSE: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
-/// How many steps a rotation waits for a reader of the log. A reader that is stopped does not hold
-/// it up any longer.
+/// How many steps a rotation waits for a reader of the log. A stopped reader does not delay it any
+/// longer.
 const PATIENCE: u32 = 20;
 /// Rotates the logs of a network.
 #[derive(Debug)]
@@ -150,7 +150,7 @@ fn rotate(log: &Path, limit: u64, insist: bool) -> io::Result<RotationResult> {
         _ => {}
     }
     let kept = match keep(log, &file, limit) {
-        // The part before may be what has no room beside this one.
+        // The disk may have no room for the earlier part and this one.
         Err(error) if error.kind() == ErrorKind::StorageFull => {
             std::fs::remove_file(older(log)).and_then(|()| keep(log, &file, limit))
         }
@@ -186,7 +186,7 @@ fn keep(log: &Path, mut file: &File, limit: u64) -> io::Result<()> {
         copy.write_all(header.line().as_bytes())?;
         file.seek(SeekFrom::Start(left_out))?;
         io::copy(&mut file.take(2 * limit), &mut copy)?;
-        // What has come meanwhile.
+        // The lines that arrived meanwhile.
         io::copy(&mut file.take(limit), &mut copy)?;
         std::fs::rename(&new, older(log))
     })();

@@ -3,7 +3,7 @@
 /// Lets this process write from the background to a terminal that stops those who do (`stty
 /// tostop`): stopped, a supervisor would watch nothing.
 ///
-/// What it starts inherits this: `cargo` may print, too, and components write to their logs.
+/// Its children inherit this: `cargo` may print, too, and components write to their logs.
 #[expect(unsafe_code, reason = "no safe crate ignores a signal")]
 pub fn write_from_background() {
     // SAFETY: the signal is ignored, so that no code runs as its handler. No other part of the

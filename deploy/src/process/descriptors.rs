@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 /// How many descriptors a component costs the supervisor, or with two services the guard.
 const EACH: u64 = 4;
-/// How many there are besides: clients, logs, libraries.
+/// How many further ones there are: clients, logs, libraries.
 const OTHERS: u64 = 100;
 
 /// The limit of the user, once it was raised.
@@ -22,7 +22,7 @@ pub(crate) fn raise(components: usize) -> Result<(), Error> {
         current: before.maximum,
         maximum: before.maximum,
     };
-    // What is then allowed counts.
+    // The new limit counts.
     let _ = setrlimit(Resource::Nofile, raised);
     let allowed = getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX);
     let needed = components as u64 * EACH + OTHERS;

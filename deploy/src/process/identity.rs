@@ -83,7 +83,7 @@ pub(crate) fn kill_group(leader: Pid) {
     let _ = kill_process_group(leader, Signal::KILL);
 }
 
-/// Sends a signal to the process of a pidfd. A process that has ended is no error.
+/// Sends a signal to the process of a pidfd. A process that has ended is not an error.
 pub(crate) fn signal(descriptor: &OwnedFd, signal: Signal) {
     let _ = pidfd_send_signal(descriptor, signal);
 }

@@ -27,11 +27,11 @@ use std::time::Duration;
 /// How many times the link is read after the process has ended.
 const LAST_READS: usize = 16;
 
-/// The exact recording of a component, beside its log. The recording of the run before keeps its
+/// The exact recording of a component, next to its log. The recording of the run before keeps its
 /// name with `.1`.
 fn exact_recording(log: &Path) -> PathBuf {
     let path = log.with_extension("exact.mcap");
-    // What a full disk left empty replaces no older recording.
+    // A recording that a full disk left empty replaces no older one.
     let holds_turn = rc_record::Reader::open(&path).is_ok_and(|mut file| file.next().is_some());
     if holds_turn {
         // Without it, the component overwrites the older recording.
@@ -77,8 +77,8 @@ pub(crate) const MOST_THREADS: usize = 100;
 
 impl LocalProcess {
     /// Starts a process with these components. If they are threads, they have the same executable
-    /// and directory, and what the process prints besides is appended to `log`. `run` names this
-    /// start, so that its child processes can be found.
+    /// and directory, and other output of the process is appended to `log`. `run` names this start,
+    /// so that its child processes can be found.
     pub(crate) fn start(
         components: &[NewComponent<'_>],
         run: &str,
@@ -294,7 +294,7 @@ fn spawn(
     run: &str,
     link: Option<UnixStream>,
 ) -> Result<Spawned, String> {
-    // Last: no variable of a component stands for one of these.
+    // Last: no variable of a component can replace one of these.
     command
         .env("RC_SUPERVISED", "1")
         .env(MARK, mark.value())

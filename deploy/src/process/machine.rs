@@ -1,4 +1,4 @@
-//! Checks what a network needs of this machine before anything starts.
+//! Checks the requirements of a network on this machine before anything starts.
 
 use rc_deploy_network::{Network, ros_implementation};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity};

@@ -37,7 +37,7 @@ fn remedy(program: &dyn Display, error: &io::Error) -> String {
         Some(Errno::ACCESS) => {
             format!("; `chmod +x {program}` lets it run, unless its disk is mounted with `noexec`")
         }
-        Some(Errno::NOEXEC) => "; it is no program for this machine: build it anew".to_owned(),
+        Some(Errno::NOEXEC) => "; it is not a program for this machine: build it again".to_owned(),
         Some(Errno::TXTBSY) => "; it is being written, try again when that is done".to_owned(),
         _ => String::new(),
     }

@@ -67,7 +67,7 @@ impl Mark {
     }
 }
 
-/// By what processes are found.
+/// The criteria by which processes are found.
 struct ProcessMarks {
     /// The entry of the environment.
     entry: String,

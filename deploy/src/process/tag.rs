@@ -1,4 +1,4 @@
-//! A number by which the processes of a component are found when nothing else tells whose they are.
+//! A number by which the processes of a component are found when nothing else identifies them.
 //!
 //! A process hands its resource limits on to its children, whatever they do: `setsid`, `env -i`, a
 //! double fork. Linux has ignored the limit of file locks since 2.4.25, so its soft value can be a
@@ -9,7 +9,7 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use sha2::{Digest, Sha256};
 use std::sync::{Mutex, PoisonError};
 
-/// Set in every tag, so that it is no limit that people set, and less than the greatest one.
+/// Set in every tag, so that it is not a limit that people set, and less than the greatest one.
 const TAGGED: u64 = 1 << 62;
 /// The bits that name the run of a component. Those above name the network.
 const RUN: u64 = u32::MAX as u64;

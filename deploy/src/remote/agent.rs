@@ -414,7 +414,7 @@ impl Agent {
                 self.send(&AgentMessage::Note(text));
             }
         }
-        // While the services are created anew, starts wait here.
+        // While the services are created again, starts wait here.
         let is_clean = |name: &str| self.renewal.ends() || self.network_guard.lets_start(name);
         let may_start = |name: &&String| !self.sweeps.hold_back(name) && is_clean(name);
         let names: Vec<String> = self.ended.keys().filter(may_start).cloned().collect();
@@ -480,7 +480,7 @@ impl Agent {
         if let Ending::Alone(why) = ending {
             let names: Vec<&str> = self.running.keys().map(String::as_str).collect();
             print_error(format_args!(
-                "rcdeploy agent of {}: the supervisor is gone ({why}); components left: {}",
+                "rcdeploy agent of {}: the supervisor has ended ({why}); components left: {}",
                 self.network,
                 names.join(", ")
             ));

@@ -1,5 +1,5 @@
-//! What an agent tells about its machine: conditions when they begin and end, and the memory of
-//! components. The supervisor holds the conditions, and judges the memory.
+//! The agent's reports about its machine: conditions when they begin and end, and the memory of
+//! components. The supervisor keeps the conditions, and evaluates the memory.
 
 use super::agent_process::Running;
 use crate::guard::network_guard::NetworkGuard;
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// The longest pause between two readings of the memory.
 const LONGEST_PAUSE: Duration = Duration::from_hours(1);
 
-/// Reported conditions of this machine, and what they are judged by.
+/// Reported conditions of this machine, and the data for evaluating them.
 pub(super) struct Health {
     /// The conditions that hold.
     told: BTreeSet<&'static str>,
@@ -28,7 +28,7 @@ pub(super) struct Health {
 }
 
 impl Health {
-    /// Nothing was told yet. The memory is read after each `pause`.
+    /// Nothing was reported yet. The memory is read after each `pause`.
     pub(super) fn new(pause: Duration) -> Self {
         Self {
             told: BTreeSet::new(),
@@ -38,8 +38,8 @@ impl Health {
         }
     }
 
-    /// Notes that exact recordings lie beside this log.
-    pub(super) fn records_beside(&mut self, log: &Path) {
+    /// Notes that there are exact recordings next to this log.
+    pub(super) fn note_exact_recordings(&mut self, log: &Path) {
         let disk = || Disk::new(Disk::usual_floor(log));
         self.recordings.get_or_insert_with(disk);
     }
@@ -48,7 +48,7 @@ impl Health {
         self.rounds.deadline()
     }
 
-    /// Tells that a condition holds, when it begins.
+    /// Reports that a condition holds, when it begins.
     pub(super) fn begin(&mut self, out: &mut Output, code: &'static str, text: String) {
         if self.told.insert(code) {
             let code = code.to_owned();
@@ -56,7 +56,7 @@ impl Health {
         }
     }
 
-    /// Tells that a condition has ended, if there was one.
+    /// Reports that a condition has ended, if there was one.
     pub(super) fn end(&mut self, out: &mut Output, code: &'static str, text: &str) {
         if self.told.remove(code) {
             send(
@@ -97,7 +97,7 @@ impl Health {
         }
     }
 
-    /// Tells when exact recordings end because of their disk.
+    /// Reports when exact recordings end because of their disk.
     fn look_at_recordings(&mut self, logs: &Path, free: u64, out: &mut Output) {
         let disk = self.recordings.as_mut();
         let change = disk.and_then(|disk| Some((disk.look(free)?, disk.floor() >> 20)));
@@ -120,7 +120,7 @@ impl Health {
         }
     }
 
-    /// Tells the memory of the components when that is due.
+    /// Reports the memory of the components when that is due.
     pub(super) fn measure(
         &mut self,
         now: Instant,

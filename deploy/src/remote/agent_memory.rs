@@ -8,7 +8,8 @@ use rc_deploy_client::error::Error;
 use rc_management::agent::{AgentMessage, Exit};
 
 impl Agent {
-    /// Lets nothing start, and tells the supervisor, if the guard misses files of its services.
+    /// Stops starts, and reports it to the supervisor, if files of the guard's services are
+    /// missing.
     pub(super) fn check_memory(&mut self) {
         let missing = self.network_guard.take_missing();
         if missing.is_empty() || self.renewal.step == Step::Ends {
@@ -20,7 +21,7 @@ impl Agent {
         self.send(&AgentMessage::MemoryLost(files));
     }
 
-    /// Starts a process, now or when its services are created anew.
+    /// Starts a process, now or when its services are created again.
     pub(super) fn start(&mut self, start: Start) {
         if self.renewal.step == Step::None {
             self.start_now(&start);
@@ -49,10 +50,10 @@ impl Agent {
         });
     }
 
-    /// Creates the services anew once no component runs, and starts those that wait for them.
+    /// Creates the services again once no component runs, and starts those that wait for them.
     pub(super) fn renew(&mut self, cleanup: &dyn Fn()) -> Result<(), Error> {
         if self.renewal.step == Step::Ends && self.running.is_empty() {
-            self.network_guard.begin_anew(cleanup)?;
+            self.network_guard.restart(cleanup)?;
             self.renewal.step = Step::Creates;
             let out = &mut self.out;
             self.health.end(out, "guard-lost", "a new guard runs");

@@ -1,8 +1,8 @@
-//! How far the renewal of a host's shared memory is.
+//! The state of the renewal of a host's shared memory.
 
 use super::agent_process::Start;
 
-/// How far the renewal of the services is, and what waits for it.
+/// The state of the renewal of the services, and the starts that wait for it.
 #[derive(Default)]
 pub(super) struct Renewal {
     pub(super) step: Step,

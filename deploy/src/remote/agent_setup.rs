@@ -25,8 +25,8 @@ const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Runs the agent: `rcdeploy agent`, which people never type.
 ///
-/// `cleanup` removes what the middleware keeps in memory for a network. It is also called if there
-/// is nothing to remove.
+/// `cleanup` removes the memory of the middleware for a network. It is also called if there is
+/// nothing to remove.
 pub fn agent(cleanup: &dyn Fn(&str)) -> ExitCode {
     match serve(cleanup) {
         Ok(()) => ExitCode::SUCCESS,
@@ -69,7 +69,7 @@ fn serve(cleanup: &dyn Fn(&str)) -> Result<(), Error> {
     };
     check_name("network", &name)?;
     let cleanup = || cleanup(&name);
-    // The copies may be those of a network that runs.
+    // The copies may be those of a running network.
     let lock = acquire(&name, &mut output)?;
     let recovered = match recover_locked(&lock, &cleanup)? {
         Recovered::Killed(count) => Some(count),
@@ -122,7 +122,7 @@ fn copy(
         program.display()
     ))?;
     let mut beat = Beat::new();
-    // What is old may be in the way of what is received.
+    // Old files may be in the way of received ones.
     copied_list::renew(files, &root, &mut || {
         beat.send_due(&AgentMessage::Heartbeat, output)
     })?;

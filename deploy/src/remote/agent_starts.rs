@@ -1,4 +1,4 @@
-//! How an agent starts processes.
+//! Starting of processes by an agent.
 
 use super::agent::Agent;
 use super::agent_process::{Running, Start, Starting};
@@ -65,7 +65,7 @@ impl Agent {
             }
             if component.exact {
                 let log = self.printed[&component.name].path();
-                self.health.records_beside(log);
+                self.health.note_exact_recordings(log);
             }
         }
         let log = |name: &str| -> &Path { self.printed[name].path() };

@@ -1,5 +1,5 @@
-//! List of the copies of a network, beside their folder: a copy that is not needed any more is
-//! removed, a file that a component wrote beside the copies stays.
+//! List of the copies of a network, next to their folder: a copy that is no longer needed is
+//! removed, a file that a component wrote next to the copies stays.
 
 use super::copies::{beside, mirrored};
 use rc_deploy_client::error::{Error, ErrorContext};
@@ -38,7 +38,8 @@ fn write(files: &[File], root: &Path) -> io::Result<()> {
 /// next. `step` is called before each removal.
 ///
 /// # Errors
-/// A removal that fails, or that would lead out of `root` by a link, which somebody has put there.
+/// A removal that fails, or that would lead out of `root` by a link that another program has put
+/// there.
 pub(crate) fn renew(
     files: &[File],
     root: &Path,
@@ -72,7 +73,7 @@ fn remove(path: &Path, root: &Path) -> io::Result<()> {
             real.display(),
             root.display()
         );
-        // Only what is there is in the way.
+        // Only existing files are in the way.
         return match path.symlink_metadata() {
             Err(error) if is_missing(&error) => Ok(()),
             _ => Err(io::Error::other(message)),
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
 
-    /// A folder of copies, and what was copied there.
+    /// A folder of copies, and the list of files copied there.
     struct Copies(tempfile::TempDir);
 
     impl Copies {
@@ -154,7 +155,7 @@ mod tests {
             assert!(names.iter().all(|name| copies.has(name)));
             assert!(!copies.has("src/queue.py") && !copies.has("src/old"));
         }
-        // What an interrupted write leaves is no list.
+        // The remains of an interrupted write are not a list.
         fs::write(list(&copies.root()), "[\"/src/wor").expect("written");
         copies.renew(&[]).expect("nothing is known");
         assert!(copies.has("src/worker.py"));

@@ -17,7 +17,7 @@ const UNUSED: Duration = Duration::from_hours(30 * 24);
 /// How many bytes of a copy may wait for a slow disk: the other side waits meanwhile.
 const UNSYNCED: u64 = 16 << 20;
 
-/// Tells the other side, which waits, that this one works. It is called for each buffer.
+/// Shows the other side, which waits, that this one works. It is called for each buffer.
 pub(crate) type Step<'s> = &'s mut dyn FnMut() -> io::Result<()>;
 
 /// The hash and the length of a stream.
@@ -226,7 +226,7 @@ pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
         .create(path)
 }
 
-/// The folder for the copies of a network: beside the copy of rcdeploy that runs.
+/// The folder for the copies of a network: next to the running copy of rcdeploy.
 pub(crate) fn root(program: &Path, network: &str) -> io::Result<PathBuf> {
     let cache = program.parent().unwrap_or(Path::new("/"));
     let root = cache.join("networks").join(network);
@@ -234,7 +234,8 @@ pub(crate) fn root(program: &Path, network: &str) -> io::Result<PathBuf> {
     Ok(root)
 }
 
-/// A list about the copies below `root`, beside them. No network has a name that starts with a point.
+/// A list about the copies below `root`, next to them. No network has a name that starts with a
+/// point.
 pub(super) fn beside(root: &Path, what: &str) -> PathBuf {
     let name = root.file_name().unwrap_or_default().to_string_lossy();
     root.with_file_name(format!(".{name}.{what}.json"))
@@ -261,7 +262,7 @@ pub(crate) fn remove_unused(program: &Path) {
 mod tests {
     use super::*;
 
-    /// Nobody waits.
+    /// No side waits.
     #[expect(clippy::unnecessary_wraps, reason = "a step may fail")]
     fn quiet() -> io::Result<()> {
         Ok(())
@@ -374,7 +375,7 @@ mod tests {
             known.finish();
             (described.expect("a file").hash, read)
         };
-        // What has just changed may change again at the same time.
+        // A file that has just changed may change again at the same time.
         let (first, read) = at(0);
         assert!(read);
         assert_eq!(at(10), (first.clone(), true));
@@ -423,7 +424,7 @@ mod tests {
         for name in ["old", "new", "received"] {
             assert!(!is_read(&mut known, name), "{name}");
         }
-        // A start that has come to its end forgets what it was not asked for.
+        // A completed start forgets the files that it was not asked for.
         known.finish();
         let mut known = KnownHashes::read_at(list.clone(), later);
         assert!(!is_read(&mut known, "old"));

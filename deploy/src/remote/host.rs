@@ -110,7 +110,7 @@ pub(crate) struct Host {
     leaves: Option<Instant>,
     /// The folder of the copies there.
     root: PathBuf,
-    was_there: bool,
+    was_connected: bool,
 }
 
 impl Host {
@@ -131,7 +131,7 @@ impl Host {
             pause: FIRST_PAUSE,
             leaves: None,
             root: PathBuf::new(),
-            was_there: false,
+            was_connected: false,
         }
     }
 
@@ -142,7 +142,7 @@ impl Host {
         let child = std::process::Command::new("true").spawn().expect("it runs");
         let lines = Lines::up_to(LONGEST, Overlong::Skip);
         self.link = Link::There(Ssh { child, stream }, lines);
-        self.was_there = true;
+        self.was_connected = true;
     }
 
     /// Destination as in `ssh DESTINATION`.
@@ -156,8 +156,8 @@ impl Host {
     }
 
     /// Whether it was connected before.
-    pub(crate) fn was_there(&self) -> bool {
-        self.was_there
+    pub(crate) fn was_connected(&self) -> bool {
+        self.was_connected
     }
 
     /// The component with the paths of that machine.
@@ -325,7 +325,7 @@ impl Host {
                     self.heard = now;
                     self.next_beat = now;
                     self.pause = FIRST_PAUSE;
-                    let again = std::mem::replace(&mut self.was_there, true);
+                    let again = std::mem::replace(&mut self.was_connected, true);
                     self.root.clone_from(&began.root);
                     HostEvent::Connected(AgentReady { again, ..began })
                 }

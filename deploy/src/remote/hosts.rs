@@ -110,8 +110,8 @@ impl Hosts {
     }
 
     /// Whether a machine was connected before.
-    pub(crate) fn was_there(&self, host: usize) -> bool {
-        self.hosts[host].was_there()
+    pub(crate) fn was_connected(&self, host: usize) -> bool {
+        self.hosts[host].was_connected()
     }
 
     /// The time until the next attempt to connect a machine.
@@ -122,7 +122,7 @@ impl Hosts {
     /// Whether the machine of a component is connected. Nothing starts before all machines were
     /// connected, so that an unreachable machine is known early.
     pub(crate) fn lets_start(&self, component: usize) -> bool {
-        self.hosts.iter().all(Host::was_there)
+        self.hosts.iter().all(Host::was_connected)
             && self.of(component).is_none_or(|h| self.hosts[h].is_there())
     }
 

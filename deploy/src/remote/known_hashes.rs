@@ -17,8 +17,8 @@ const UNSETTLED: Duration = Duration::from_secs(3);
 /// The most bytes of a list.
 const LONGEST: u64 = 256 << 20;
 
-/// What differs after a change of a file. Nobody can set the time `changed` (`ctime`), so a copy that
-/// has the old size and the old time of modification differs, too.
+/// The data that differ after a change of a file. Nobody can set the time `changed` (`ctime`), so a
+/// copy with the old size and the old time of modification differs, too.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Stamp {
     device: u64,
@@ -118,8 +118,8 @@ impl KnownHashes {
     }
 }
 
-/// Replaces the list, atomically, also after an error: what was read is not read again. Without a
-/// list, all files are read again.
+/// Replaces the list, atomically, also after an error: files that were read are not read again.
+/// Without a list, all files are read again.
 impl Drop for KnownHashes {
     fn drop(&mut self) {
         // Another start of the same network may write its list now.

@@ -1,4 +1,4 @@
-//! A process on another machine, as each of its components has it: what it wants goes to the agent
+//! A process on another machine, as each of its components sees it: its requests go to the agent
 //! there.
 
 use super::SupervisorMessage;

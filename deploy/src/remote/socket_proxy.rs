@@ -92,7 +92,8 @@ impl ProxyConnections {
         self.0.insert(number, wire);
     }
 
-    /// The descriptors to wait for; connections are read only if there is `room` for what they say.
+    /// The descriptors to wait for; connections are read only if there is `room` for their
+    /// messages.
     pub(crate) fn descriptors(
         &self,
         room: bool,
@@ -121,7 +122,7 @@ impl ProxyConnections {
         Some(Received { text, there })
     }
 
-    /// Writes what came from the other side. Returns `false` if the connection is lost, which the
+    /// Writes the data of the other side. Returns `false` if the connection is lost, which the
     /// other side does not know yet.
     pub(crate) fn send(&mut self, number: u64, text: &str) -> bool {
         let Some(wire) = self.0.get_mut(&number) else {
@@ -193,7 +194,7 @@ impl SocketProxy {
         self.connections.clear();
     }
 
-    /// The descriptors to wait for; callers are read only if there is `room` for what they say.
+    /// The descriptors to wait for; callers are read only if there is `room` for their messages.
     pub(crate) fn descriptors(
         &self,
         room: bool,

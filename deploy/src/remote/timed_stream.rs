@@ -82,7 +82,7 @@ impl Write for TimedStream {
     }
 }
 
-/// One line without its end. An error comes with what was read of the line.
+/// One line without its end. An error has the part of the line that was read.
 pub(crate) fn read_line(input: &mut BufReader<TimedStream>) -> Result<String, (String, io::Error)> {
     let mut line = Vec::new();
     let read = input.by_ref().take(LONGEST).read_until(b'\n', &mut line);

@@ -9,8 +9,8 @@ use std::time::Duration;
 /// The longest limit of a component. A longer one is a mistake, and might overflow a time.
 const LONGEST: Duration = Duration::from_hours(24);
 
-/// Checks what the supervisor relies on: names that can be file names, no name twice, `after` names
-/// components.
+/// Checks the supervisor's assumptions: names that can be file names, no duplicate names, `after`
+/// names components.
 pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
     check_name("network", &plan.network)?;
     let mut names = BTreeSet::new();
@@ -39,7 +39,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
             .find(|name| !names.contains(name.as_str()));
         if let Some(unknown) = unknown {
             let message = format!(
-                "{} starts after {unknown}, which is no component of {}",
+                "{} starts after {unknown}, which is not a component of {}",
                 component.name, plan.network
             );
             return Err(Error::Plan(message));

@@ -35,7 +35,7 @@ pub(crate) fn select(names: &[String], all: &[&str]) -> Result<BTreeSet<usize>, 
     Ok(selected)
 }
 
-/// Names in which that of a process stands for its components.
+/// Names in which that of a process means its components.
 pub(crate) fn with_processes(names: &[String], units: &[Unit]) -> Vec<String> {
     let mut meant = Vec::new();
     for name in names {

@@ -1,6 +1,6 @@
 //! The supervisor's socket, `rcdeploy.sock` in the run directory.
 //!
-//! It decodes requests and sends answers and events; the supervisor decides what the answers are. A
+//! It decodes requests and sends answers and events; the supervisor decides on the answers. A
 //! client that reads events too slowly loses some, and gets their number.
 
 use crate::log::journal::Journal;
@@ -21,7 +21,7 @@ use std::time::Instant;
 /// How many bytes of events may wait for a client; later events wait in the journal.
 const MAX_EVENT_OUTPUT: usize = 64 << 10;
 
-/// The client that stands for the supervisor itself.
+/// The client that represents the supervisor itself.
 const OWN: u64 = u64::MAX;
 
 /// The number of the next event for a client, if it follows events.
@@ -40,7 +40,7 @@ pub(crate) struct ClientRequest {
 }
 
 impl ClientRequest {
-    /// A request of the supervisor itself, which nobody waits for.
+    /// A request of the supervisor itself, whose answer is not needed.
     pub(super) fn own(request: Request) -> Self {
         Self {
             client: OWN,

@@ -79,7 +79,7 @@ pub fn detach(plan: &Plan, mut command: Command) -> Outcome {
 fn start(plan: &Plan, command: &mut Command) -> Result<Outcome, Error> {
     check::check(plan)?;
     let log_path = logs::file(&logs::open_directory(&plan.network)?, logs::SUPERVISOR);
-    // The supervisor empties it when it has the network; it may be another one's until then.
+    // The supervisor empties it when it has the network; until then, it may belong to another one.
     let log = File::options()
         .create(true)
         .append(true)
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(start_limit(&there), with_host);
     }
 
-    /// What a launcher hears of a supervisor that says this, and then ends.
+    /// The answer that a launcher gets from a supervisor that reports this, and then ends.
     fn heard(say: impl FnOnce(UnixStream)) -> Option<StartReport> {
         let (ours, theirs) = UnixStream::pair().expect("a pair");
         ours.set_nonblocking(true).expect("a mode");

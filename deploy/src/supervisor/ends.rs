@@ -1,4 +1,5 @@
-//! What follows when a component ends: events, its restart policy, and the end of the network.
+//! The consequences of the end of a component: events, its restart policy, and the end of the
+//! network.
 
 use crate::supervisor::restart::Next;
 use crate::supervisor::supervise::{StopReason, Supervisor};
@@ -23,7 +24,7 @@ impl Supervisor<'_> {
         let name = self.units[i].process_name().to_owned();
         let mut end = None;
         for &j in &mates {
-            // One that has ended before the others has told it.
+            // One that has ended before the others has reported it.
             let Some(own) = self.units[j].end(self.report) else {
                 continue;
             };

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const PAUSE: Duration = Duration::from_secs(5);
 /// After this time it has begun well: its end is a new one, and is said.
 const SETTLED: Duration = Duration::from_secs(30);
-/// How long its file may stay the same while it writes what it has at the end.
+/// How long its file may stay unchanged while it writes its memory at the end.
 const STILL: Duration = Duration::from_secs(5);
 /// How long it may take to write it in all. `rcdeploy down` waits for a minute.
 const END: Duration = Duration::from_secs(45);
@@ -115,7 +115,7 @@ impl FlightRecorder {
         }
     }
 
-    /// Lets it start again after a pause. What is wrong is said once, until it has begun well.
+    /// Lets it start again after a pause. A problem is reported once, until it has run well.
     fn ended(&mut self, now: Instant, text: impl FnOnce() -> String) -> Option<RecorderChange> {
         self.due = Some(now + PAUSE);
         let started = self.started.take();
@@ -155,10 +155,10 @@ impl FlightRecorder {
         Ok(child)
     }
 
-    /// Lets it write what it holds. Says whether it runs.
+    /// Lets it write its memory. Returns whether it runs.
     pub(super) fn write(&mut self) -> bool {
         let input = self.child.as_mut().and_then(|child| child.stdin.as_mut());
-        // A full pipe holds earlier requests, which mean the same.
+        // A full pipe holds earlier equal requests.
         input.is_some_and(|input| match input.write_all(b"write\n") {
             Ok(()) => true,
             Err(error) => error.kind() == io::ErrorKind::WouldBlock,
@@ -184,7 +184,7 @@ impl FlightRecorder {
             .sum()
     }
 
-    /// Ends it: it writes what was asked for, as long as it makes progress.
+    /// Ends it: it writes what was requested, as long as it makes progress.
     pub(super) fn end(&mut self) {
         self.end_within(END, STILL);
     }

@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 /// The option that lists the followers of a source of time.
 const FOLLOWERS: &str = "--followers";
 
-/// `component` without its followers in `gone`, which are names of processes: a source of time
-/// would wait for them in its first tick.
+/// `component` without its followers in `gone`, the names of processes that have ended: a source of
+/// time would wait for them in its first tick.
 pub(super) fn without_followers<'a>(
     component: &'a Component,
     gone: &BTreeSet<String>,

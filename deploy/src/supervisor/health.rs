@@ -49,9 +49,9 @@ pub(crate) struct HealthMonitor {
     machine: Option<Box<MachineStatus>>,
     /// The replica of the shared world, from the last heartbeat.
     world: Option<Box<WorldStatus>>,
-    /// When it first told of its replica.
+    /// The time of its first report about its replica.
     world_since: Option<Instant>,
-    /// How many more heartbeats without a refused message end that.
+    /// How many more heartbeats without a refused message end that condition.
     refused: u32,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
@@ -86,7 +86,7 @@ impl HealthMonitor {
             );
             happened.push((Severity::Warning, "time-jumped", text));
         }
-        // A loop that does not turn notices nothing, so nothing is over.
+        // A loop that does not turn notices nothing, so no condition is over.
         if heartbeat.age_ms < TURN_LIMIT_MS || heartbeat.overruns.is_some() {
             self.overruns(&heartbeat, &mut happened);
             self.silences(heartbeat.silent, &mut happened);

@@ -54,7 +54,7 @@ impl Supervisor<'_> {
         let text = format!("host {name}: {text}");
         match code {
             "host-lost" | "host-unreachable" => {
-                // Its other conditions are unknown until its next agent tells them.
+                // Its other conditions are unknown until its next agent reports them.
                 self.troubles.forget_all_but("host-lost", name);
                 self.troubles.note("host-lost", name, &text);
             }
@@ -64,8 +64,8 @@ impl Supervisor<'_> {
         self.network_event(severity, code, text);
     }
 
-    /// Takes a condition of a machine that begins or ends. An agent that tells another one is not
-    /// of this version.
+    /// Takes a condition of a machine that begins or ends. An unknown condition comes from an agent
+    /// of another version.
     fn host_condition(&mut self, h: usize, code: &str, text: &str, begins: bool) {
         let Some(&(begin, end, severity)) = CONDITIONS.iter().find(|known| known.0 == code) else {
             return;
@@ -82,7 +82,7 @@ impl Supervisor<'_> {
     pub(super) fn take_host_event(&mut self, h: usize, events: HostEvent) {
         match events {
             HostEvent::Connected(began) => self.host_there(h, &began),
-            HostEvent::Unreachable(why) if self.hosts.was_there(h) => {
+            HostEvent::Unreachable(why) if self.hosts.was_connected(h) => {
                 if self.ending.is_none() {
                     let pause = self.hosts.next_attempt(h, Instant::now());
                     let text = format!("{why}; tried again in {:.0} s", pause.as_secs_f64());

@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 /// The life cycle of one managed component.
 #[derive(Debug)]
 pub(super) struct LifecycleControl {
-    /// The state to which it is to come. What others bring it to is the goal from then on, so that
-    /// a restart returns the component to it.
+    /// The wanted state. A state that others set becomes the goal, so that a restart returns the
+    /// component to it.
     goal: LifecycleState,
     /// The goal that it reached last; at first, the one that the network has for it.
     reached: LifecycleState,
-    /// Whether the goal is given up, and a hook still runs that was begun for it.
+    /// Whether the goal is given up, and a hook that was begun for it still runs.
     is_abandoned: bool,
     /// The number of the last goal that was sent. It counts over all runs, so that a late report
     /// of an earlier run answers no goal of this one.
@@ -114,7 +114,7 @@ impl LifecycleControl {
         transition.meant(sent.or(state).unwrap_or(self.goal))
     }
 
-    /// The goal to send next: none while one is on its way, was missed, or cannot be reached.
+    /// The goal to send next: none while one is in progress, was missed, or cannot be reached.
     pub(super) fn next_goal(&self) -> Option<LifecycleState> {
         let is_free = self.run.is_looping && self.run.sent.is_none();
         if !is_free || self.run.missed.is_some() {

@@ -7,9 +7,9 @@
 //! The memory grows steadily if each quarter of such a time has a higher minimum than the one
 //! before, by at least a tenth of the whole gain; if the gain is at least 8 MiB and a tenth of the
 //! initial memory; and if the last quarter stays above everything before that time. So a single
-//! step (a loaded map), a cycle (a cache), or memory that flattens out is no growth. Growth goes on
-//! while the memory rises, also by less than that, and ends when it has not risen for a quarter of
-//! such a time.
+//! step (a loaded map), a cycle (a cache), or memory that flattens out is not growth. Growth goes
+//! on while the memory rises, also by less than that, and ends when it has not risen for a quarter
+//! of such a time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -33,7 +33,7 @@ pub(crate) struct Growth {
     grows: bool,
 }
 
-/// What a reading shows.
+/// The result of a reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Growing {
     /// The memory grows steadily. The text says how.
@@ -53,7 +53,7 @@ impl Default for Growth {
 }
 
 impl Growth {
-    /// Takes a reading in bytes, `pause` after the last one. Returns what is new: growth with its
+    /// Takes a reading in bytes, `pause` after the last one. Returns a change: growth with its
     /// present figures, or its end.
     pub(crate) fn sample(&mut self, bytes: u64, pause: Duration) -> Option<Growing> {
         self.seen = self.seen.saturating_add(1);
@@ -213,8 +213,8 @@ mod tests {
         assert_eq!(flat, [0; 0], "the noise of a large program");
     }
 
-    /// Whether growth is reported of a process with so many MiB before the time that is looked at,
-    /// if it ran that long, and in each quarter of it.
+    /// Whether growth is reported for a process with this much memory in MiB before the evaluated
+    /// time, if it ran that long, and in each quarter of it.
     fn grows(before: Option<u64>, quarters: [u64; 4]) -> bool {
         let ten = |mib: u64| std::iter::repeat_n(mib, 10);
         let start = std::iter::repeat_n(before.unwrap_or(0), WARM_UP as usize);

@@ -1,10 +1,10 @@
 //! A network whose shared memory was removed: a logout does that (`RemoveIPC` of systemd), and
 //! everything that empties `/dev/shm`.
 //!
-//! Components that run still reach each other, because they have it mapped, but one that starts
-//! finds nothing, for ever. No name can be given back, so all components of that machine end in
-//! order, what is left is removed, a new guard creates the services, and they start in order. On
-//! another machine, its agent does the part between the end and the start.
+//! Running components still reach each other, because they have it mapped, but one that starts
+//! finds nothing. No name can be given back, so all components of that machine end in order, the
+//! remains are removed, a new guard creates the services, and they start in order. On another
+//! machine, its agent does the part between the end and the start.
 
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::supervise::{StopReason, Supervisor};
@@ -63,7 +63,7 @@ impl Supervisor<'_> {
         }
     }
 
-    /// Creates the services anew once no component of this machine runs.
+    /// Creates the services again once no component of this machine runs.
     pub(super) fn renew(&mut self, cleanup: &dyn Fn()) {
         let mut here = self.hosts.members(None).into_iter();
         if !self.renewal.is_due || here.any(|i| self.units[i].is_alive()) {
@@ -76,7 +76,7 @@ impl Supervisor<'_> {
         if let Some(recorder) = &mut self.recorder {
             recorder.renew();
         }
-        match self.network_guard.begin_anew(cleanup) {
+        match self.network_guard.restart(cleanup) {
             Ok(()) => self
                 .troubles
                 .end("guard-lost", "guard-back", "a new guard runs"),

@@ -1,4 +1,4 @@
-//! What a component reports over its link, and the events that follow.
+//! The reports of components over their links, and the events that follow.
 
 use crate::log::reporter::Reporter;
 use crate::supervisor::parameter_changes::Changes;
@@ -94,7 +94,7 @@ impl Unit {
                 self.converted = std::mem::take(&mut heartbeat.converted);
                 self.forwarded = std::mem::take(&mut heartbeat.forwarded);
                 let age_ms = heartbeat.age_ms;
-                // A hook may take as long as a start, whoever has begun it.
+                // A hook may take as long as a start, whoever requested it.
                 let limit = if self.is_in_transition() {
                     HEARTBEAT_LIMIT.max(self.component.ready)
                 } else {

@@ -17,7 +17,7 @@ pub(super) struct NetworkLogs {
     /// Shows what components print, if somebody looks.
     relay: Option<Relay>,
     rotation: Rotation,
-    /// The disk of the recordings beside the logs, if there are some.
+    /// The disk of the recordings next to the logs, if there are some.
     pub(super) recordings: Option<Disk>,
 }
 

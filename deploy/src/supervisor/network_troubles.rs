@@ -1,8 +1,8 @@
 //! The conditions of a network as a whole, and the files that it restores.
 //!
-//! The run directory lies where the environment chose, and anybody may remove it: a logout does,
-//! and a cleaner of temporary files. A network whose socket is gone could neither be stopped nor
-//! seen by a second `up`, so the supervisor looks every second and makes what is missing again.
+//! The environment chooses the run directory, and any process may remove it: a logout does, and a
+//! cleaner of temporary files. A network whose socket is missing could neither be stopped nor seen
+//! by a second `up`, so the supervisor checks every second and restores what is missing.
 
 use crate::guard::lock;
 use crate::guard::network_guard::NetworkGuard;
@@ -132,7 +132,7 @@ impl<'p> NetworkTroubles<'p> {
         }
     }
 
-    /// Looks whether the recordings beside the logs end because their disk becomes full.
+    /// Checks whether the recordings next to the logs end because their disk becomes full.
     pub(super) fn look_at_recordings(&mut self, logs: &mut NetworkLogs) {
         let change = logs.check_recordings();
         let shown = logs.directory().display();
@@ -156,7 +156,7 @@ impl<'p> NetworkTroubles<'p> {
     }
 
     /// Takes the abstract socket of the network, by which an `up` in another environment sees it,
-    /// as soon as nobody else has it.
+    /// as soon as it is free.
     pub(super) fn look_for_name(&mut self, network: &str, control: &mut Control) {
         if self.holds("unseen", "")
             && let Some(listener) = lock::free_name(network)
@@ -190,7 +190,7 @@ impl<'p> NetworkTroubles<'p> {
         let path = directory.display();
         match restored {
             Ok(false) => {
-                // Somebody has put it back, or the logs are followed again.
+                // It exists again, or the logs are followed again.
                 let text = format!("the folder of the logs, {path}, is there again");
                 self.end_of(LOGS, "not-written", "written", &text);
             }

@@ -1,5 +1,4 @@
-//! The process behind a unit, on this machine or on another one: the one place where that makes a
-//! difference.
+//! The process of a unit, on this machine or on another one: the one place that distinguishes them.
 
 use crate::process::launch::LocalProcess;
 use crate::remote::RemoteProcess;
@@ -49,7 +48,7 @@ impl ProcessHandle {
         }
     }
 
-    /// Writes a line on the link. It waits for nobody: a line without room is lost.
+    /// Writes a line on the link without waiting: a line without room is lost.
     pub(crate) fn send_line(&self, line: &str) {
         match self {
             Self::Local(process) => process.send_line(line),

@@ -1,8 +1,8 @@
-//! What a component has answered to changes of parameters of several components.
+//! The answers of a component to changes of parameters of several components.
 
 use rc_management::component::Changed;
 
-/// What a component has answered to the last changes.
+/// The answers of a component to the last changes.
 #[derive(Debug, Default)]
 pub(crate) struct ProposalAnswers {
     decided: Option<(u64, Result<Changed, String>)>,

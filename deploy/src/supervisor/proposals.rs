@@ -1,7 +1,7 @@
 //! Changes of parameters of several components, and of those that rules of the network read.
 //!
-//! Each component puts its part to its worker and holds it. If all have accepted, all keep their
-//! parts, and a later run of one begins with it; else each takes its part back. A component that
+//! Each component offers its part to its worker and holds it. If all have accepted, all keep their
+//! parts, and a later run of one begins with its part; else each undoes its part. A component that
 //! ends before all have accepted ends the change.
 
 use crate::supervisor::commands;
@@ -17,10 +17,10 @@ use std::time::{Duration, Instant};
 
 /// The limit for the decisions of all components; each of them has a shorter one.
 const DECISION_LIMIT: Duration = Duration::from_secs(4);
-/// The limit for what follows: a worker gets its old values when its turn comes. Components are told
+/// The limit for the rest: a worker gets its old values in its turn. Components get the decision
 /// for the last time while they still hold their parts.
 const SETTLE_LIMIT: Duration = Duration::from_millis(2500);
-/// How often components are told again what is decided.
+/// How often the decision is repeated.
 const MOST_TOLD: u32 = 2;
 /// How many changes wait for the one that is under way.
 pub(super) const MOST_WAITING: usize = 16;
@@ -47,15 +47,15 @@ struct Round {
     parts: BTreeMap<usize, Part>,
     stage: Stage,
     deadline: Instant,
-    /// How often the components were told what is decided.
+    /// How often the decision was sent.
     told: u32,
 }
 
-/// What one component has to change.
+/// The part of one component.
 #[derive(Debug)]
 struct Part {
     changes: Map<String, Value>,
-    /// The run of the unit that has got it. A later one knows nothing of it.
+    /// The run of the unit that got it. A later run does not know it.
     run: u32,
     accepted: Option<Changed>,
     /// Whether the component has nothing more to do for it, or has ended.
@@ -101,13 +101,13 @@ impl Proposals {
         self.rules.reset(component, &self.start)
     }
 
-    /// When the change under way must have gone on.
+    /// The deadline of the present step.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.round.as_ref().map(|round| round.deadline)
     }
 
-    /// Takes what the components have answered, and goes on. Returns results of changes, and
-    /// reasons why some were taken back. `ends`: the network stops.
+    /// Takes the answers of the components, and makes the next step. Returns results of changes,
+    /// and reasons why some were undone. `ends`: the network stops.
     pub(super) fn advance(
         &mut self,
         units: &mut [Unit],
@@ -156,7 +156,7 @@ impl Proposals {
             return Err("the network stops".to_owned());
         }
         let Request::ParametersSet { changes } = &request.request else {
-            return Err("this is no change of parameters".to_owned());
+            return Err("this is not a change of parameters".to_owned());
         };
         let names: Vec<&str> = units.iter().map(Unit::name).collect();
         let mut parts = BTreeMap::new();
@@ -263,7 +263,7 @@ impl Round {
         self.tell(units);
     }
 
-    /// Tells the components what is decided. A line may have been lost, so it is repeated.
+    /// Sends the decision to the components. A line may have been lost, so it is repeated.
     fn tell(&mut self, units: &[Unit]) {
         self.told += 1;
         self.deadline = Instant::now() + SETTLE_LIMIT;
@@ -311,7 +311,7 @@ impl Round {
                 Err(format!("{reason}; nothing has changed"))
             }
             Stage::TakenBack(reason) => Err(format!(
-                "{reason}; {} takes its part back when its worker has time",
+                "{reason}; {} undoes its part when its worker has time",
                 open.join(", ")
             )),
         };

@@ -12,7 +12,7 @@ const INCOMPLETE: &str = "group-incomplete";
 const COMPLETE: &str = "group-complete";
 
 /// Begins and ends the condition of each group with a proxy whose components do not all run, and
-/// tells the proxies how their groups are.
+/// sends the proxies the states of their groups.
 pub(super) fn watch(units: &mut [Unit], report: &Reporter) {
     for at in 0..units.len() {
         let proxy = &units[at];
@@ -65,7 +65,7 @@ fn group(units: &[Unit], at: usize) -> GroupStatus {
     }
 }
 
-/// Gives each proxy the state of the worst component that it stands for.
+/// Gives each proxy the worst state of the components behind it.
 pub(super) fn take_states(components: &mut [ComponentStatus]) {
     let known: BTreeMap<&str, (ComponentState, bool)> = components
         .iter()

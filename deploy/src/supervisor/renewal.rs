@@ -1,4 +1,4 @@
-//! How far the renewal of shared memory is.
+//! The state of the renewal of shared memory.
 
 use std::collections::BTreeSet;
 

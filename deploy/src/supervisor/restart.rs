@@ -4,7 +4,7 @@ use rc_deploy_network::plan::{Policy, Restart};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// A run of this length ends a series of failures: the pauses start anew.
+/// A run of this length ends a series of failures: the pauses start again from the shortest.
 const STEADY: Duration = Duration::from_secs(10);
 
 /// The policy of one component, and how often it was used.
@@ -44,7 +44,7 @@ impl Restarts {
     }
 
     /// Forgets earlier failures: a command starts the component.
-    pub(crate) fn begin_anew(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.pause = self.rules.backoff;
         self.recent.clear();
     }
@@ -152,7 +152,7 @@ mod tests {
             restarts.after(true, SHORT, now),
             Next::GiveUp(text.to_owned())
         );
-        restarts.begin_anew();
+        restarts.reset();
         assert_eq!(restarts.after(true, SHORT, now), first);
         assert_eq!(restarts.count(), 2);
         let mut restarts = rules(Policy::OnFailure, Some((2, Duration::from_mins(1))));

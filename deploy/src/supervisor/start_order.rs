@@ -45,7 +45,7 @@ impl StartOrder {
         &self.mates
     }
 
-    /// Whether a unit stands for all of its process.
+    /// Whether a unit represents all units of its process.
     pub(super) fn leads(&self, i: usize) -> bool {
         self.mates[i].first() == Some(&i)
     }

@@ -95,11 +95,11 @@ impl StartQuota {
 #[derive(Debug)]
 pub(super) struct StartScheduler {
     quota: StartQuota,
-    /// What earlier runs of components have left is killed before their next start.
+    /// Processes left by earlier runs of components are killed before their next start.
     sweeps: OrphanSweeps,
 }
 
-/// What the scheduler needs of the supervisor to decide about starts.
+/// The supervisor's data for decisions about starts.
 #[derive(Clone, Copy)]
 pub(super) struct StartInputs<'a> {
     order: &'a StartOrder,
@@ -138,7 +138,8 @@ impl StartScheduler {
         both.min()
     }
 
-    /// Looks for what a run of a component has left. Until then the component does not start again.
+    /// Searches the processes that a run of a component has left. Until then the component does not
+    /// start again.
     pub(super) fn sweep(&mut self, component: &str, mark: &Mark, run: String) {
         self.sweeps.begin(component, mark, run);
     }
@@ -180,8 +181,8 @@ impl StartScheduler {
         self.quota.end_turn(now);
     }
 
-    /// Whether nothing but the number of starts holds the process of a unit back. Of the units of
-    /// one process, the first one stands for all.
+    /// Whether only the number of starts delays the process of a unit. Of the units of one process,
+    /// the first one represents all.
     fn may_start(&self, i: usize, at: StartInputs<'_>) -> bool {
         let name = at.units[i].process_name();
         at.order.leads(i)

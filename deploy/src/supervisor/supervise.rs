@@ -37,9 +37,10 @@ use std::time::{Duration, Instant};
 
 /// How often the supervisor reads the memory of the components.
 const MEMORY_PAUSE: Duration = Duration::from_secs(30);
-/// How often the supervisor looks whether its files are still there.
+/// How often the supervisor checks whether its files still exist.
 const LOOK: Duration = Duration::from_secs(1);
-/// After so long, other replicas have heard that of a component: each one tells once a second what it has.
+/// After this time, other replicas have received the announcement of a component's replica: each
+/// one announces its state once a second.
 const HEARD: Duration = Duration::from_secs(5);
 /// How many processes that have ended one turn of the loop handles. Between two turns, clients are
 /// served.
@@ -204,7 +205,7 @@ impl<'p> Supervisor<'p> {
                 proxies::watch(&mut self.units, self.report);
             }
             let alive = self.units.iter().any(Unit::is_alive);
-            // What a command has stopped can be started by another one.
+            // A component that a command stopped can be started by another one.
             let may_come = |unit: &Unit| unit.is_waiting() || unit.is_stopped();
             let to_come = self.ending.is_none() && self.units.iter().any(may_come);
             if !alive && !to_come && self.leave_hosts() {
@@ -459,7 +460,7 @@ impl<'p> Supervisor<'p> {
             self.troubles.disk_changed(&self.logs, disk);
             let pause = self.rounds.pause;
             for (i, unit) in self.units.iter_mut().enumerate() {
-                // The memory of a process is told once.
+                // The memory of a process is reported once.
                 if self.order.leads(i) {
                     unit.measure(pause, self.report);
                 }
@@ -482,7 +483,7 @@ impl<'p> Supervisor<'p> {
                         self.fail(i, &text);
                     }
                 }
-                // It is stopped when it is its turn; until then its limit is no news.
+                // It is stopped when it is its turn; until then its limit is not news.
                 Overdue::NotReady => self.units[i].ask_to_stop(),
                 Overdue::HungTooLong => {
                     let unit = &self.units[i];
@@ -493,7 +494,7 @@ impl<'p> Supervisor<'p> {
                 }
                 Overdue::NotKilled => {
                     self.failed.push(self.units[i].name().to_owned());
-                    // Dependents would wait for ever.
+                    // Dependents would wait forever.
                     if self.ending.is_none() && !self.units[i].is_stopped() {
                         self.fail(i, "does not end, so it cannot restart");
                     }

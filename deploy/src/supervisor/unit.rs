@@ -59,15 +59,15 @@ pub(crate) struct Unit {
     pub(super) reported: Option<State>,
     /// How many samples its slots have lost, from the last heartbeat.
     pub(super) lost: BTreeMap<String, u64>,
-    /// What its slots have converted, from the last heartbeat.
+    /// The conversions of its slots, from the last heartbeat.
     pub(super) converted: BTreeMap<String, ConvertedStatus>,
-    /// What its slots have forwarded, from the last heartbeat.
+    /// The forwarded messages of its slots, from the last heartbeat.
     pub(super) forwarded: BTreeMap<String, ForwardedStatus>,
     /// Since when its loop has not turned, or no heartbeat came, if it hangs.
     pub(super) hung: Option<Instant>,
     /// When the last heartbeat came, or it became ready.
     pub(super) heard: Instant,
-    /// How many bytes of lines that are no message it has sent.
+    /// How many bytes of invalid lines it has sent.
     pub(super) garbage: usize,
     pub(super) health: HealthMonitor,
     pub(super) restarts: Restarts,
@@ -88,7 +88,7 @@ pub(crate) struct Unit {
     pub(super) unkept: Option<String>,
     /// Life cycle, if it is managed.
     pub(super) lifecycle: Option<LifecycleControl>,
-    /// What the process of a proxy knows of its group.
+    /// The state of its group that the process of a proxy knows.
     told: Option<GroupStatus>,
 }
 
@@ -250,8 +250,8 @@ impl Unit {
         self.ask_to_stop();
     }
 
-    /// Drops unsaved parameter changes: the next run uses the configuration. What rules of the
-    /// network read stays as it is, since other components may depend on it.
+    /// Drops unsaved parameter changes: the next run uses the configuration. Parameters that rules
+    /// of the network read stay as they are, because other components may depend on them.
     pub(crate) fn forget_changes(&mut self) {
         self.changes.keep_only(&self.ruled);
     }
@@ -264,7 +264,7 @@ impl Unit {
             self.ready = false;
             self.due = None;
             self.released = true;
-            self.restarts.begin_anew();
+            self.restarts.reset();
         }
     }
 
@@ -409,7 +409,7 @@ impl Unit {
         });
     }
 
-    /// Tells a proxy how its group is, unless it knows.
+    /// Sends a proxy the state of its group, unless it knows it.
     pub(super) fn tell_group(&mut self, group: GroupStatus) {
         if let Phase::Alive(running) = &self.phase
             && self.told.as_ref() != Some(&group)
@@ -453,7 +453,7 @@ impl Unit {
 
     /// Reads the memory of the process, `pause` after the last reading.
     pub(crate) fn measure(&mut self, pause: Duration, report: &Reporter) {
-        // The agent of another machine tells the memory there.
+        // The agent of another machine reports the memory there.
         let Some(ProcessHandle::Local(process)) = self.handle() else {
             return;
         };

@@ -116,7 +116,7 @@ impl Unit {
         control.is_none_or(LifecycleControl::is_ready)
     }
 
-    /// The goal that it waits for: none while it is on the way, or cannot come there.
+    /// The goal that it waits for: none while it is in progress, or cannot be reached.
     pub(super) fn next_goal(&self) -> Option<LifecycleState> {
         let control = self.lifecycle.as_ref()?;
         let takes_goals = self.is_alive() && !self.is_asked_to_stop();

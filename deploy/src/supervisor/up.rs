@@ -17,9 +17,9 @@ use std::io;
 /// Starts a network and supervises it until it ends or is stopped.
 ///
 /// Everything is reported as events, including failures: on the standard streams, or in the
-/// supervisor's log. `cleanup` removes what the middleware keeps in memory for this network, before
-/// the run directory is removed. It is also called if there is nothing to remove. SIGINT, SIGTERM
-/// and SIGHUP stop the network; a second signal kills it.
+/// supervisor's log. `cleanup` removes the memory of the middleware for this network, before the
+/// run directory is removed. It is also called if there is nothing to remove. SIGINT, SIGTERM and
+/// SIGHUP stop the network; a second signal kills it.
 pub fn up(plan: &Plan, options: &Options, cleanup: &dyn Fn()) -> Outcome {
     let launcher = match options.supervisor.then(Launcher::inherited).transpose() {
         Ok(launcher) => launcher,

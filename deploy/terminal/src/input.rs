@@ -33,8 +33,8 @@ const LONGEST: usize = 32;
 const ESC: u8 = 0x1b;
 
 /// The key at the beginning of some bytes.
-enum Begin {
-    /// A sequence of this length. It may be no key of the view.
+enum KeyPrefix {
+    /// A sequence of this length, which need not be a key of the view.
     Key(usize, Option<Key>),
     /// More bytes are needed.
     Half,
@@ -48,12 +48,12 @@ impl Keys {
         let mut at = 0;
         while at < self.0.len() {
             match begin(&self.0[at..]) {
-                Begin::Key(length, key) => {
+                KeyPrefix::Key(length, key) => {
                     keys.extend(key);
                     at += length;
                 }
-                Begin::Half if self.0.len() - at > LONGEST => at = self.0.len(),
-                Begin::Half => break,
+                KeyPrefix::Half if self.0.len() - at > LONGEST => at = self.0.len(),
+                KeyPrefix::Half => break,
             }
         }
         self.0.drain(..at);
@@ -73,31 +73,31 @@ impl Keys {
     }
 }
 
-fn begin(bytes: &[u8]) -> Begin {
+fn begin(bytes: &[u8]) -> KeyPrefix {
     match bytes {
-        [ESC] | [ESC, b'[' | b'O'] => Begin::Half,
+        [ESC] | [ESC, b'[' | b'O'] => KeyPrefix::Half,
         [ESC, b'[', b'[', rest @ ..] => match rest {
             // A function key of the console of Linux.
-            [_, ..] => Begin::Key(4, None),
-            [] => Begin::Half,
+            [_, ..] => KeyPrefix::Key(4, None),
+            [] => KeyPrefix::Half,
         },
         [ESC, b'[', rest @ ..] => match rest.iter().position(|byte| !(0x20..0x40).contains(byte)) {
-            Some(end) => Begin::Key(end + 3, sequence(&rest[..end], rest[end])),
-            None => Begin::Half,
+            Some(end) => KeyPrefix::Key(end + 3, sequence(&rest[..end], rest[end])),
+            None => KeyPrefix::Half,
         },
-        [ESC, b'O', b'M', ..] => Begin::Key(3, Some(Key::Enter)),
-        [ESC, b'O', last, ..] => Begin::Key(3, sequence(&[], *last)),
-        [ESC, ESC, ..] => Begin::Key(1, Some(Key::Esc)),
+        [ESC, b'O', b'M', ..] => KeyPrefix::Key(3, Some(Key::Enter)),
+        [ESC, b'O', last, ..] => KeyPrefix::Key(3, sequence(&[], *last)),
+        [ESC, ESC, ..] => KeyPrefix::Key(1, Some(Key::Esc)),
         // With the alt key.
         [ESC, rest @ ..] => match begin(rest) {
-            Begin::Key(length, _) => Begin::Key(length + 1, None),
-            Begin::Half => Begin::Half,
+            KeyPrefix::Key(length, _) => KeyPrefix::Key(length + 1, None),
+            KeyPrefix::Half => KeyPrefix::Half,
         },
-        [b'\r' | b'\n', ..] => Begin::Key(1, Some(Key::Enter)),
-        [b'\t', ..] => Begin::Key(1, Some(Key::Tab)),
-        [0x08 | 0x7f, ..] => Begin::Key(1, Some(Key::Backspace)),
-        [byte @ 1..=26, ..] => Begin::Key(1, Some(Key::Control(char::from(byte + b'a' - 1)))),
-        [0..0x20, ..] => Begin::Key(1, None),
+        [b'\r' | b'\n', ..] => KeyPrefix::Key(1, Some(Key::Enter)),
+        [b'\t', ..] => KeyPrefix::Key(1, Some(Key::Tab)),
+        [0x08 | 0x7f, ..] => KeyPrefix::Key(1, Some(Key::Backspace)),
+        [byte @ 1..=26, ..] => KeyPrefix::Key(1, Some(Key::Control(char::from(byte + b'a' - 1)))),
+        [0..0x20, ..] => KeyPrefix::Key(1, None),
         _ => letter(bytes),
     }
 }
@@ -120,7 +120,7 @@ fn sequence(parameters: &[u8], last: u8) -> Option<Key> {
 }
 
 /// A letter in UTF-8.
-fn letter(bytes: &[u8]) -> Begin {
+fn letter(bytes: &[u8]) -> KeyPrefix {
     let length = match bytes.first() {
         Some(0xc0..0xe0) => 2,
         Some(0xe0..0xf0) => 3,
@@ -128,11 +128,11 @@ fn letter(bytes: &[u8]) -> Begin {
         _ => 1,
     };
     let Some(bytes) = bytes.get(..length) else {
-        return Begin::Half;
+        return KeyPrefix::Half;
     };
     match std::str::from_utf8(bytes) {
-        Ok(text) => Begin::Key(length, text.chars().next().map(Key::Char)),
-        Err(_) => Begin::Key(1, None),
+        Ok(text) => KeyPrefix::Key(length, text.chars().next().map(Key::Char)),
+        Err(_) => KeyPrefix::Key(1, None),
     }
 }
 
@@ -172,10 +172,10 @@ mod tests {
 
     #[test]
     fn unused_sequences_are_skipped() {
-        // A function key, one with alt, a position of the mouse, bytes that are no letter.
+        // A function key, one with alt, a position of the mouse, bytes that are not a letter.
         let bytes = b"\x1b[15~\x1bOP\x1b[[A\x1bx\x1b[<0;3;4M\x00\xff\xc3(j";
         assert_eq!(keys(bytes), [Key::Char('('), Key::Char('j')]);
-        // A sequence without an end is none.
+        // A sequence without an end is ignored.
         let mut long = Keys::default();
         assert_eq!(long.push(&[b"\x1b[".as_slice(), &[b'1'; 100]].concat()), []);
         assert!(!long.is_half());

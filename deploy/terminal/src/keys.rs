@@ -23,7 +23,7 @@ pub(crate) const HELP: [(&str, &str); 16] = [
     ("e", "emergency, at once; again to leave it"),
     ("E", "emergency of all components, at once"),
     ("enter, w", "parameters: changes one, saves all"),
-    ("ctrl+l", "draws the screen anew"),
+    ("ctrl+l", "redraws the screen"),
     ("q, ctrl+c", ""),
 ];
 
@@ -83,7 +83,7 @@ impl Model {
                     value,
                 });
             }
-            // What is typed replaces the old value. Other keys keep it for editing.
+            // Typed text replaces the old value. Other keys keep it for editing.
             Key::Char(letter) if *is_old => *text = letter.to_string(),
             Key::Char(letter) => text.push(letter),
             Key::Backspace => drop(text.pop()),

@@ -1,5 +1,5 @@
-//! A live view of a network on a terminal: `rcdeploy up` beside the supervisor, `rcdeploy top` from
-//! anywhere.
+//! A live view of a network on a terminal: `rcdeploy up` together with the supervisor, `rcdeploy
+//! top` from anywhere.
 //!
 //! ```text
 //! input, sockets, log, clock → session → model → render → screen

@@ -158,7 +158,7 @@ pub(crate) struct Figures {
     /// Seconds since the start of a single component that runs.
     pub(crate) uptime: Option<f64>,
     pub(crate) usage: Usage,
-    /// Values and calls per second; none of what does not answer.
+    /// Values and calls per second; none for components that do not answer.
     pub(crate) traffic: Option<Traffic>,
     pub(crate) compute: Option<Timing>,
     /// The slot with the longest times.

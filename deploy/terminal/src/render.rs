@@ -268,8 +268,8 @@ fn footer(model: &Model, at: Rect, buf: &mut Buffer) {
 
 fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
     let rows = model.rows();
-    // The events get what the table leaves, and at least a third; where that is nothing, it all
-    // belongs to the table.
+    // The events get the rest of the table's room, and at least a third; if that is nothing, the
+    // table gets everything.
     let wanted = rows.len() + 1;
     let least = match body.len() {
         0..6 => 0,
@@ -286,7 +286,7 @@ fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
     events(model, below, buf);
 }
 
-/// The least room behind a name in which active states are shown.
+/// The least room after a name in which active states are shown.
 const STATES: usize = 8;
 /// From this width on, columns make room for active states, up to this width of the first column.
 const WIDE: usize = 72;
@@ -383,7 +383,7 @@ fn machine_states(component: &Component) -> String {
     names.join(" ")
 }
 
-/// The columns that there is room for behind the name, in their order.
+/// The columns that fit after the name, in their order.
 fn columns(width: usize, name: usize) -> Vec<&'static Column> {
     let mut ranked: Vec<&Column> = COLUMNS.iter().collect();
     ranked.sort_by_key(|column| column.rank);

@@ -39,7 +39,7 @@ pub(crate) enum End {
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     Keys,
-    /// The terminal is gone.
+    /// The terminal was closed.
     Gone,
     Terminal,
     Owner,

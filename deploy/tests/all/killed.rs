@@ -43,7 +43,7 @@ fn the_guard_cleans_up_after_a_killed_supervisor() {
     assert_eq!(bench.cleanups(), 1);
     let log = std::fs::read_to_string(bench.log("rcdeploy-guard")).expect("a log");
     assert!(
-        log.contains("the supervisor is gone; components left: well, deaf, parent"),
+        log.contains("the supervisor has ended; components left: well, deaf, parent"),
         "{log}"
     );
 }

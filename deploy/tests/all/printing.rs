@@ -81,7 +81,7 @@ fn components_say_that_they_cannot_print_as_the_tools_do() {
     }
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
-    // A closed pipe is no failure, and makes no other answer of one: 3 is "not there".
+    // A closed pipe is not a failure, and makes no other answer of one: 3 is "not there".
     for (arguments, code) in [
         (&["--help"][..], 0),
         (&["--probe", "--network", "no_such_network"], 3),

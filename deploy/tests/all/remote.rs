@@ -315,7 +315,7 @@ fn a_killed_agent_leaves_nothing_and_is_replaced() {
     away.assert_nothing_left();
 }
 
-/// The components of the host end in order, the services are created anew, and they start.
+/// The components of the host end in order, the services are created again, and they start.
 #[test]
 fn a_host_heals_whose_shared_memory_was_removed() {
     let away = Away::new();

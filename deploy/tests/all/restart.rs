@@ -138,7 +138,7 @@ fn a_network_can_be_stopped_while_a_component_waits_for_its_start() {
     bench.assert_nothing_left();
 }
 
-/// Components that need it would wait for ever.
+/// Components that need it would wait forever.
 #[test]
 fn an_exit_before_becoming_ready_again_is_a_failure() {
     let bench = Bench::new();

@@ -219,7 +219,7 @@ fn an_invalid_plan_is_rejected() {
     let mut up = bench.start(vec![component("a", "well", &["b"])]);
     let message = up.await_event("refused", None);
     assert!(
-        message.contains("a starts after b, which is no component"),
+        message.contains("a starts after b, which is not a component"),
         "{message}"
     );
     assert_eq!(up.end().0, Some(1));

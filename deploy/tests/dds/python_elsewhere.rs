@@ -119,7 +119,7 @@ fn a_component_in_python_runs_on_another_host() {
     site.await_nothing_left();
 }
 
-/// The same behind a real ssh server, on a host of its own.
+/// A component in Python behind a real ssh server, on a host of its own.
 #[test]
 fn a_component_in_python_runs_behind_an_ssh_server() {
     let _launcher = LAUNCHER.lock().unwrap_or_else(PoisonError::into_inner);

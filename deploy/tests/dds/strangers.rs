@@ -133,7 +133,7 @@ fn programs_outside_hear_and_say_converted_points() {
         assert!(slot["converted"]["messages"].as_u64() >= Some(5), "{slot}");
         assert_eq!(slot["converted"]["bad_values"], 0, "{slot}");
     }
-    // Those that hear nobody any more are reported, and nothing else is.
+    // Ends without a peer are reported, and nothing else.
     drop(speaker.stdin.take());
     assert!(speaker.wait().expect("the end").success());
     let gone = |name: &str| {

@@ -1,5 +1,5 @@
-//! Values that mean nothing, and those of which a conversion knows a part only: quaternions that are
-//! no rotations, and a gimbal lock.
+//! Values that mean nothing, and those of which a conversion knows a part only: quaternions that
+//! are not rotations, and a gimbal lock.
 
 use crate::python_site::{second_component, up, workspace};
 use rc_test_site::site::Site;
@@ -61,7 +61,7 @@ fn component(name: &str, slot: &str) -> String {
 }
 
 /// Sends one after the other: a quarter to the left, one with the nose up, one of length 1.05, and
-/// three that are no rotations.
+/// three that are not rotations.
 const OF_HEAD: &str = r"from math import nan, sqrt
 
 from head import Context, Turn, Worker

@@ -1,4 +1,4 @@
-//! Pages and pictures that are made from the programs. `UPDATE_EXPECT=1` writes them anew.
+//! Pages and pictures that are made from the programs. `UPDATE_EXPECT=1` writes them again.
 
 use crate::markdown::ROOT;
 use expect_test::expect_file;

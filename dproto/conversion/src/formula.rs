@@ -9,7 +9,7 @@ use rc_quantity::Real;
 pub struct Formula {
     /// Operations, each of which may take the values of earlier ones.
     pub steps: Vec<Step>,
-    /// What becomes of each number of the group.
+    /// The new value of each number of the group.
     pub outputs: Vec<Operand>,
     /// Where one of these is below [`LOCKED`], three turns among the outputs are at a gimbal lock.
     pub locks: Vec<Operand>,
@@ -18,13 +18,13 @@ pub struct Formula {
 /// An operation with its operands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Step {
-    /// What is done.
+    /// The operation.
     pub operation: Operation,
     /// With which numbers, as many as the operation has.
     pub operands: Vec<Operand>,
 }
 
-/// What an operation takes.
+/// An operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operand {
     /// The number of the group at this place.
@@ -183,7 +183,7 @@ impl fmt::Display for Operands<'_> {
 }
 
 impl fmt::Display for Formula {
-    /// As in the texts of plans.
+    /// In the form of the texts of plans.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for step in &self.steps {
             write!(

@@ -9,9 +9,9 @@ use rc_vocabulary::Primitive;
 /// A value of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
-    /// So many numbers of one type. They stay as they are without a conversion.
+    /// This many numbers of one type. They stay as they are without a conversion.
     Numbers(u32, Primitive, Option<Conversion>),
-    /// So many numbers of one type that the formula of the group around them takes and gives.
+    /// This many numbers of one type that the formula of the group around them reads and writes.
     Marked(u32, Primitive),
     /// A number that a change of frames needs. It stays as it is.
     KeptNumber(Primitive),
@@ -21,7 +21,7 @@ pub enum Item {
     Group {
         /// The values.
         items: Vec<Item>,
-        /// What becomes of their marked numbers.
+        /// The new values of their marked numbers.
         formula: Formula,
     },
     /// Bytes that stay as they are, without alignment.
@@ -55,7 +55,7 @@ impl Item {
                 let one: usize = items.iter().map(Self::marked).sum();
                 one.saturating_mul(*times as usize)
             }
-            // How many elements there are is known later.
+            // The number of elements is known only at run time.
             _ => 0,
         }
     }

@@ -191,7 +191,7 @@ impl Lanes {
         let length = block.len() / size;
         let outputs = || {
             let all = (0_u32..).zip(formula.outputs.iter().zip(&marks.0));
-            // What is its own output keeps its bits.
+            // A number that is its own output keeps its bits.
             all.filter(|(own, (output, _))| **output != Operand::Input(*own))
                 .map(|(_, pair)| pair)
         };

@@ -1,5 +1,5 @@
-//! What a connection converts. A [`Plan`] lists the values of the operations of an interface, and
-//! the conversions of their numbers. It travels as a text (`--convert SLOT=PLAN`) and becomes a
+//! The conversion of a connection. A [`Plan`] lists the values of the operations of an interface,
+//! and the conversions of their numbers. It travels as a text (`--convert SLOT=PLAN`) and becomes a
 //! [`Program`], which converts numbers where they are: the two ends have equal types, so no byte
 //! moves.
 //!

@@ -37,7 +37,7 @@ pub struct Move {
     pub stamp: Vec<(u32, u32)>,
 }
 
-/// Where the name of a frame comes from.
+/// The source of the name of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Frame {
     /// All messages have this one.
@@ -76,7 +76,7 @@ impl fmt::Display for Frame {
 }
 
 impl fmt::Display for Move {
-    /// As in the texts of plans.
+    /// In the form of the texts of plans.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "^{}>{}@", self.from, self.to)?;
         for (number, (at, unit)) in self.stamp.iter().enumerate() {

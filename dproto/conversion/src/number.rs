@@ -4,7 +4,7 @@ use rc_vocabulary::{Class, Primitive};
 
 /// Reads and writes numbers at a byte of a memory image, as `f64`. A `bool` is 0 or 1.
 pub(crate) trait Stored: Copy {
-    /// The number at a byte, as the nearest `f64`. NaN behind the end.
+    /// The number at a byte, as the nearest `f64`. NaN after the end.
     fn read(self, bytes: &[u8], at: usize) -> f64;
 
     /// Writes a number at a byte: a whole one if the type is one of integers. `false` if it does not
@@ -14,7 +14,7 @@ pub(crate) trait Stored: Copy {
     /// Whether a number of this type is finite after it was written.
     fn stores(self, value: f64) -> bool;
 
-    /// So many times the number at a byte, rounded to a whole number. `None` behind the end, or if
+    /// This many times the number at a byte, rounded to a whole number. `None` after the end, or if
     /// it is not finite.
     fn times(self, bytes: &[u8], at: usize, factor: u32) -> Option<i128>;
 

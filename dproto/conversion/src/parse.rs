@@ -33,12 +33,12 @@ pub const LONGEST: usize = 64 << 10;
 /// The most levels of sequences and arrays.
 pub const DEEPEST: usize = 32;
 
-/// Why a text is no plan.
+/// Why a text is not a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlanError {
     /// The byte of the text that is wrong.
     pub at: usize,
-    /// What belongs there.
+    /// What the parser expected.
     pub expected: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! What a connection converts.
+//! The plan of a connection's conversion.
 
 use crate::item::{Item, Items};
 use crate::moves::Move;
@@ -6,8 +6,8 @@ use crate::program::Program;
 use alloc::vec::Vec;
 use core::fmt;
 
-/// What a connection converts: the messages of the operations of an interface that hold numbers in
-/// another unit.
+/// The plan of a connection: the messages of the operations of an interface with numbers that are
+/// converted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Plan {
     /// The messages.

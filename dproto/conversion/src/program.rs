@@ -25,10 +25,10 @@ pub struct Program {
     looks: Option<Box<Program>>,
 }
 
-/// What a program has done to a message.
+/// What a program did to a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ran {
-    /// The byte behind the values.
+    /// The byte after the values.
     pub end: usize,
     /// Whether three turns that it wrote are at a gimbal lock: then the first one is 0.
     pub is_locked: bool,
@@ -47,7 +47,8 @@ impl Program {
         }
     }
 
-    /// The same program, whose formulas take transforms. `items` are those of the program.
+    /// Adds the changes of frames to the program, whose formulas take transforms. `items` are those
+    /// of the program.
     #[must_use]
     pub fn with_moves(mut self, moves: &[Move], items: &[Item]) -> Self {
         if !moves.is_empty() {
@@ -75,7 +76,7 @@ impl Program {
     /// are.
     ///
     /// # Errors
-    /// The message is too short, has no name of a frame, or a time that is none.
+    /// The message is too short, lacks the name of a frame, or has an invalid time.
     pub fn needed(&self, bytes: &mut [u8], at: usize) -> Result<Vec<Needed<'_>>, Fault> {
         let mut scratch = Scratch::default();
         if let Some(looks) = &self.looks {
@@ -104,7 +105,7 @@ impl Program {
     /// Converts a message as [`Self::run`] does, with the transforms that [`Self::needed`] asks for.
     ///
     /// # Errors
-    /// As [`Self::run`]; a transform is missing.
+    /// As [`Self::run`]. An error also if a transform is missing.
     pub fn run_with(
         &self,
         bytes: &mut [u8],
@@ -131,7 +132,7 @@ impl Program {
     }
 
     /// Converts a message, whose values begin at byte `at`. Alignment counts from the start of
-    /// `bytes`. NaN and infinite numbers stay what they are. Returns where the values end.
+    /// `bytes`. NaN and infinite numbers stay as they are. Returns where the values end.
     ///
     /// # Errors
     /// The message is too short, or holds a number that its type cannot hold in the other unit.

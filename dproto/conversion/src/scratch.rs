@@ -18,7 +18,7 @@ pub(crate) struct Scratch {
     pub(crate) lanes: Lanes,
     /// The numbers of the transforms of the message.
     pub(crate) transforms: Vec<f64>,
-    /// What changes of frames need of the message: where texts begin and how long they are.
+    /// The parts of a message that changes of frames need: where texts begin and how long they are.
     pub(crate) texts: Vec<(usize, usize)>,
     /// Where numbers are.
     pub(crate) numbers: Vec<(usize, Primitive)>,

@@ -104,8 +104,8 @@ impl Conversion {
         }
     }
 
-    /// The integer in the other unit, rounded to the nearest one, and away from zero in the middle.
-    /// `None` if it does not fit. It is exact but for conversions with π.
+    /// The integer in the other unit, rounded to the nearest one, halves away from zero. `None` if
+    /// it does not fit. It is exact except for conversions with π.
     #[must_use]
     pub fn apply_integer(&self, value: i128) -> Option<i128> {
         if self.scale.pi() != 0 {

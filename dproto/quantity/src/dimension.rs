@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// The base quantities. Beside those of the SI, an angle, a level, and counted things have a
-/// dimension of their own: a radian is no plain number here, and pixels are no bits.
+/// The base quantities. In addition to those of the SI, angles, levels and counted things have
+/// dimensions of their own: a radian is not a plain number here, and a pixel is not a bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// Metres.

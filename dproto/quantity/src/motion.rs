@@ -1,4 +1,4 @@
-//! Transforms between frames, and what they do to twists, wrenches and covariances.
+//! Transforms between frames, and their effect on twists, wrenches and covariances.
 
 use crate::Real;
 use crate::rotation::{IDENTITY, Matrix, cross, product, transposed, turned};
@@ -35,7 +35,7 @@ fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 }
 
 impl<T: Real> Transform<T> {
-    /// This transform behind an inner one: from the frame where that one begins.
+    /// This transform applied after an inner one: from the frame where that one begins.
     #[must_use]
     pub fn then(&self, inner: &Self) -> Self {
         Self {

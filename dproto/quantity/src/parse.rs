@@ -10,16 +10,16 @@ pub const MAX_LENGTH: usize = 64;
 /// The greatest power in a text.
 const MAX_POWER: i8 = 9;
 
-/// Why a text is no unit.
+/// Why a text is not a unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnitError {
     /// The bytes of the text that are wrong. Empty at the end of the text.
     pub range: Range<usize>,
-    /// What is wrong with them.
+    /// The error in them.
     pub problem: UnitProblem,
 }
 
-/// What is wrong with the text of a unit.
+/// The error in the text of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitProblem {
     /// No unit has this name.
@@ -28,7 +28,7 @@ pub enum UnitProblem {
     Missing,
     /// This character has no meaning here.
     Unexpected,
-    /// A power is no whole number from -9 to 9, without 0.
+    /// A power is not a whole number from -9 to 9, or is 0.
     Power,
     /// A parenthesis is open at the end.
     Open,
@@ -66,7 +66,7 @@ impl Unit {
     /// `(kg/m)*s`.
     ///
     /// # Errors
-    /// What is wrong with the text, and at which of its bytes.
+    /// The error in the text, and its byte.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let fail = |range, problem| Err(UnitError { range, problem });
         if text.len() > MAX_LENGTH {
@@ -93,7 +93,7 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    /// The next character that is no space.
+    /// The next character that is not a space.
     fn next(&mut self) -> Option<char> {
         let rest = &self.text[self.at..];
         let trimmed = rest.trim_start();

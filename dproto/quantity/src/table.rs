@@ -24,7 +24,7 @@ pub struct NamedUnit {
     pub qudt: &'static str,
     /// Other words that mean the same.
     pub aliases: &'static [&'static str],
-    /// Whether the prefixes of the SI may stand before the symbol.
+    /// Whether prefixes of the SI are allowed before the symbol.
     pub prefixed: bool,
     /// The meaning.
     pub unit: Unit,
@@ -69,7 +69,7 @@ const fn prefix(symbol: &'static str, word: &'static str, exponent: i8) -> Prefi
     }
 }
 
-/// A unit of the SI: prefixes may stand before it.
+/// A unit of the SI, which allows prefixes.
 const fn si(
     symbol: &'static str,
     qudt: &'static str,
@@ -103,7 +103,7 @@ const fn other(
     }
 }
 
-/// A unit that prefixes may stand before, although its factor is not 1.
+/// A unit that allows prefixes although its factor is not 1.
 const fn prefixed(unit: NamedUnit) -> NamedUnit {
     NamedUnit {
         prefixed: true,
@@ -146,7 +146,7 @@ const ENERGY: [(Base, i8); 3] = [(Mass, 1), (Length, 2), (Time, -2)];
 const POWER: [(Base, i8); 3] = [(Mass, 1), (Length, 2), (Time, -3)];
 const VELOCITY: [(Base, i8); 2] = [(Length, 1), (Time, -1)];
 
-/// All named units, by what they measure.
+/// All named units, by their quantities.
 pub const UNITS: [NamedUnit; 75] = [
     other("1", "UNITLESS", &[], &[], (1, 1)),
     other("%", "PERCENT", &["percent"], &[], (1, 100)),
@@ -402,7 +402,8 @@ pub const UNITS: [NamedUnit; 75] = [
     )),
     other("px", "", &["pixel", "pixels"], &[(Pixel, 1)], (1, 1)),
     other("Sym", "", &["symbol", "symbols"], &[(Symbol, 1)], (1, 1)),
-    // Decibels of different references cannot be told apart here, so prefixes would only mislead.
+    // Decibels with different references cannot be distinguished here, so prefixes would only
+    // mislead.
     other("dB", "DeciB", &["decibel"], &[(Level, 1)], (1, 1)),
 ];
 

@@ -41,8 +41,8 @@ impl Unit {
         })
     }
 
-    /// The product with `other` to the power of `exponent`. A difference is meant in products: the
-    /// zeros of degrees Celsius and Fahrenheit play no part. `None` if it does not fit.
+    /// The product with `other` to the power of `exponent`. In products, degrees Celsius and
+    /// Fahrenheit are differences, without their zeros. `None` if it does not fit.
     pub(crate) fn times(self, other: Self, exponent: i8) -> Option<Self> {
         Some(Self {
             dimension: self.dimension.times(other.dimension, exponent)?,

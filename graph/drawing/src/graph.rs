@@ -7,7 +7,7 @@ use rc_diagnostics::foreign;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The picture of a graph. An edge at which others start or end has a box of its own between the
-/// boxes of its ends. An edge whose end is nothing at all is left out.
+/// boxes of its ends. An edge with an end that does not exist is left out.
 pub fn of_graph(document: &Document, title: &str) -> Picture {
     let ends: HashSet<Id> = document.edges.iter().flat_map(|e| [e.from, e.to]).collect();
     let is_end = |edge: &&Edge| edge.id.is_some_and(|id| ends.contains(&id));
@@ -74,7 +74,7 @@ impl Boxes {
         self.names.get(&id).cloned().unwrap_or_else(|| id_text(id))
     }
 
-    /// What the tooltip of an edge says.
+    /// The tooltip of an edge.
     fn title(&self, edge: &Edge) -> String {
         let title = format!(
             "{} {} {}",

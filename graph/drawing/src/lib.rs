@@ -15,8 +15,8 @@ use rc_diagnostics::foreign;
 pub use schema::of_schema;
 use thiserror::Error;
 
-/// How many boxes and lines an SVG has at most. The layout takes seconds for as many, and a reader
-/// finds nothing in more.
+/// How many boxes and lines an SVG has at most. The layout takes seconds for as many, and a larger
+/// picture is unreadable.
 pub const MOST: usize = 4096;
 
 /// The graph has too many nodes or edges for an SVG.
@@ -35,7 +35,7 @@ pub struct Picture {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Box {
     name: String,
-    /// Behind the name.
+    /// After the name.
     kind: String,
     /// All about it, a line each.
     tooltip: Vec<String>,
@@ -46,16 +46,16 @@ struct Box {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Row {
     text: String,
-    /// The other boxes, and what the tooltips of the lines say.
+    /// The other boxes, and the tooltips of the lines.
     ends: Vec<(usize, String)>,
-    /// Whether the lines say what a type inherits from.
+    /// Whether the lines show inheritance.
     is_parent: bool,
 }
 
 /// The longest text of a row or a name, in characters.
 const LONGEST: usize = 60;
 
-/// A text that fits into a row. What a terminal or a reader could take for something else is
+/// A text that fits into a row. Characters that a terminal or a reader could misinterpret are
 /// replaced.
 fn short(text: &str) -> String {
     let text = foreign::clean(text);

@@ -1,4 +1,4 @@
-//! What is wrong with a document, each finding at its place.
+//! The errors in a document, each finding at its place.
 
 use crate::document::{self, Document, Edge, Node};
 use crate::places::{Places, SEPARATOR};
@@ -147,7 +147,7 @@ impl<'a> Checker<'a> {
 
     /// Unknown types and attributes are errors in a strict domain, and kept in an open one.
     fn unknown(&mut self, code: &'static str, path: &str, message: String, near: Option<String>) {
-        // A file that names no schema has nothing to be compared with.
+        // A file without a schema cannot be compared with one.
         if self.schema.entities.is_empty() && self.schema.relations.is_empty() {
             return;
         }
@@ -181,7 +181,7 @@ impl<'a> Checker<'a> {
             && !self.nodes.contains_key(&Id(*id as u128))
         {
             let path = path_of(&node.path, "attribute", "parent");
-            let message = format!("`parent` is {id}, which is no node");
+            let message = format!("`parent` is {id}, which is not a node");
             self.error("unknown-node", &path, message);
         }
     }
@@ -199,13 +199,13 @@ impl<'a> Checker<'a> {
             "attribute"
         };
         let mut seen: HashSet<&str> = HashSet::with_capacity(all.len());
-        // Of attributes that are one value, the one that says it.
+        // Of attributes that are one value, the one that the file gives.
         let mut said: HashMap<&str, &str> = HashMap::new();
         for (name, value, unit) in all {
             let path = path_of(above, member, name);
             let shown = foreign::clean(name);
             if !seen.insert(name) {
-                let message = format!("`{shown}` is there twice");
+                let message = format!("`{shown}` occurs twice");
                 self.error("duplicate-member", &path, message);
             }
             let is_long =
@@ -230,7 +230,8 @@ impl<'a> Checker<'a> {
             if let Some(first) = said.insert(attribute.value_of(), name)
                 && first != name
             {
-                let message = format!("`{shown}` and `{first}` are one value, which is said twice");
+                let message =
+                    format!("`{shown}` and `{first}` are one value, which is given twice");
                 let help = Some("write one of them; the other one is converted".to_owned());
                 self.push(Severity::Error, "duplicate-member", &path, message, help);
             }
@@ -273,7 +274,10 @@ impl<'a> Checker<'a> {
                     (false, member) => member,
                 };
                 let path = format!("{}{SEPARATOR}{member}", edge.path);
-                let message = format!("an edge `{kind}` ends at {}, which is no node", shown(end));
+                let message = format!(
+                    "an edge `{kind}` ends at {}, which is not a node",
+                    shown(end)
+                );
                 self.error("unknown-node", &path, message);
             }
         }
@@ -328,7 +332,7 @@ impl<'a> Checker<'a> {
         let edges = &self.document.edges;
         let ends = edges.iter().map(|edge| (edge.id, [edge.from, edge.to]));
         let ends: Vec<_> = ends.collect();
-        // An end that is nothing at all is a finding of its own.
+        // An end that does not exist is a finding of its own.
         let is_there = |id| self.nodes.contains_key(&id) || !self.edges.contains_key(&id);
         for at in in_order(&ends, is_there).1 {
             let edge = &edges[at];

@@ -53,7 +53,7 @@ impl Document {
     /// Makes a graph of the document, for this schema.
     ///
     /// # Errors
-    /// The schema does not allow the graph, or an edge has an end that is no node.
+    /// The schema does not allow the graph, or an edge has an end that is not a node.
     pub fn graph(&self, schema: Arc<Schema>, writer: u64) -> Result<Graph, Error> {
         let graph = Graph::new(schema, writer);
         graph.change(Time::ZERO, |edit| self.add(edit))?;
@@ -66,16 +66,16 @@ impl Document {
     /// are poses, except for the types that [`Document::unconverted`] names.
     ///
     /// # Errors
-    /// An edge has an end that is no node, or an id is there twice.
+    /// An edge has an end that is not a node, or an id is there twice.
     pub fn kept(&self, schema: &Schema, writer: u64) -> Result<Graph, Error> {
         let unconverted = self.unconverted(schema);
         let with_trees = self.graph(loose(schema, true, &unconverted).into(), writer);
         with_trees.or_else(|_| self.graph(loose(schema, false, &unconverted).into(), writer))
     }
 
-    /// The types whose attributes do not convert in the graph that [`Document::kept`] makes, and are
-    /// no poses there: a node or an edge has numbers that its data prototype refuses, or says one
-    /// value twice.
+    /// The types whose attributes do not convert in the graph that [`Document::kept`] makes, and
+    /// are not poses there: a node or an edge has numbers that its data prototype refuses, or says
+    /// one value twice.
     pub fn unconverted<'s>(&self, schema: &'s Schema) -> BTreeSet<&'s str> {
         let entities = schema.entities.iter().map(|e| (&*e.name, &e.attributes));
         let relations = schema.relations.iter().map(|r| (&*r.name, &r.attributes));

@@ -68,7 +68,7 @@ pub fn is_dsr(text: &str) -> bool {
     rest.is_some_and(|rest| rest.starts_with("\"DSRModel\""))
 }
 
-/// Reads a file. `None` if it is no JSON, or none of DSR.
+/// Reads a file. `None` if it is not JSON, or not one of DSR.
 pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnostics) {
     let mut found = Diagnostics::new();
     let file: File = match json::read(sources, source) {

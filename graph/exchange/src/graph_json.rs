@@ -52,10 +52,10 @@ fn id_text(id: Id) -> String {
     format!("\"{}:{}\"", id.writer(), id.count())
 }
 
-/// What is wrong: path and message.
+/// The error: path and message.
 type Wrong = Vec<(String, String)>;
 
-/// Reads a file. `None` if it is no JSON, or has another form.
+/// Reads a file. `None` if it is not JSON, or has another form.
 pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnostics) {
     let mut found = Diagnostics::new();
     let file: File = match json::read(sources, source) {

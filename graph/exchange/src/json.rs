@@ -7,7 +7,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::path::PathBuf;
 
-/// The members of an object, in their order. Names may be there twice.
+/// The members of an object, in their order. Names may be duplicate.
 #[derive(Clone, Debug)]
 pub(crate) struct Members<T>(pub(crate) Vec<(String, T)>);
 
@@ -153,7 +153,7 @@ pub fn add(
     (source, error)
 }
 
-/// Reads a text. An error is at its place, also text behind the end.
+/// Reads a text. An error is at its place, also for text after the end.
 pub(crate) fn read<'t, T: Deserialize<'t>>(
     sources: &'t SourceMap,
     source: SourceId,

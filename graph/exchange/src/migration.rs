@@ -7,12 +7,12 @@ use rc_diagnostics::{Format, SourceMap, render};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What became of a graph that was taken over into another schema.
+/// The result of converting a graph to another schema.
 #[derive(Debug)]
 pub struct Migration {
-    /// What the schemas declare differently, whether the graph has any of it or not.
+    /// The different declarations of the schemas, whether the graph uses them or not.
     pub differences: Vec<Difference>,
-    /// What does not fit the new schema, a line each. Places are those in the text that
+    /// Elements that do not fit the new schema, a line each. Places are those in the text that
     /// [`graph_json::write`] makes of the graph.
     pub findings: Vec<String>,
     /// The graph with the new schema. `None` if an element does not fit: nothing is left out.
@@ -26,7 +26,7 @@ pub fn migrate(before: &Snapshot, schema: &Arc<Schema>, writer: u64) -> Migratio
     add_units(&mut document, before.schema());
     let mut sources = SourceMap::new();
     let source = sources.add("graph", graph_json::write(&document));
-    // Only what was read knows its places.
+    // Places are known only for a text that was read.
     let (read, mut found) = graph_json::read(&sources, source);
     let document = read.unwrap_or(document);
     found.extend(check(&document, schema, &sources, source));

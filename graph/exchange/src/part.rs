@@ -44,9 +44,9 @@ pub fn domains(schema: &Schema) -> BTreeSet<&str> {
 }
 
 impl Document {
-    /// The part of a domain: nodes and edges whose type it declares, and all that is at the ends of
-    /// these edges. What no domain declares belongs to that of the schema itself, so that the parts
-    /// of all domains [joined](Self::join) are the graph.
+    /// The part of a domain: nodes and edges whose type it declares, and the nodes at the ends of
+    /// these edges. Types that no domain declares belong to that of the schema itself, so that the
+    /// parts of all domains [joined](Self::join) are the graph.
     #[must_use]
     pub fn part(&self, schema: &Schema, domain: &str) -> Self {
         let own = schema.name.as_str();
@@ -82,9 +82,9 @@ impl Document {
         }
     }
 
-    /// Adds another graph. What both have stays once. Elements are in the order of ids then. `schemas`
-    /// are that of this graph and that of the other one: two files of one name, in two folders, may
-    /// declare different types, and two names may stand for one content.
+    /// Adds another graph. Common elements stay once. Elements are in the order of ids then.
+    /// `schemas` are that of this graph and that of the other one: two files of one name, in two
+    /// folders, may declare different types, and two names may denote one content.
     ///
     /// # Errors
     /// The graphs have an element of the same id that is not equal, or both name a schema and these

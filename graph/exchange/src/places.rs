@@ -3,9 +3,9 @@
 use rc_diagnostics::{SourceId, Span};
 use std::collections::HashMap;
 
-/// How deep values are looked at. The text of a member that nobody knows may nest deeper.
+/// How deep values are scanned. The text of an unknown member may nest deeper.
 const DEEPEST: usize = 128;
-/// The longest path that is kept, in bytes. What lies deeper has the place of what holds it.
+/// The longest path that is kept, in bytes. Deeper values have the place of their container.
 const LONGEST: usize = 1024;
 
 /// Separates the names in a path.
@@ -77,7 +77,7 @@ impl Scanner<'_> {
         String::from_utf8_lossy(&self.text[start.min(end)..end]).into_owned()
     }
 
-    /// Scans a value, and keeps its place if it `is_kept`. It stops at a value that lies too deep.
+    /// Scans a value, and keeps its place if it `is_kept`. It stops at a value that is too deep.
     fn value(&mut self, path: &mut String, depth: usize, is_kept: bool) {
         if depth > DEEPEST {
             self.at = self.text.len();
@@ -133,7 +133,7 @@ impl Scanner<'_> {
                     }
                     self.at += 1;
                 }
-                // Nothing was read: the text is not valid after all.
+                // Nothing was read: the text is not valid.
                 self.at = self.at.max(start + 1);
             }
         }

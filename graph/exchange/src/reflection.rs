@@ -1,4 +1,4 @@
-//! Types and domains as nodes: what the elements of a graph are can be asked as the graph is.
+//! Types and domains as nodes, so that queries can ask for the types of elements.
 
 use crate::document::{Document, Edge, Node};
 use graph_schema::{Attribute, Entity, Kind, Port, Relation, Schema};
@@ -14,10 +14,10 @@ const INSTANCE_OF: &str = "instance_of";
 const IS_A: &str = "is_a";
 
 impl Document {
-    /// The graph with the types and domains of its schema as nodes `Type` and `Domain`, and the schema
-    /// of all this. `instance_of` leads from each node and each edge to its type, and from there to the
-    /// domain; `is_a` leads from a type to what it inherits from. `None` if the schema has one of
-    /// these four names: then they mean something else.
+    /// The graph with the types and domains of its schema as nodes `Type` and `Domain`, and the
+    /// schema of all this. `instance_of` leads from each node and each edge to its type, and from
+    /// there to the domain; `is_a` leads from a type to its parent. `None` if the schema has one of
+    /// these four names with another meaning.
     pub fn reflected(&self, schema: &Schema) -> Option<(Self, Schema)> {
         let is_free =
             |name: &&str| schema.entity(name).is_none() && schema.relation(name).is_none();
@@ -79,7 +79,7 @@ impl Reflection<'_> {
         (id, true)
     }
 
-    /// The node of a type, with those of its domain and of what it inherits from.
+    /// The node of a type, with those of its domain and its ancestors.
     fn kind(&mut self, name: &str) -> Id {
         let schema = self.schema;
         let mut below: Option<Id> = None;

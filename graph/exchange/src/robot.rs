@@ -6,7 +6,7 @@ use rc_quantity::Transform;
 use rc_quantity::rotation::{EulerOrder, IDENTITY};
 use rc_robot::{Body, Motion, Robot};
 
-/// Where a joint at 0 leaves the link behind it.
+/// Where a joint at 0 leaves its successor.
 const STILL: Transform = Transform {
     rotation: IDENTITY,
     translation: [0.0; 3],
@@ -74,8 +74,8 @@ fn masses(body: &Body) -> Vec<Attribute> {
 }
 
 /// The graph of a robot whose joints are at 0: for each link a body that is fixed in a frame, for
-/// each joint a frame in that of the link before it, which has the frame of the link behind it. A
-/// mimic joint becomes a joint of its own; the graph does not keep which joint it follows.
+/// each joint a frame in that of its predecessor, which has the frame of its successor. A mimic
+/// joint becomes a joint of its own; the graph does not keep which joint it follows.
 pub fn document(robot: &Robot) -> Document {
     let mut maker = Maker {
         made: Document {

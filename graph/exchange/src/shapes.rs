@@ -1,9 +1,9 @@
 //! A schema as shapes of SHACL, for the RDF that `turtle` writes.
 //!
-//! Types, ports, numbers of edges, types and ranges of values are core constraints; keys, circles in trees,
-//! rules and unknown attributes are queries of SHACL-SPARQL. What SHACL cannot say, the shapes leave out: that
-//! the numbers of a data prototype are a rotation, and the faults of a file that no graph has, such as two
-//! elements with one id.
+//! Types, ports, numbers of edges, types and ranges of values are core constraints; keys, cycles in
+//! trees, rules and unknown attributes are queries of SHACL-SPARQL. The shapes leave out what SHACL
+//! cannot express: that the numbers of a data prototype are a rotation, and errors of a file that
+//! no graph has, such as two elements with one id.
 
 use crate::turtle::{PREFIXES, class, member, own, quoted};
 use graph_schema::{Attribute, Entity, Kind, Port, Relation, Schema};
@@ -29,7 +29,7 @@ struct Shapes<'s> {
     schema: &'s Schema,
 }
 
-/// A constraint as a query, whose rows are what is wrong.
+/// A constraint as a query, whose rows are the violations.
 fn sparql(message: &str, query: &str) -> String {
     let message = quoted(message);
     format!("    sh:sparql [ sh:message {message} ; sh:select \"\"\"{query}\"\"\" ] ;\n")
@@ -39,7 +39,7 @@ const TYPE: &str = "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>";
 const CELLS: &str = "[ sh:zeroOrMorePath rdf:rest ]";
 
 impl Shapes<'_> {
-    /// All types are known, in a strict domain; and what is at the end of an edge is there.
+    /// All types are known, in a strict domain; and the ends of edges exist.
     fn common(&self) -> String {
         let entities = self.schema.entities.iter().map(|entity| &entity.name);
         let relations = self.schema.relations.iter().map(|relation| &relation.name);
@@ -250,7 +250,7 @@ impl Shapes<'_> {
     }
 }
 
-/// What the values of an attribute are.
+/// The values that an attribute may have.
 fn fits(attribute: &Attribute) -> String {
     let range = attribute.range.map_or_else(String::new, |(least, most)| {
         let side = |what: &str, number: f64| {

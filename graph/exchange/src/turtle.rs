@@ -148,7 +148,7 @@ pub fn write(document: &Document, schema: &Schema) -> String {
     out
 }
 
-/// What a type inherits from. A type of edges is one of [`Schema::relations`].
+/// The parent of a type. A type of edges is one of [`Schema::relations`].
 fn ancestry(schema: &Schema, kind: &str) -> String {
     let mut out = String::new();
     let all: Vec<&str> = schema.ancestry(kind).collect();

@@ -17,7 +17,7 @@ pub struct File {
 pub struct Domain {
     /// The name.
     pub name: Name,
-    /// Whether types may be used that are not declared.
+    /// Whether undeclared types are allowed.
     pub open: bool,
     /// Declarations, in the order of the file.
     pub items: Vec<Item>,
@@ -47,7 +47,7 @@ pub struct Entity {
     pub doc: Vec<String>,
     /// Attributes.
     pub members: Vec<Member>,
-    /// The types behind `composed_by`.
+    /// The types after `composed_by`.
     pub parts: Vec<Name>,
 }
 
@@ -107,7 +107,7 @@ pub enum Type {
 pub struct Flag {
     /// Location of the flag.
     pub span: Span,
-    /// What it says.
+    /// Its content.
     pub kind: FlagKind,
 }
 
@@ -152,7 +152,7 @@ pub struct Require {
     pub right: (Name, Name),
     /// The relation.
     pub relation: Name,
-    /// What a violation means.
+    /// The message for a violation.
     pub message: Name,
 }
 

@@ -35,7 +35,7 @@ dproto pose :: geometry
 
 /// The prototypes that attributes may have.
 pub(crate) struct Blocks<'l> {
-    /// `None` if the files have errors: then nothing is said about what they declare.
+    /// `None` if the files have errors: then their declarations are not checked.
     library: Option<&'l Library>,
     /// The plans from one prototype to another one.
     plans: HashMap<(String, String), Result<Program, (&'static str, String)>>,
@@ -104,7 +104,7 @@ impl<'l> Blocks<'l> {
                     made.pose = Self::pose(library, &name.text);
                 }
             }
-            // What is wrong with a prototype is a finding of its file.
+            // An error in a prototype is a finding of its file.
             Err(Refusal::Unknown(_)) => {}
             Err(refusal) => error(refusal.to_string()),
         }
@@ -120,8 +120,7 @@ impl<'l> Blocks<'l> {
         Some(plan.program)
     }
 
-    /// The formula from one prototype to another one, or the code of a finding and why there is
-    /// none.
+    /// The formula from one prototype to another one, or the code of a finding and the reason.
     fn plan(
         &mut self,
         library: &Library,
@@ -139,7 +138,7 @@ impl<'l> Blocks<'l> {
         };
         let wrong = |refusal: &Refusal| (refusal.code(), refusal.to_string());
         let made = plan.map_err(|refusal| wrong(&refusal)).and_then(|plan| {
-            // A reader of one attribute would not get what was set as the other one.
+            // A reader of one attribute would not get the value that was set as the other one.
             match plan.lost.iter().find(|loss| !loss.is_bounded()) {
                 Some(loss) => Err(("conversion-loses", loss.to_string())),
                 None => Ok(plan.program),
@@ -166,7 +165,7 @@ impl<'l> Blocks<'l> {
                 continue;
             }
             let same = same.get(&attributes[head].name);
-            // That there are too many is a finding already.
+            // Their number is a finding already.
             let Some(same) = same.filter(|same| (2..=MOST).contains(&same.len())) else {
                 continue;
             };
@@ -276,7 +275,7 @@ impl Resolver<'_> {
             }
             let wrong = members.iter().filter_map(|member| {
                 let of = member.consistent_with()?;
-                // That it is no block is a finding already.
+                // An invalid block is a finding already.
                 block(named.get(&*member.name.text)?)?;
                 let Some(other) = named.get(&*of.text) else {
                     let message = format!("`{name}` has no attribute `{}`", of.text);

@@ -13,12 +13,12 @@ pub(crate) const TYPES: [&str; 8] = [
     "bool", "int", "long", "float", "double", "string", "bytes", "pose",
 ];
 
-/// Whether a name stands for a type of attributes.
+/// Whether a name is a type of attributes.
 pub(crate) fn is_reserved(name: &str) -> bool {
     TYPES.contains(&name) || ["dproto", "topic"].contains(&name)
 }
 
-/// The type of an attribute. `None` if the member is no attribute.
+/// The type of an attribute. `None` if the member is not an attribute.
 pub(crate) fn kind(member: &Member, blocks: &Blocks<'_>, found: &mut Diagnostics) -> Option<Kind> {
     let (name, array) = match &member.kind {
         Type::Block(name) => return Some(blocks.block(name, found)),

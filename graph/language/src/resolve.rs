@@ -10,8 +10,8 @@ use rc_syntax::{Loader, Name};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Loads the schema that the file `from` names as `wanted`: beside it, where the loader looks, or a domain
-/// that comes with this crate. `None` if it has errors.
+/// Loads the schema that the file `from` names as `wanted`: in its folder, where the loader looks,
+/// or a domain that comes with this crate. `None` if it has errors.
 pub fn import(
     sources: &mut SourceMap,
     loader: &dyn Loader,
@@ -339,7 +339,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// What the entities are composed by. The relation `composed_by` leads to the parts.
+    /// The parts that compose the entities. The relation `composed_by` leads to them.
     fn parts(&mut self, domain: &ast::Domain) {
         for item in &domain.items {
             let Item::Entity(entity) = item else { continue };
@@ -380,7 +380,7 @@ impl Resolver<'_> {
         let own = self.schema.entities.iter_mut();
         for own in own.filter(|own| own.name == whole.text) {
             if own.parts.contains(&part.text) {
-                let message = format!("`{}` is there twice", part.text);
+                let message = format!("`{}` occurs twice", part.text);
                 let diagnostic = Diagnostic::error("duplicate-member", part.span, message);
                 self.found.push(diagnostic);
             } else {
@@ -407,7 +407,8 @@ impl Resolver<'_> {
         false
     }
 
-    /// What the edges are to others, with the attributes of this entity before their own ones.
+    /// The entities that edges are to other edges, with the attributes of the entity before their
+    /// own ones.
     fn promotes(&mut self, made: &mut Relation, relation: &ast::Relation) {
         let [first, others @ ..] = relation.promotes.as_slice() else {
             return;

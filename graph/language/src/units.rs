@@ -5,7 +5,7 @@ use crate::resolve::Resolver;
 use graph_schema::{Kind, PoseOf, Rule, compared_units, is_same_unit};
 use rc_diagnostics::{Diagnostic, Span};
 
-/// Whether numbers in one unit are numbers in the other one. Units that nobody has said fit.
+/// Whether numbers in one unit are numbers in the other one. Unknown units fit any.
 fn are_equal(one: Option<&str>, other: Option<&str>) -> bool {
     let pair = one.zip(other);
     pair.is_none_or(|(one, other)| is_same_unit(one, other))

@@ -1,4 +1,5 @@
-//! What no replica sends, and how much one may send: a delta beyond that is refused whole.
+//! Limits that every replica keeps, and limits of a delta: a delta beyond them is refused as a
+//! whole.
 
 use crate::error::Error;
 use crate::limits::{
@@ -53,8 +54,8 @@ impl Replica {
         Ok(())
     }
 
-    /// Whether the replica takes a change whole: new elements of these types, and these attributes. It
-    /// makes nothing that no other replica would take.
+    /// Whether the replica accepts a change as a whole: new elements of these types, and these
+    /// attributes. It makes nothing that other replicas would refuse.
     ///
     /// # Errors
     /// No type or attribute has one of the names, no graph holds one of the values, or the replica
@@ -156,7 +157,7 @@ impl Replica {
             }
             Record::Removed { .. } => {}
         }
-        // Nobody else knows better what this replica has changed.
+        // The replica itself is the authority on its own changes.
         if stamp.writer == self.writer() && self.contradicts(record) {
             return Err(Error::SameWriter(stamp.writer));
         }

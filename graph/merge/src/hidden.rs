@@ -1,4 +1,5 @@
-//! What stays out of a view, kept from one message to the next: most messages change nothing of it.
+//! The elements that are hidden in a view, kept from one message to the next, because most messages
+//! do not change them.
 
 use crate::replica::Replica;
 use crate::sound::{is_edge, is_node};
@@ -7,11 +8,11 @@ use graph_schema::Schema;
 use property_graph::{Element, Id, Snapshot};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// The conflicts of a view, and what a change does to them.
+/// The conflicts of a view, and the effect of a change on them.
 ///
-/// What is shown together is allowed together, in whatever order it was made. So something new that fits
-/// to all that is shown changes no decision, and a removal or a key that is free changes those about
-/// elements of the same type alone.
+/// Elements that are shown together are allowed together, in whatever order they were made. So a
+/// new element that fits to all shown ones changes no decision, and a removal or a key that becomes
+/// free changes only those about elements of the same type.
 #[derive(Clone, Debug, Default)]
 pub struct Hidden {
     conflicts: BTreeMap<Id, Reason>,
@@ -22,7 +23,7 @@ pub struct Hidden {
 }
 
 impl Hidden {
-    /// What stays out of a view.
+    /// The hidden elements of a view.
     pub fn of(view: &View, replica: &Replica) -> Self {
         let mut hidden = Self::default();
         for conflict in &view.conflicts {
@@ -73,7 +74,8 @@ impl Hidden {
             let known = self.conflicts.get(id);
             match (replica.has(*id), graph.find(*id)) {
                 (false, before) => {
-                    // An edge that is left there has lost its end. A loser that goes is decided anew.
+                    // An edge that is left there has lost its end. A loser that is removed is
+                    // decided again.
                     let is_loser = known.is_some_and(|reason| *reason != Reason::EndRemoved);
                     if is_loser || replica.is_end(*id) || self.frees(schema, graph, before) {
                         return None;
@@ -95,9 +97,9 @@ impl Hidden {
                         [touched, &shown, &dangling],
                         *id,
                     )? {
-                        Comes::Shown => {}
-                        Comes::Waits => continue,
-                        Comes::Dangles => {
+                        Arrival::Shown => {}
+                        Arrival::Waits => continue,
+                        Arrival::Dangles => {
                             dangling.insert(*id);
                             continue;
                         }
@@ -160,7 +162,7 @@ impl Hidden {
         keys.all(|key| graph.get(before, key.name.as_str()) == now.attributes.get(&key.name))
     }
 
-    /// What becomes of a new element. `None` if others wait for it, or if it may take a key.
+    /// The state of a new element. `None` if others wait for it, or if it may take a key.
     fn comes(
         &self,
         replica: &Replica,
@@ -168,7 +170,7 @@ impl Hidden {
         graph: &Snapshot,
         [touched, shown, dangling]: [&BTreeSet<Id>; 3],
         id: Id,
-    ) -> Option<Comes> {
+    ) -> Option<Arrival> {
         let now = replica.element(schema, id)?;
         if replica.edges_at(id).any(|edge| !touched.contains(&edge)) {
             return None;
@@ -176,7 +178,7 @@ impl Hidden {
         let Some((from, to)) = now.ends else {
             let is_free = self.keys == 0 || !has_keys(schema, now.kind);
             let is_sound = is_free && is_node(schema, now.kind, &now.attributes);
-            return is_sound.then_some(Comes::Shown);
+            return is_sound.then_some(Arrival::Shown);
         };
         // An edge that is decided later may dangle, or be shown.
         let is_later =
@@ -187,7 +189,7 @@ impl Hidden {
             replica.is_removed(end) || before || dangling.contains(&end)
         };
         if [from, to].into_iter().any(dangles) {
-            return Some(Comes::Dangles);
+            return Some(Arrival::Dangles);
         }
         if [from, to]
             .into_iter()
@@ -196,7 +198,7 @@ impl Hidden {
             return None;
         }
         if ![from, to].into_iter().all(is_known) {
-            return Some(Comes::Waits);
+            return Some(Arrival::Waits);
         }
         let ends = [from, to].map(|end| replica.kind_of(end).unwrap_or_default());
         // One that loses already may lose by another rule now.
@@ -205,7 +207,7 @@ impl Hidden {
         {
             return None;
         }
-        is_edge(schema, now.kind, &now.attributes, ends).then_some(Comes::Shown)
+        is_edge(schema, now.kind, &now.attributes, ends).then_some(Arrival::Shown)
     }
 
     /// Whether an edge that loses against others starts or ends at one of these.
@@ -215,8 +217,8 @@ impl Hidden {
     }
 }
 
-/// What becomes of a new element.
-enum Comes {
+/// The state of a new element.
+enum Arrival {
     Shown,
     /// One of its ends is not shown.
     Waits,

@@ -1,10 +1,10 @@
 //! Replicas of a property graph, which converge whatever the network loses, repeats or reorders.
 //!
-//! A [`Replica`] is changed without asking anybody, and gives others [`Delta`]s. Each attribute is
-//! a register whose latest [`Stamp`] wins. An element is removed by a tombstone, which is forgotten
-//! when all known replicas have seen it; a replica that lacks it nevertheless gets the whole graph.
-//! [`Replica::view`] repairs what two replicas did against each other, in the same way everywhere:
-//! what loses is listed as a conflict, and stays. A running graph takes a view over by
+//! A [`Replica`] is changed independently of others, and exchanges [`Delta`]s with them. Each
+//! attribute is a register whose latest [`Stamp`] wins. An element is removed by a tombstone, which
+//! is dropped when all known replicas have seen it; a replica that lacks it nevertheless gets the
+//! whole graph. [`Replica::view`] resolves contradictory changes of two replicas in the same way
+//! everywhere: losers are kept and listed as conflicts. A running graph takes over a view by
 //! [`property_graph::Graph::adopt`].
 
 mod bounds;

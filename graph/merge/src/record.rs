@@ -85,7 +85,7 @@ impl Record {
 pub struct Delta {
     /// The writer of the replica that sends it.
     pub sender: u64,
-    /// What the sender has seen.
+    /// The changes that the sender has seen.
     pub seen: Vector,
     /// The changes are all those after these…
     pub since: Vector,

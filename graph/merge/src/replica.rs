@@ -1,4 +1,4 @@
-//! One replica: its elements, what it has seen, and what others have seen.
+//! One replica: its elements, the changes that it has seen, and those that others have seen.
 
 use crate::error::Error;
 use crate::hash::range_of;
@@ -10,10 +10,11 @@ use std::hash::{BuildHasher, RandomState};
 
 mod tombstones;
 
-/// How many removals a replica remembers at most. It forgets the others, whoever lacks them.
+/// How many removals a replica remembers at most. It drops the others, even if some replica lacks
+/// them.
 pub const MOST_TOMBSTONES: usize = 1 << 14;
 
-/// What an element is made of.
+/// The content of an element.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Made {
     Node(String),
@@ -29,7 +30,7 @@ pub(crate) struct Element {
     pub(crate) attributes: BTreeMap<String, (Stamp, Option<Value>)>,
 }
 
-/// A number of a writer that no other one has, made by nobody's hand.
+/// A number of a writer that no other one has, generated at random.
 pub fn unique_writer() -> u64 {
     RandomState::new().hash_one(std::process::id())
 }
@@ -41,7 +42,7 @@ pub struct Replica {
     count: u64,
     most_tombstones: usize,
     pub(crate) most_elements: usize,
-    /// Whether it has made a change. Before, it may take back what an earlier run has changed.
+    /// Whether it has made a change. Before that, it may undo changes of an earlier run.
     pub(crate) has_changed: bool,
     /// The changes that this replica makes, while they are recorded.
     made: Option<Vec<Record>>,
@@ -50,19 +51,19 @@ pub struct Replica {
     pub(crate) edges: BTreeMap<Id, BTreeSet<Id>>,
     /// Elements that are removed and not forgotten, by writer and sequence of the first removal.
     tombstones: BTreeMap<u64, BTreeSet<(u64, Id)>>,
-    /// Elements whose making is not known, and removed ones, that `seen` does not cover.
+    /// Elements whose creation is not known, and removed ones, that `seen` does not cover.
     early: BTreeSet<Id>,
-    /// Elements that another replica knows to be removed, and `seen` does not cover: they are taken
-    /// from nobody.
+    /// Elements that another replica knows to be removed, and `seen` does not cover: they are
+    /// accepted from no replica.
     gone: BTreeSet<Id>,
     seen: Vector,
     /// Up to which change of each writer removals are forgotten. A replica that has seen less gets
     /// the whole graph; it then removes each of its elements that the graph lacks.
     forgotten: Vector,
-    /// What other replicas have seen, as far as they told.
+    /// The changes that other replicas have seen, as far as they reported them.
     pub(crate) others: BTreeMap<u64, Vector>,
-    /// How many changes the replicas for which this one waits no longer had seen then. What a replica has
-    /// seen only grows, so a message with no more is an earlier one.
+    /// How many changes the forgotten replicas had seen. This only grows, so a message with no more
+    /// is an earlier one.
     left: BTreeMap<u64, u128>,
 }
 
@@ -90,15 +91,15 @@ impl Replica {
         }
     }
 
-    /// The same replica, which remembers at most this many removals.
+    /// Sets the number of removals that it remembers at most.
     #[must_use]
     pub fn with_most_tombstones(mut self, most: usize) -> Self {
         self.most_tombstones = most;
         self
     }
 
-    /// The same replica, which takes no change that makes it keep more elements, removed ones and those that
-    /// are not known yet among them.
+    /// Sets the number of elements that it keeps at most, with removed ones and those that are not
+    /// known yet.
     #[must_use]
     pub fn with_most_elements(mut self, most: usize) -> Self {
         self.most_elements = most;
@@ -257,7 +258,7 @@ impl Replica {
                 let edges: Vec<Id> = edges.filter(|edge| self.has(*edge)).collect();
                 all.extend(edges.into_iter().filter(|edge| seen.insert(*edge)));
             }
-            // Edges before what is at their ends.
+            // Edges before the elements at their ends.
             for of in all.into_iter().rev() {
                 let stamp = self.stamp()?;
                 self.put(&Record::Removed { stamp, of }, true);
@@ -366,7 +367,7 @@ impl Replica {
         }
     }
 
-    /// Notes what an element is. Of two with one stamp, all replicas keep the same.
+    /// Notes the content of an element. Of two with one stamp, all replicas keep the same one.
     fn make(&mut self, id: Id, stamp: Stamp, made: Made) {
         let known = self.elements.get(&id).and_then(|e| e.made.clone());
         if known.as_ref().is_some_and(|(_, known)| *known <= made) {
@@ -523,7 +524,7 @@ impl Replica {
         }
     }
 
-    /// Drops what `seen` decides by now, and what is too much to wait with.
+    /// Drops entries that `seen` decides by now, and those beyond the limit.
     fn settle(&mut self) {
         let seen = &self.seen;
         self.gone.retain(|id| !covers(seen, *id));
@@ -566,7 +567,7 @@ impl Replica {
         }
     }
 
-    /// How many elements are kept, removed ones and those that are not known yet among them.
+    /// How many elements are kept, with removed ones and those that are not known yet.
     pub fn kept(&self) -> usize {
         self.elements.len()
     }

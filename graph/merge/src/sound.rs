@@ -1,5 +1,5 @@
-//! Whether a schema allows an element by itself, whatever else there is. No replica makes another one,
-//! but a damaged message may, or a hostile one.
+//! Whether a schema allows an element by itself, without regard to others. Replicas make no other
+//! elements, but a damaged or hostile message may contain some.
 
 use graph_schema::{Attribute, Kind, PoseOf, Schema};
 use property_graph::{MOST_BYTES, Value, fits};
@@ -76,7 +76,7 @@ fn has_pose(schema: &Schema, kind: &str, attributes: &BTreeMap<String, Value>) -
     let has = |name: &str, count: usize| {
         let attribute = declared(schema, kind, name);
         let Some(value) = attributes.get(name) else {
-            // It may be there in another representation.
+            // It may exist in another representation.
             let all = schema.attributes(kind).into_iter().flatten();
             let mut group =
                 all.filter(|other| attribute.is_some_and(|own| own.value_of() == other.value_of()));

@@ -1,4 +1,4 @@
-//! What a replica shows: a graph that its schema allows, and what had to stay out of it.
+//! The view of a replica: a graph that its schema allows, and the elements that are hidden.
 
 use crate::record::Stamp;
 use crate::replica::{Element, Made, Replica};
@@ -22,7 +22,7 @@ pub enum Reason {
     /// The edge was added while another replica removed one of its ends, or is at such an edge. It is
     /// never shown again: [`Replica::remove`] takes it away, everywhere.
     EndRemoved,
-    /// The schema does not allow the element, whatever else there is: no sound replica made it.
+    /// The schema never allows the element, so no correct replica made it.
     Schema,
 }
 
@@ -47,7 +47,7 @@ pub struct View {
     pub nodes: BTreeMap<Id, NodeOf>,
     /// Edges.
     pub edges: BTreeMap<Id, EdgeOf>,
-    /// What is not shown. It is kept, and shown again as soon as nothing is against it.
+    /// A hidden element. It is kept, and shown again as soon as it is allowed.
     pub conflicts: Vec<Conflict>,
 }
 
@@ -64,7 +64,7 @@ pub struct Shown<'r> {
 }
 
 impl Replica {
-    /// An element, whatever is against it. `None` if it was removed, or is not known yet.
+    /// An element, hidden or not. `None` if it was removed, or is not known yet.
     pub fn element(&self, schema: &Schema, id: Id) -> Option<Shown<'_>> {
         let element = self.elements.get(&id).filter(|e| e.removed.is_none())?;
         let (kind, ends) = match &element.made.as_ref()?.1 {
@@ -206,8 +206,9 @@ impl Replica {
     }
 }
 
-/// The order in which edges are decided, of those that are sorted already: first those between nodes,
-/// then those at these, and so on. So a later edge at an edge wins against an earlier one at another edge.
+/// The order in which edges are decided, of those that are sorted already: first those between
+/// nodes, then those at these, and so on. So a later edge at an edge wins against an earlier one at
+/// another edge.
 fn by_level(edges: &[(Option<Id>, [Id; 2])], is_node: impl Fn(Id) -> bool) -> Vec<usize> {
     let (mut order, _) = in_order(edges, is_node);
     let mut levels: HashMap<Id, usize> = HashMap::new();

@@ -35,8 +35,9 @@ pub(crate) struct Match {
 }
 
 impl Match {
-    /// Makes a condition of each attribute of the pattern that depends on a variable: a pattern may be
-    /// found in an order in which the variable has no value yet, a condition waits for it.
+    /// Turns each attribute of the pattern that depends on a variable into a condition: the order
+    /// of matching may reach the pattern before the variable has a value, and a condition waits for
+    /// it.
     pub(crate) fn free_properties(&mut self) {
         let mut parts = Vec::new();
         let mut free = |variable: usize, properties: &mut Vec<(Property, Expr)>| {
@@ -94,7 +95,7 @@ pub(crate) struct EdgePattern {
     /// No type is any type.
     pub(crate) types: Vec<Name>,
     pub(crate) properties: Vec<(Property, Expr)>,
-    /// The least and the greatest number of edges. `None` is one edge, which is no list.
+    /// The least and the greatest number of edges. `None` is one edge, which is not a list.
     pub(crate) length: Option<(usize, usize)>,
 }
 
@@ -169,7 +170,7 @@ pub(crate) enum Function {
 pub(crate) struct InUnit {
     pub(crate) of: Expr,
     pub(crate) unit: Name,
-    /// How it is converted, which the check sets.
+    /// Its conversion, which the check sets.
     pub(crate) factor: Option<Factor>,
 }
 

@@ -1,14 +1,14 @@
-//! What a query may do, and why one does not end.
+//! Limits of a query, and the reasons why one ends early.
 
 use crate::cell::Cell;
 use thiserror::Error;
 
-/// How many cells a list holds at most that an expression makes, with those of lists in it.
+/// How many cells a computed list holds at most, with those of lists in it.
 pub(crate) const LONGEST_LIST: usize = 1 << 16;
 /// The longest text that an expression makes, in bytes.
 pub(crate) const LONGEST_TEXT: usize = 1 << 20;
 
-/// How many bytes the values hold at most that a query computes, in all its rows.
+/// The limit in bytes for the values that a query computes, in all its rows.
 const MOST_BYTES: usize = 256 << 20;
 
 /// An error as it travels: each value is a result on its way, and an error is larger than a value.
@@ -60,7 +60,7 @@ pub enum Error {
     Argument {
         /// The parameter.
         parameter: String,
-        /// What its type accepts.
+        /// The values that its type accepts.
         expected: String,
         /// The value.
         found: String,
@@ -77,7 +77,7 @@ pub enum Error {
     },
 }
 
-/// How much a query may do.
+/// The limits of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Steps that are left.
@@ -123,13 +123,13 @@ impl Budget {
         Ok(())
     }
 
-    /// Counts what a computed value holds.
+    /// Counts the memory of a computed value.
     pub(crate) fn hold(&mut self, cell: Cell) -> Result<Cell> {
         self.take(cell.bytes())?;
         Ok(cell)
     }
 
-    /// Counts so many cells that are kept until the end, without what they hold.
+    /// Counts cells that are kept until the end, without their contents.
     pub(crate) fn keep(&mut self, cells: usize) -> Result<()> {
         self.take(cells * size_of::<Cell>())
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// A value in a row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Nothing, or not known.
+    /// Null: nothing, or unknown.
     Null,
     /// A truth value.
     Bool(bool),
@@ -101,7 +101,7 @@ impl Cell {
         }
     }
 
-    /// Whether two values are equal. `None` is not known.
+    /// Whether two values are equal. `None` if unknown.
     pub fn equals(&self, other: &Self) -> Option<bool> {
         match (self, other) {
             (Self::Null, _) | (_, Self::Null) => None,
@@ -127,7 +127,7 @@ impl Cell {
         }
     }
 
-    /// The order of two values of one kind. `None` is not known.
+    /// The order of two values of one kind. `None` if unknown.
     pub(crate) fn compared(&self, other: &Self) -> Option<Ordering> {
         match (self, other) {
             (Self::Int(a), Self::Int(b)) => Some(a.cmp(b)),

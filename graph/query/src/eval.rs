@@ -7,14 +7,14 @@ use property_graph::schema::Factor;
 use property_graph::{Id, NodeId, Snapshot, Symbol};
 use std::cmp::Ordering;
 
-/// What expressions are evaluated in.
+/// The context of expressions.
 pub(crate) struct Scope<'a> {
     pub(crate) graph: &'a Snapshot,
     /// The values of the parameters in the query, as far as they have some.
     pub(crate) parameters: Vec<Option<&'a Cell>>,
     /// The names of attributes in the query, as far as the graph knows them.
     pub(crate) symbols: Vec<Option<Symbol>>,
-    /// How many steps functions may take that walk over the graph.
+    /// How many steps functions that walk over the graph may take.
     pub(crate) walk: std::cell::Cell<u64>,
 }
 
@@ -123,7 +123,7 @@ impl Scope<'_> {
         }
     }
 
-    /// The domain that declares a type. What none declares belongs to that of the schema.
+    /// The domain that declares a type. A type that none declares belongs to that of the schema.
     fn domain(&self, kind: &str) -> Cell {
         let schema = self.graph.schema();
         match schema.domain(kind) {
@@ -175,7 +175,7 @@ impl Scope<'_> {
         let is_nan = |side: &Cell| side.number().is_some_and(f64::is_nan);
         let both = left.number().is_some() && right.number().is_some();
         let ordered = |wanted: fn(Ordering) -> bool| {
-            // What is no number is neither less nor greater than a number.
+            // NaN is neither less nor greater than a number.
             if both && (is_nan(&left) || is_nan(&right)) {
                 return Cell::Bool(false);
             }

@@ -1,4 +1,4 @@
-//! Groups of rows, and what is counted and summed of each.
+//! Groups of rows, and their aggregates.
 
 use crate::ast::{Aggregate, Expr, InUnit, Item};
 use crate::budget::{Budget, Error, Result};
@@ -35,10 +35,10 @@ impl PartialEq for Key {
 
 impl Eq for Key {}
 
-/// What one aggregate has seen.
+/// The state of one aggregate.
 #[derive(Clone, Default)]
 struct Seen {
-    /// How many values there were, without those that are nothing.
+    /// How many values there were, without nulls.
     count: i64,
     /// The sum, while all values are integers.
     whole: Option<i64>,
@@ -146,7 +146,7 @@ impl<'p> Groups<'p> {
         }
     }
 
-    /// Whether equal rows may be added at once: nothing lists them one by one.
+    /// Whether equal rows may be added at once: they are not listed one by one.
     pub(crate) fn is_weighted(&self) -> bool {
         let mut counted = self.counted.iter();
         counted.all(|counted| counted.what != Aggregate::Collect)
@@ -206,7 +206,7 @@ impl<'p> Groups<'p> {
             };
             budget.step()?;
             let cell = scope.eval(value, row)?;
-            // Nothing is not counted.
+            // Nulls are not counted.
             if matches!(cell, Cell::Null) {
                 continue;
             }
@@ -229,7 +229,7 @@ impl<'p> Groups<'p> {
     /// The values of the items of each group.
     pub(crate) fn rows(mut self, scope: &Scope<'_>, budget: &mut Budget) -> Result<Vec<Vec<Cell>>> {
         if self.all.is_empty() && !self.has_keys {
-            // Nothing counts to one row of zeros.
+            // No rows count as one row of zeros.
             self.keys.0.clear();
             self.group(&[], budget)?;
         }

@@ -68,7 +68,7 @@ pub struct Query {
     units: Vec<Option<String>>,
 }
 
-/// What a query has found.
+/// The result of a query.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
     /// Names of the columns.
@@ -81,7 +81,7 @@ pub struct Rows {
 
 impl Query {
     /// Reads a text, and compares it with the schema. `None` if it cannot be read, or if a strict
-    /// schema does not have what it names.
+    /// schema lacks a name in it.
     pub fn prepare(
         sources: &SourceMap,
         source: SourceId,

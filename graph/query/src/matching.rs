@@ -9,7 +9,8 @@ use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
-/// What takes the rows, one after the other, each with the number of equal ones for which it stands.
+/// The receiver of the rows, one after the other, each with the number of equal ones that it
+/// represents.
 pub(crate) type Sink<'f> = &'f mut dyn FnMut(&mut [Cell], u32, &mut Budget) -> Result<()>;
 
 /// Walks through a pattern.
@@ -24,13 +25,13 @@ struct Matcher<'a, 'f, 'p> {
     /// there, and their places in the list.
     ends: Vec<(NodeId, u32)>,
     places: HashMap<NodeId, usize, BuildHasherDefault<Quick>>,
-    /// How many equal rows the present one stands for.
+    /// How many equal rows the present one represents.
     weight: u32,
     is_found: bool,
     sink: Sink<'f>,
 }
 
-/// Hashes nodes of a graph, whose numbers nobody chooses.
+/// Hashes nodes of a graph. Their numbers cannot be chosen by an attacker.
 #[derive(Default)]
 struct Quick(u64);
 
@@ -69,7 +70,7 @@ pub(crate) fn rows<'p>(
     budget: &mut Budget,
     sink: Sink<'_>,
 ) -> Result<bool> {
-    // Nothing is found at what an optional pattern has not found.
+    // No match starts at a node that an optional pattern has not found.
     let mut earlier = pattern.earlier.iter();
     if earlier.any(|variable| row[*variable] == Cell::Null) {
         return Ok(false);

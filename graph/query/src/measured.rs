@@ -4,7 +4,7 @@ use crate::ast::{Expr, InUnit, Name};
 use property_graph::schema::conversion;
 use rc_diagnostics::{Span, foreign};
 
-/// What is known of the numbers of an expression.
+/// The known unit of an expression's numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     pub(crate) unit: String,

@@ -58,7 +58,7 @@ impl Queries {
         }
     }
 
-    /// The queries that cannot be run, each with what is wrong with its text.
+    /// The queries that cannot be run, each with the error in its text.
     pub fn faults(&self) -> impl Iterator<Item = (&str, &Error)> {
         let names = self.schema.queries.iter().map(|query| query.name.as_str());
         let all = names.zip(&self.prepared);
@@ -110,7 +110,8 @@ impl Queries {
     /// numbers with commas.
     ///
     /// # Errors
-    /// The schema has no such query, this has no such parameter, or the text is no value of its type.
+    /// The schema has no such query, the query has no such parameter, or the text is not a value of
+    /// its type.
     pub fn argument(
         &self,
         graph: &Snapshot,
@@ -227,7 +228,7 @@ fn kind_of<'q>(query: &'q schema::Query, parameter: &str) -> Result<&'q str, Err
     })
 }
 
-/// What a parameter of a type accepts.
+/// The values that a parameter of a type accepts.
 fn described(kind: &str) -> String {
     match kind {
         "pose" => "a pose: x, y, z and the angles about x, y, z".to_owned(),

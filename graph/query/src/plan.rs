@@ -81,7 +81,7 @@ pub(crate) enum Step<'p> {
     },
 }
 
-/// Steps, and the parts of the condition behind each of them.
+/// Steps, and the parts of the condition after each of them.
 pub(crate) struct Plan<'p> {
     pub(crate) steps: Vec<Step<'p>>,
     pub(crate) tests: Vec<Vec<&'p Expr>>,
@@ -124,7 +124,7 @@ impl<'p> Plan<'p> {
         }
     }
 
-    /// Notes that only these expressions follow, and that nobody tells equal rows apart.
+    /// Notes that only these expressions follow, and that equal rows need not be distinguished.
     pub(crate) fn share(&mut self, pattern: &Match, follow: &'p [Item]) {
         let Some((Step::Walk { way, from, to, .. }, before)) = self.steps.split_last() else {
             return;
@@ -224,7 +224,7 @@ fn cost(graph: &Snapshot, node: &NodePattern, parts: &[&Expr]) -> usize {
 fn steps<'p>(graph: &Snapshot, pattern: &'p Match, parts: &[&'p Expr]) -> Vec<Step<'p>> {
     let mut steps = Vec::new();
     // An edge is found where others start or end, or by its type. A lone node without a type comes
-    // last, so that the order in which a pattern is written decides nothing.
+    // last, so that the written order of a pattern makes no difference.
     let is_lone = |chain: &&Chain| {
         chain.edges.is_empty() && chain.nodes.iter().all(|node| node.label.is_none())
     };

@@ -1,5 +1,5 @@
-//! Clauses as stages: each takes one row after the other, and gives rows to the next stage as soon as
-//! it can. What sorts, counts or sums gives them at its end.
+//! Clauses as stages: each takes one row after the other, and passes rows to the next stage as soon
+//! as it can. Stages that sort or aggregate pass them on at the end.
 
 use crate::ast::{Clause, Expr, Match, Project};
 use crate::budget::{Budget, Error, Result};
@@ -23,25 +23,25 @@ enum Stage<'p> {
 /// `WITH` or `RETURN`.
 struct Projection<'p> {
     project: &'p Project,
-    taken: Taken<'p>,
+    taken: Collected<'p>,
     /// The row for the next stage: nothing but the new names is known there.
     next: Row,
-    /// What was there already, with `DISTINCT`.
+    /// The rows so far, with `DISTINCT`.
     seen: BTreeSet<Key>,
     /// How many rows are enough: those of `SKIP` and `LIMIT`, if nothing sorts them.
     enough: Option<usize>,
 }
 
 /// The rows that a projection has taken.
-enum Taken<'p> {
+enum Collected<'p> {
     /// They are given on at once.
     None,
     Groups(Groups<'p>),
-    /// Each behind the values that it is sorted by.
+    /// Each after the values that it is sorted by.
     Rows(Vec<(Row, Row)>),
 }
 
-/// What all stages share.
+/// The state that all stages share.
 struct Run<'a> {
     scope: &'a Scope<'a>,
     rows: Vec<Row>,
@@ -60,7 +60,7 @@ pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Re
     let mut stages: Vec<Stage<'_>> = stages.collect();
     for at in 1..stages.len() {
         if let [Stage::Match(pattern, plan), Stage::Project(next)] = &mut stages[at - 1..=at]
-            && let Taken::Groups(groups) = &next.taken
+            && let Collected::Groups(groups) = &next.taken
             && groups.is_weighted()
         {
             plan.share(pattern, &next.project.items);
@@ -89,17 +89,17 @@ impl<'p> Projection<'p> {
         let sums = project.items.iter().any(|item| item.value.has_aggregate());
         let is_cut = project.skip.is_some() || project.limit.is_some();
         let taken = if sums {
-            Taken::Groups(Groups::new(&project.items))
+            Collected::Groups(Groups::new(&project.items))
         } else if project.order.is_empty() && !is_cut {
-            Taken::None
+            Collected::None
         } else {
-            Taken::Rows(Vec::new())
+            Collected::Rows(Vec::new())
         };
         // A count that is wrong is an error at the end.
         let skip = count(project.skip.as_ref(), scope).unwrap_or_default();
         let limit = count(project.limit.as_ref(), scope).unwrap_or_default();
         let is_sorted = !project.order.is_empty();
-        let limit = limit.filter(|_| !is_sorted && matches!(taken, Taken::Rows(_)));
+        let limit = limit.filter(|_| !is_sorted && matches!(taken, Collected::Rows(_)));
         Self {
             project,
             taken,
@@ -190,8 +190,8 @@ impl Run<'_> {
         done
     }
 
-    /// Gives so many equal rows to a stage and those behind it: more than one only to a projection that
-    /// counts and sums.
+    /// Passes this many equal rows to a stage and the following ones: more than one only to a
+    /// projection that aggregates.
     fn push(
         &mut self,
         stages: &mut [Stage<'_>],
@@ -231,10 +231,10 @@ impl Run<'_> {
     ) -> Result<()> {
         budget.step()?;
         let (scope, project) = (self.scope, projection.project);
-        if let Taken::Groups(groups) = &mut projection.taken {
+        if let Collected::Groups(groups) = &mut projection.taken {
             return groups.add(row, weight, scope, budget);
         }
-        let is_plain = !project.distinct && matches!(projection.taken, Taken::None);
+        let is_plain = !project.distinct && matches!(projection.taken, Collected::None);
         if rest.is_empty() && is_plain {
             let items = project.items.iter();
             budget.keep(items.len())?;
@@ -251,9 +251,9 @@ impl Run<'_> {
         if project.distinct {
             budget.keep(project.items.len())?;
         }
-        if let Taken::Rows(_) = projection.taken {
+        if let Collected::Rows(_) = projection.taken {
             let kept = projection.kept(row, scope, budget)?;
-            if let Taken::Rows(rows) = &mut projection.taken {
+            if let Collected::Rows(rows) = &mut projection.taken {
                 rows.push(kept);
                 if projection.enough.is_some_and(|enough| rows.len() >= enough) {
                     self.is_enough = true;
@@ -270,7 +270,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Gives on what a projection has taken.
+    /// Passes on the rows that a projection has taken.
     fn finish(
         &mut self,
         projection: &mut Projection<'_>,
@@ -278,10 +278,10 @@ impl Run<'_> {
         budget: &mut Budget,
     ) -> Result<()> {
         let (scope, project) = (self.scope, projection.project);
-        let mut rows = match std::mem::replace(&mut projection.taken, Taken::None) {
-            Taken::None => return Ok(()),
-            Taken::Rows(rows) => rows,
-            Taken::Groups(groups) => {
+        let mut rows = match std::mem::replace(&mut projection.taken, Collected::None) {
+            Collected::None => return Ok(()),
+            Collected::Rows(rows) => rows,
+            Collected::Groups(groups) => {
                 let mut rows = Vec::new();
                 let mut row = vec![Cell::Null; projection.next.len()];
                 for cells in groups.rows(scope, budget)? {

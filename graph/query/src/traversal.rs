@@ -62,8 +62,8 @@ impl<'s, I: Iterator<Item = Traverser>> Traversal<'s, I> {
         }
     }
 
-    /// The same in a type of its own, so that steps can follow that are known at run time only. It
-    /// allocates once.
+    /// The traversal in a type of its own, so that steps can be added that are known only at run
+    /// time. It allocates once.
     pub fn boxed(self) -> Traversal<'s, Box<dyn Iterator<Item = Traverser> + 's>>
     where
         I: 's,
@@ -156,8 +156,8 @@ impl<'s, I: Iterator<Item = Traverser>> Traversal<'s, I> {
         })
     }
 
-    /// Goes along the first edge of a relation until a test holds. A traverser that ends before, or that
-    /// has as many steps as the graph has nodes, is left out.
+    /// Follows the first edge of a relation until a test holds. A traverser that ends before, or
+    /// that has as many steps as the graph has nodes, is left out.
     pub fn repeat_until(
         self,
         relation: impl Named,

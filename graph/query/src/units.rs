@@ -1,5 +1,5 @@
-//! Units of what a query computes: numbers that are written with a unit are converted, and numbers of
-//! different units are not compared.
+//! Units of the values of a query: numbers that are written with a unit are converted, and numbers
+//! of different units are not compared.
 
 use crate::ast::{Expr, Name, Operator};
 use crate::check::Checker;
@@ -94,7 +94,7 @@ impl Checker<'_> {
             let hint = if is_sum && !way.factor().is_scale() {
                 format!("write a difference without a unit, as a number in `{other}`")
             } else {
-                format!("`unit \"{other}\"` behind a value converts it")
+                format!("`unit \"{other}\"` after a value converts it")
             };
             help = format!("{help}; {hint}");
         }
@@ -102,7 +102,7 @@ impl Checker<'_> {
         self.found.push(diagnostic.help(help));
     }
 
-    /// `unit "kg"` behind a value: the unit of a number without one; others are converted.
+    /// `unit "kg"` after a value: the unit of a number without one; others are converted.
     pub(crate) fn stated(
         &mut self,
         unit: &Name,
@@ -148,7 +148,7 @@ impl Checker<'_> {
                 (format!("({}){sign}({})", one.unit, other.unit), one)
             }
         };
-        // What is in no table, or too long, has no unit that could be told.
+        // A unit that is in no table, or too long, has no name.
         Unit::parse(&unit).ok()?;
         Some(Measured { unit, ..first })
     }

@@ -11,7 +11,7 @@ const LARGE: f64 = 1e9;
 pub struct Block {
     /// Name of the prototype.
     pub prototype: String,
-    /// What the numbers mean, in one line.
+    /// The meaning of the numbers, in one line.
     pub meaning: String,
     /// The numbers of one value, in their order.
     pub numbers: Vec<Number>,
@@ -19,12 +19,12 @@ pub struct Block {
     pub is_sequence: bool,
     /// Refuses numbers that mean nothing.
     pub check: Program,
-    /// How the numbers become x, y and z in metres and the angles about x, y and z of
-    /// `R = Rx·Ry·Rz`, if they are a pose.
+    /// The formula from the numbers to x, y and z in metres and the angles about x, y and z of `R =
+    /// Rx·Ry·Rz`, if they are a pose.
     pub pose: Option<Program>,
     /// The attribute whose value this one is in another representation.
     pub consistent_with: Option<String>,
-    /// How the numbers become those of the other attributes that have this value.
+    /// The formulas from the numbers to those of the other attributes that have this value.
     pub conversions: Vec<Conversion>,
 }
 
@@ -39,7 +39,7 @@ pub struct Number {
     pub number: Primitive,
 }
 
-/// How the numbers of one attribute become those of another one.
+/// The formula from the numbers of one attribute to those of another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conversion {
     /// The other attribute.
@@ -71,7 +71,8 @@ impl Block {
         units.all(|unit| unit == Some(first)).then_some(first)
     }
 
-    /// Why numbers are no value of the prototype, or none of another attribute that has this value.
+    /// Why numbers are not a value of the prototype, or not of another attribute that has this
+    /// value.
     pub fn refusal(&self, all: &[f64]) -> Option<String> {
         let count = self.numbers.len();
         let fits = if self.is_sequence {
@@ -115,7 +116,7 @@ impl Block {
     }
 
     /// The pose: x, y and z in metres, then the angles about x, y and z. `None` if the numbers are
-    /// none.
+    /// not one.
     pub fn as_pose(&self, all: &[f64]) -> Option<[f64; 6]> {
         six(self.pose.as_ref()?, all).ok()
     }
@@ -131,7 +132,7 @@ impl Block {
     }
 }
 
-/// What the formula of a pose gives, which takes no covariance.
+/// The result of the formula of a pose, which takes no covariance.
 fn six(program: &Program, input: &[f64]) -> Result<[f64; 6], String> {
     let own = input.get(..program.inputs()).unwrap_or(input);
     let out = finite(program, own)?;
@@ -139,7 +140,7 @@ fn six(program: &Program, input: &[f64]) -> Result<[f64; 6], String> {
         .map_err(|out: Vec<f64>| format!("{} numbers", out.len()))
 }
 
-/// What a formula gives, if all of it is finite; otherwise why not.
+/// The result of a formula, if all of it is finite; otherwise the error.
 fn finite(program: &Program, input: &[f64]) -> Result<Vec<f64>, String> {
     let out = program
         .run(input)

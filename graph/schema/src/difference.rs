@@ -1,4 +1,4 @@
-//! What two schemas declare differently.
+//! The differences between two schemas.
 
 use crate::{Attribute, Kind, Port, Schema};
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,11 +7,11 @@ use std::fmt;
 /// One declaration that two schemas do not have alike.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Difference {
-    /// What is declared, as in `Object.mass`.
+    /// The name, as in `Object.mass`.
     pub what: String,
-    /// How the first schema declares it. `None` if it does not.
+    /// The declaration in the first schema. `None` if there is none.
     pub first: Option<String>,
-    /// How the second schema declares it. `None` if it does not.
+    /// The declaration in the second schema. `None` if there is none.
     pub second: Option<String>,
 }
 
@@ -33,8 +33,8 @@ impl fmt::Display for Difference {
 }
 
 impl Schema {
-    /// What this schema and another one declare differently, in the order of names. Empty if each
-    /// accepts what the other one does and has the same queries: the order of declarations and
+    /// The different declarations of this schema and another one, in the order of names. Empty if
+    /// each accepts what the other one does and has the same queries: the order of declarations and
     /// documentation make no difference.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
         let (first, second) = (self.declared(), other.declared());
@@ -162,7 +162,7 @@ impl Attribute {
             text += &format!(" unit \"{unit}\"");
         }
         if let Some((low, high)) = self.range {
-            // What has no end is left out, as in a file.
+            // A missing limit is left out, as in a file.
             let end = |end: f64| {
                 if end.is_finite() {
                     end.to_string()

@@ -1,4 +1,4 @@
-//! What a property graph may hold: entities, relations with named ports, attributes with types,
+//! The schema of a property graph: entities, relations with named ports, attributes with types,
 //! units and ranges. `graph-language` makes a [`Schema`] of `.gdsl` files, the store checks changes
 //! against it, queries are checked against it before they run.
 
@@ -50,7 +50,7 @@ pub struct Entity {
     pub parent: Option<String>,
     /// Attributes, inherited ones first.
     pub attributes: Vec<Attribute>,
-    /// The types that a node of this one is composed by, each over the same edges.
+    /// The types of nodes that compose a node of this type, each over the same edges.
     pub parts: Vec<String>,
     /// Lines of documentation.
     pub doc: Vec<String>,
@@ -67,11 +67,12 @@ pub struct Relation {
     pub ports: Vec<Port>,
     /// Attributes of an edge.
     pub attributes: Vec<Attribute>,
-    /// What the edges form.
+    /// The structure of the edges.
     pub tree: Option<Tree>,
     /// Where its ends are, if the edges form no tree: they may close loops.
     pub pose: Option<Placed>,
-    /// What an edge is to other edges that start or end at it: it fits where this entity does.
+    /// The entity of an edge as a node to other edges that start or end at it: it fits where this
+    /// entity does.
     pub promotes: Option<String>,
     /// Lines of documentation.
     pub doc: Vec<String>,
@@ -220,11 +221,11 @@ pub struct Rule {
     pub comparison: Comparison,
     /// Port and attribute on the right.
     pub right: (usize, String),
-    /// What a violation means.
+    /// The message for a violation.
     pub message: String,
 }
 
-/// How two numbers compare.
+/// The comparison of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
     /// `<`
@@ -308,7 +309,8 @@ impl Schema {
         std::iter::successors(Some(name), parent).take(DEEPEST + 2)
     }
 
-    /// The domain that declares a type. What none declares belongs to that of the schema itself.
+    /// The domain that declares a type. A type that none declares belongs to that of the schema
+    /// itself.
     pub fn domain(&self, name: &str) -> &str {
         let entity = self.entity(name).map(|entity| entity.domain.as_str());
         let domain = entity.or_else(|| Some(self.relation(name)?.domain.as_str()));

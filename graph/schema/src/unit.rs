@@ -1,9 +1,9 @@
-//! Whether numbers in two units are the same numbers.
+//! Comparison of two units.
 
 use rc_quantity::{Conversion, Unit};
 
-/// How numbers in one unit become numbers in another one. `None` if they measure different things, or if
-/// one of them is no unit.
+/// The conversion of numbers in one unit into numbers in another one. `None` if they measure
+/// different quantities, or if one of them is not a unit.
 pub fn conversion(one: &str, other: &str) -> Option<Conversion> {
     Unit::parse(one)
         .ok()?
@@ -11,12 +11,12 @@ pub fn conversion(one: &str, other: &str) -> Option<Conversion> {
 }
 
 /// Whether a number in one unit is the same number in the other one: `l` and `dm^3`. Texts that are
-/// no units must be equal.
+/// not units must be equal.
 pub fn is_same_unit(one: &str, other: &str) -> bool {
     one == other || conversion(one, other).is_some_and(|conversion| conversion.is_identity())
 }
 
-/// How two units differ, for a help: `1 g is 0.001 kg`.
+/// The relation of two units, for a help: `1 g is 0.001 kg`.
 pub fn compared_units(one: &str, other: &str) -> String {
     match conversion(one, other) {
         // A scale with an offset has no factor: 1 °C is 274.15 K, but 2 °C are 275.15 K.

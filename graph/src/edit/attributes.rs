@@ -25,8 +25,8 @@ impl Edit {
         self.put(element, attribute, Some(value))
     }
 
-    /// Sets many attributes of one element, in a time in proportion to their number. Of two with the
-    /// same name, the last one counts.
+    /// Sets many attributes of one element, in a time in proportion to their number. Of two with
+    /// the same name, the last one counts.
     pub fn set_all<N: Named, V: Into<Value>>(
         &mut self,
         element: impl Into<Element>,
@@ -76,7 +76,7 @@ impl Edit {
         Ok(())
     }
 
-    /// Removes an attribute. It is no error if the element has none.
+    /// Removes an attribute. It is not an error if the element has none.
     pub fn unset(
         &mut self,
         element: impl Into<Element>,

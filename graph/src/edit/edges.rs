@@ -92,7 +92,7 @@ impl Edit {
         Ok(edge)
     }
 
-    /// Notes that a node may be at another place in the tree of frames.
+    /// Notes that a node may have moved in the tree of frames.
     pub(super) fn note_moved(&mut self, relation: Symbol, from: NodeId, to: NodeId) {
         let tree = self.next.types.relation(relation).and_then(|r| r.tree);
         if let Some(tree) = tree

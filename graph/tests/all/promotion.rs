@@ -183,7 +183,7 @@ fn the_schema_says_what_an_edge_is_to_others() {
         error.to_string(),
         "a node of `is_at` is 2 times `pose` of `said_by`; expected 1:1"
     );
-    // A relation that promotes nothing is nobody's end.
+    // A relation that promotes nothing is never an end.
     let error = scene.graph.change(Time::ZERO, |edit| {
         let [a, b] = [edit.add_node("Frame")?, edit.add_node("Frame")?];
         let near = edit.add_edge("near", a, b)?;

@@ -264,8 +264,8 @@ impl Space {
         let was_near = std::mem::replace(&mut solid.is_near, false);
         let bounds = is_near(&solid.pose).then(|| solid.bounds(&solid.pose));
         let bounds = bounds.filter(|bounds| is_within(bounds.mins) && is_within(bounds.maxs));
-        // An update in place would let the boxes around it grow for ever, and keep it beside
-        // bodies that it has left. Taken out and put in, it costs the depth of the tree.
+        // An update in place would only let the boxes around it grow, also around bodies that it
+        // has left. Removing and inserting it costs the depth of the tree.
         self.bvh.remove(place);
         if let Some(bounds) = bounds {
             solid.is_near = true;

@@ -253,7 +253,7 @@ impl Beam {
         }
     }
 
-    /// Leaves out what is behind `end`, a length of the ray.
+    /// Leaves out everything beyond `end`, a length of the ray.
     fn shorten(&mut self, end: f64) {
         self.length = ((end - self.start) / self.reach) as f32 * (1.0 + 1e-5) + MARGIN;
     }

@@ -146,7 +146,7 @@ mod tests {
         }
     }
 
-    /// Numbers from −1 to 1 that are the same in each run.
+    /// Numbers from −1 to 1 that are equal in each run.
     fn part(number: u32, factor: f64) -> f64 {
         (f64::from(number) * factor).fract() * 2.0 - 1.0
     }

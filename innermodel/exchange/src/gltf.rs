@@ -8,8 +8,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Triangles by their textures: files, or colours as `#rrggbb`, with the opacity behind them for
-/// bodies through which others are seen.
+/// Triangles by their textures: files, or colours as `#rrggbb`, followed by the opacity for
+/// transparent bodies.
 type Parts = BTreeMap<String, Vec<[u32; 3]>>;
 
 /// Takes millimetres to metres.
@@ -34,8 +34,8 @@ pub fn is_exported(file: &[u8]) -> bool {
     file.starts_with(b"glTF") && read().unwrap_or(false)
 }
 
-/// The scene of a document: a node for each of its nodes, with its name. Findings tell what does
-/// not fit, and which meshes cannot be read.
+/// The scene of a document: a node for each of its nodes, with its name. Findings list what does
+/// not fit, and unreadable meshes.
 pub fn write(document: &Document) -> (Vec<u8>, Diagnostics) {
     let mut writer = Writer::default();
     for node in &document.nodes {
@@ -125,7 +125,7 @@ impl Writer {
             .push(Diagnostic::warning("lost-on-export", node.span, message));
     }
 
-    /// Adds a node with what it shows.
+    /// Adds a node with its body.
     fn node(&mut self, node: &Node) {
         let mut here = place(&node.pose);
         if let Kind::Prismatic(joint) = &node.kind {

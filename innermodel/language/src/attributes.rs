@@ -229,7 +229,7 @@ impl<'a, 'd> Attributes<'a, 'd> {
         1.0
     }
 
-    /// `min` and `max`: missing and infinite ones are no limits.
+    /// `min` and `max`: missing and infinite ones are not limits.
     pub(crate) fn limits(&mut self, length: bool) -> (f64, f64) {
         let units = self.units;
         let mut limit = |name: &str, none: f64| {

@@ -1,4 +1,4 @@
-//! Lays out a text: one element a line, indented; one space between attributes. Comments, entities
+//! Formats a text: one element a line, indented; one space between attributes. Comments, entities
 //! and quotes stay as they are, and so does the order of everything.
 
 /// A piece of an XML text.
@@ -32,7 +32,7 @@ pub fn format(text: &str) -> String {
         }
         let ends = matches!(token, Token::End(_));
         depth -= usize::from(ends && depth > 0);
-        // An element without content stays on its line, and so does a comment behind something.
+        // An element without content stays on its line, and so does a comment after code.
         let same_line = ends && opened && feeds == 0 && out.ends_with('>')
             || feeds == 0 && matches!(token, Token::Verbatim(t) if t.starts_with("<!--"));
         if !out.is_empty() && same_line && !ends {

@@ -1,9 +1,9 @@
 //! InnerModel files: the robot and its world as one tree, in XML.
 //!
-//! [`load`] reads a file with all that it includes into a [`Document`] and reports what is wrong.
-//! [`print`] writes a document that loads as an equal one. [`format`] lays out a text and leaves
-//! its content alone. [`rewrite`] changes single elements of a text. Lengths of a document are
-//! millimetres, angles radians, whatever the file says.
+//! [`load`] reads a file with all that it includes into a [`Document`] and reports errors.
+//! [`print`] writes a document that loads as an equal one. [`format`] changes the layout of a text
+//! and not its content. [`rewrite`] changes single elements of a text. Lengths of a document are
+//! millimetres, angles radians, whatever the unit of the file.
 //!
 //! This crate does no input or output: a [`Loader`] hands it the texts. The crate `innermodel` has
 //! the tree that changes at run time.

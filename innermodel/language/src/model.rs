@@ -15,7 +15,7 @@ pub const ROOT: &str = "root";
 /// A file with all that it includes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Document {
-    /// The nodes; a parent stands before its children, and siblings in the order of the file.
+    /// The nodes; a parent comes before its children, and siblings in the order of the file.
     pub nodes: Vec<Node>,
 }
 
@@ -44,7 +44,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// A node at the origin of the root, which stands in no source.
+    /// A node at the origin of the root, without a place in a source.
     pub fn new(id: &str, kind: Kind) -> Self {
         Self {
             id: id.to_owned(),
@@ -193,7 +193,7 @@ impl Kind {
         )
     }
 
-    /// How a simulated sensor measures. `None` for what is no sensor.
+    /// The errors of a simulated sensor. `None` for other nodes.
     pub fn signal(&self) -> Option<&Signal> {
         match self {
             Self::TouchSensor(touch) => Some(&touch.signal),
@@ -319,13 +319,13 @@ pub struct Encoder {
 pub struct Joint {
     /// The axis.
     pub axis: Axis,
-    /// The least angle; −∞ is no limit.
+    /// The least angle; −∞ is not a limit.
     pub min: f64,
-    /// The greatest angle; ∞ is no limit.
+    /// The greatest angle; ∞ is not a limit.
     pub max: f64,
     /// The angle of rest.
     pub home: f64,
-    /// The greatest speed of its motor, in rad/s; 0 is no limit.
+    /// The greatest speed of its motor, in rad/s; 0 is not a limit.
     pub max_speed: f64,
     /// How its position is read.
     pub encoder: Encoder,
@@ -333,7 +333,7 @@ pub struct Joint {
     pub port: u32,
     /// `lx`, `ly`, `lz`: RoboComp reads them and uses them for nothing.
     pub low: [f64; 3],
-    /// `hx`, `hy`, `hz`: the same.
+    /// `hx`, `hy`, `hz` in the same way.
     pub high: [f64; 3],
 }
 
@@ -342,9 +342,9 @@ pub struct Joint {
 pub struct Prismatic {
     /// The axis.
     pub axis: Axis,
-    /// The least position in millimetres; −∞ is no limit.
+    /// The least position in millimetres; −∞ is not a limit.
     pub min: f64,
-    /// The greatest position in millimetres; ∞ is no limit.
+    /// The greatest position in millimetres; ∞ is not a limit.
     pub max: f64,
     /// The position of rest in millimetres.
     pub home: f64,
@@ -352,7 +352,7 @@ pub struct Prismatic {
     pub position: f64,
     /// A length that is added to the position, in millimetres.
     pub offset: f64,
-    /// The greatest speed of its motor, in mm/s; 0 is no limit.
+    /// The greatest speed of its motor, in mm/s; 0 is not a limit.
     pub max_speed: f64,
     /// How its position is read.
     pub encoder: Encoder,

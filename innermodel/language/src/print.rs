@@ -14,7 +14,7 @@ pub fn print(document: &Document) -> String {
         children[node.parent.unwrap_or(top)].push(at);
     }
     let mut out = String::from("<innerModel>\n");
-    // What is still to print: a node, or the end of one.
+    // The next item to print: a node, or the end of one.
     let mut rest: Vec<(usize, usize, bool)> = Vec::new();
     let add = |rest: &mut Vec<_>, of: usize, depth: usize| {
         rest.extend(
@@ -73,7 +73,7 @@ fn tag(node: &Node) -> &'static str {
     }
 }
 
-/// A value as it stands in double quotes.
+/// A value in the form for double quotes.
 pub(crate) fn escape(value: &str) -> String {
     let mut out = String::with_capacity(value.len());
     for c in value.chars() {

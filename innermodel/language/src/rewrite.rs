@@ -1,4 +1,4 @@
-//! Changes of the text of a file. What is not changed stays as its user wrote it: comments, order,
+//! Changes of the text of a file. Unchanged parts stay as their user wrote them: comments, order,
 //! attributes, spellings and units.
 
 use crate::elements::{Element, element};
@@ -139,8 +139,8 @@ impl<'a> Parsed<'a> {
     }
 }
 
-/// Sets an attribute of the element whose tag is at `tag`. One that is there keeps its spelling,
-/// its place and its quotes; a new one stands where the documentation lists it. `name` is the first
+/// Sets an attribute of the element whose tag is at `tag`. An existing one keeps its spelling, its
+/// place and its quotes; a new one gets the place that the documentation lists. `name` is the first
 /// spelling, such as `tx`.
 ///
 /// `None` if the text is not well-formed, has no element there, or the element has no such
@@ -230,7 +230,7 @@ pub fn remove(text: &str, tag: Span) -> Option<String> {
     parsed.spliced(range, "")
 }
 
-/// A value that may stand in quotes of both kinds.
+/// A value that is possible in quotes of both kinds.
 fn escaped(value: &str) -> String {
     escape(value).replace('\'', "&apos;")
 }

@@ -62,8 +62,7 @@ impl Clipping {
     }
 }
 
-/// The corners as they are seen from the side from which they turn to the left. `None` if they have
-/// no area.
+/// The corners as seen from the side from which they turn to the left. `None` if they have no area.
 fn flattened(points: &[[f64; 3]]) -> Option<Vec<[f64; 2]>> {
     // Newell's normal.
     let mut normal = [0.0_f64; 3];

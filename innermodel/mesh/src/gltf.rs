@@ -1,6 +1,6 @@
 //! glTF 2.0, as `.gltf` with its buffers and as `.glb`: the triangles of the scene, with the
 //! transforms of their nodes, and with `Looks` their base colours. Morph targets have the weights
-//! of the file, skins the pose of their joints. The buffers are files beside it, or inside as
+//! of the file, skins the pose of their joints. The buffers are files next to it, or inside as
 //! base64.
 
 mod accessors;
@@ -216,7 +216,7 @@ fn other_version(version: &str) -> MeshError {
     MeshError::Wrong(format!("expected version 2.0 of glTF, found {version}"))
 }
 
-/// A limit of what is left is one of all files.
+/// The limit of the rest is one of all files.
 fn total(error: MeshError) -> MeshError {
     match error {
         MeshError::TooLarge(_) => MeshError::TooLarge(crate::LARGEST >> 20),
@@ -392,7 +392,7 @@ impl Reader<'_> {
             None => (0..count).collect(),
         };
         if corners.iter().any(|corner| *corner >= count) {
-            return Err(wrong("a triangle has a corner that is not there"));
+            return Err(wrong("a triangle has a corner that does not exist"));
         }
         let corners = triangles(corners, mode);
         let triangles = corners.chunks_exact(3);

@@ -79,7 +79,7 @@ pub enum MeshError {
     Empty,
 }
 
-/// Reads a mesh. Its ending tells its format.
+/// Reads a mesh. Its extension tells its format.
 pub fn read(path: &Path) -> Result<TriangleMesh, MeshError> {
     read_file(path, None)
 }
@@ -148,7 +148,7 @@ fn checked(mesh: TriangleMesh) -> Result<TriangleMesh, MeshError> {
         .any(|at| *at as usize >= count)
     {
         return Err(MeshError::Wrong(
-            "a triangle has a corner that is not there".to_owned(),
+            "a triangle has a corner that does not exist".to_owned(),
         ));
     }
     if mesh.triangles.is_empty() {

@@ -1,4 +1,4 @@
-//! How a mesh looks: its colours and pictures.
+//! The appearance of a mesh: its colours and pictures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,13 +18,13 @@ pub struct Looks {
     pub problems: Vec<String>,
 }
 
-/// How a triangle looks.
+/// The appearance of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Look {
     /// The place of its material in [`Looks::materials`].
     pub material: Option<u32>,
     /// For each corner, the place in the picture: (0, 0) is the top left corner, (1, 1) the bottom
-    /// right one. [`Wrap`] says what is beyond. Finite.
+    /// right one. [`Wrap`] defines the places beyond. Finite.
     pub corners: [[f32; 2]; 3],
 }
 
@@ -46,12 +46,12 @@ pub struct Material {
 /// Effect of the opacity of a material: `alphaMode` of glTF.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// None: the surface hides what is behind it.
+    /// Opaque.
     #[default]
     Opaque,
     /// The surface has holes where its opacity is less.
     Mask(f32),
-    /// What is behind the surface is seen through it.
+    /// Transparent: the surfaces behind it are visible through it.
     Blend,
 }
 

@@ -82,8 +82,8 @@ pub(crate) fn read(
     }
 }
 
-/// The lines of a text with their numbers. One that ends with `\\` goes on in the next, unless it is
-/// a comment or a name, which may be a path of Windows.
+/// The lines of a text with their numbers. A line that ends with `\\` continues in the next one,
+/// unless it is a comment or a name, which may be a path of Windows.
 fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut rest = (1..).zip(text.split(end));
@@ -117,7 +117,7 @@ fn is_text(line: &str) -> bool {
     }
 }
 
-/// What stands before a comment.
+/// The part before a comment.
 fn without_comment(line: &str) -> &str {
     line.split('#').next().unwrap_or_default()
 }
@@ -129,7 +129,7 @@ fn place(at: i64, count: usize) -> Option<usize> {
     usize::try_from(at).ok()
 }
 
-/// How the faces that follow look.
+/// The appearance of the following faces.
 struct Painter<'p> {
     folder: &'p Path,
     looks: &'p mut Looks,
@@ -266,7 +266,7 @@ impl<'p> Painter<'p> {
                         _ => {}
                     }
                 }
-                // The opacity, and what it lacks to 1.
+                // The opacity, and its difference to 1.
                 "d" => set_alpha(material, rest, |opacity| opacity),
                 "Tr" => set_alpha(material, rest, |lack| 1.0 - lack),
                 "map_Kd" => {

@@ -15,8 +15,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     }
 }
 
-/// Whether the file is text. Some files of bytes begin with `solid`, too: what follows in the next
-/// line tells.
+/// Whether the file is text. Some binary files begin with `solid`, too: the next line shows the
+/// format.
 fn is_text(bytes: &[u8]) -> bool {
     const BOM: &[u8] = b"\xef\xbb\xbf";
     let bytes = bytes.strip_prefix(BOM).unwrap_or(bytes).trim_ascii_start();
@@ -48,7 +48,7 @@ fn binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
             "the header says {count} triangles, but the file ends after {there}"
         )));
     }
-    // Programs write colours and notes behind the triangles.
+    // Programs write colours and notes after the triangles.
     let behind = bytes[HEADER + count * TRIANGLE..].chunks_exact(TRIANGLE);
     let more = behind.take_while(|bytes| is_triangle(bytes)).count();
     if more > 0 {
@@ -70,8 +70,8 @@ fn binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     Ok(mesh)
 }
 
-/// Whether bytes behind the last triangle are another one: three finite corners, and their normal.
-/// Notes are no such numbers, and zeros have no normal.
+/// Whether bytes after the last triangle are another one: three finite corners, and their normal.
+/// Notes are not such numbers, and zeros have no normal.
 fn is_triangle(bytes: &[u8]) -> bool {
     let numbers = bytes[..TRIANGLE - 2].chunks_exact(4);
     let numbers: Vec<f64> = numbers

@@ -1,8 +1,8 @@
 //! A vector that shares what did not change with its earlier versions.
 //!
-//! It is a tree of pages. A few recently changed pages at the bottom stand beside the tree, each at
-//! the slot that its number gives. A change of one of these copies one page, however long the
-//! vector is. A change elsewhere takes over a slot: the page that had it goes back into the tree,
+//! It is a tree of pages. A few recently changed pages at the bottom are kept outside the tree,
+//! each in the slot of its number. A change of one of these copies one page, however long the
+//! vector is. A change elsewhere takes over a slot: the previous page goes back into the tree,
 //! which copies one page of each level.
 
 use std::sync::Arc;
@@ -12,7 +12,7 @@ const LEAF: usize = 1 << LEAF_BITS;
 const LEAF_BITS: u32 = 3;
 /// The usual number of pages of a page above the bottom, as a power of two.
 const BRANCH: u32 = 3;
-/// How many changed pages stand beside the tree.
+/// How many changed pages are kept outside the tree.
 const RECENT: usize = 8;
 
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl<T> Clone for Recent<T> {
 #[derive(Debug)]
 pub struct Pages<T, const B: u32 = BRANCH> {
     root: Page<T>,
-    /// How many bits of an index tell items of one page below the root apart; 0 for a leaf.
+    /// How many bits of an index distinguish items of one page below the root; 0 for a leaf.
     bits: u32,
     len: usize,
     /// At its number modulo their count.
@@ -93,7 +93,7 @@ impl<T: Clone, const B: u32> Pages<T, B> {
         self.len
     }
 
-    /// Whether there is no item.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }

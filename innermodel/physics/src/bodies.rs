@@ -78,7 +78,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Takes over where others have put the part in its body.
+    /// Takes over a changed place of the part in its body.
     pub(crate) fn place(&self, world: &mut PhysicsWorld, space: &Space) {
         let (Ok(body), Some((_, there))) =
             (space.tree().node(self.body), space.shape_of(self.node))

@@ -18,7 +18,7 @@ const DAMPING: f64 = 2.0e3;
 /// How strongly a motor pulls towards its speed, in N·m·s/rad or N·s/m.
 const FACTOR: f64 = 1.0e4;
 
-/// Stands for a limit that is missing, in m.
+/// Represents a missing limit, in m.
 const FARTHEST: f64 = 1.0e6;
 
 /// A joint between two bodies.
@@ -37,7 +37,7 @@ pub(crate) struct Joint {
     limits: Limits,
 }
 
-/// The joint that connects a body to what is above it: the node right above the body.
+/// The joint that connects a body to its carrier: the node right above the body.
 pub(crate) fn above<'s>(body: &NodeRef<'s>) -> Option<NodeRef<'s>> {
     let parent = body.parent()?;
     matches!(parent.kind(), Kind::Joint(_) | Kind::Prismatic(_)).then_some(parent)
@@ -117,7 +117,7 @@ impl Joint {
         if self.is_prismatic { METRE } else { 1.0 }
     }
 
-    /// Takes over where others have put the joint in what carries it, and the body in the joint.
+    /// Takes over changed places of the joint in its carrier, and of the body in the joint.
     pub(crate) fn place(&mut self, world: &mut PhysicsWorld, tree: &Snapshot) {
         let nodes = (
             tree.node(self.node),
@@ -169,7 +169,8 @@ impl Joint {
             }
             Pull::Off => joint.data.motor_axes.remove(axis.into()),
         }
-        // The solver takes no infinite number, and no range of a whole turn: then the motor stops.
+        // The solver accepts no infinite number, and no range of a whole turn: then the motor
+        // stops.
         let (min, max) = (self.limits.min - zero, self.limits.max - zero);
         if self.is_prismatic && (min.is_finite() || max.is_finite()) {
             let limits = [min.max(-FARTHEST), max.min(FARTHEST)];

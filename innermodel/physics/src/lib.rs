@@ -1,11 +1,10 @@
 //! Forces in a simulated world, by the library rapier: gravity, contacts, friction, joints with
 //! motors.
 //!
-//! A `transform` with `engine="bullet"` is a body that forces move; its mass is `mass` (1 kg where
-//! the file has none), its shape that of all bodies with `collide` below it, as far as no other
-//! such transform is between. A `joint` or `prismaticJoint` right above it, below another such
-//! transform or not, connects both, and its motor turns it. Everything else with `collide` is an
-//! obstacle that moves as the tree says.
+//! A `transform` with `engine="bullet"` is a body that forces move; its mass is `mass` (default 1
+//! kg), its shape that of all bodies with `collide` below it, up to the next such transform. A
+//! `joint` or `prismaticJoint` right above it, below another such transform or not, connects both,
+//! and its motor turns it. Everything else with `collide` is an obstacle that moves with the tree.
 //!
 //! ```
 //! use innermodel::InnerModel;

@@ -2,8 +2,8 @@
 
 use innermodel_simulation::{MotorGoal, MotorState};
 
-/// How far the place that a motor pulls to is ahead of the joint at most, in rad or m. A joint that
-/// something holds gathers no more.
+/// How far the target of a motor is ahead of the joint at most, in rad or m. A blocked joint
+/// gathers no more.
 const LEAD: f64 = 0.5;
 
 /// A motor with its goal. Angles are in rad, lengths in m.
@@ -48,7 +48,7 @@ impl Motor {
         }
     }
 
-    /// Goes on where others have put the joint.
+    /// Continues from a changed place of the joint.
     pub(crate) fn put(&mut self, position: f64) {
         (self.position, self.reference, self.rate) = (position, position, 0.0);
     }
@@ -79,7 +79,7 @@ impl Motor {
         self.goal = goal;
     }
 
-    /// What the motor does in a step of `seconds`. A limit that the solver does not know holds,
+    /// The action of the motor in a step of `seconds`. A limit that the solver does not know holds,
     /// too.
     pub(crate) fn pull(&mut self, limits: &Limits, seconds: f64) -> Pull {
         let before = self.reference;

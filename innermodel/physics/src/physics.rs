@@ -8,7 +8,7 @@ use crate::motors::Motor;
 use innermodel::{Change, Kind, NodeId, Snapshot, Transform};
 use innermodel_collision::Space;
 use innermodel_collision::parry::math::{Pose, Vector};
-use innermodel_simulation::{Dynamics, GRAVITY, MotorState, NotPushed, StepResult};
+use innermodel_simulation::{Dynamics, GRAVITY, MotorState, PushError, StepResult};
 use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -151,7 +151,7 @@ impl Physics {
         self.motors.retain(|joint, _| joints.contains(joint));
     }
 
-    /// Makes all bodies anew if others have changed which ones there are. Returns whether it did.
+    /// Makes all bodies again if their set has changed. Returns whether it did.
     fn rebuilt(&mut self, space: &Space) -> bool {
         let tree = space.tree();
         let changes = self.tree.as_ref().map(|known| tree.since(known));
@@ -222,7 +222,7 @@ impl Dynamics for Physics {
             let moved = (there.translation - body.place.translation).norm() > MOVED
                 || (there.rotation - body.place.rotation).norm() > MOVED;
             if moved && let Some(own) = self.world.bodies.get_mut(body.handle) {
-                // What is put somewhere does not keep its speed.
+                // A body that was put elsewhere does not keep its speed.
                 own.set_position(pose(&there), true);
                 own.set_linvel(Vector::ZERO, true);
                 own.set_angvel(Vector::ZERO, true);
@@ -321,19 +321,19 @@ impl Dynamics for Physics {
         node: NodeId,
         impulse: innermodel::Vector,
         fastest: f64,
-    ) -> Result<(), NotPushed> {
+    ) -> Result<(), PushError> {
         self.place(space);
-        let body = self.bodies.get(&node).ok_or(NotPushed::Unmoved)?;
+        let body = self.bodies.get(&node).ok_or(PushError::Unmoved)?;
         let body = self.world.bodies.get_mut(body.handle);
-        let body = body.ok_or(NotPushed::Unmoved)?;
+        let body = body.ok_or(PushError::Unmoved)?;
         let before = body.linvel();
         body.apply_impulse(Vector::new(impulse.x, impulse.y, impulse.z), true);
-        // Not a number is not within the bound either.
+        // NaN is not within the bound either.
         if body.linvel().length() <= fastest {
             return Ok(());
         }
         body.set_linvel(before, true);
-        Err(NotPushed::TooFast)
+        Err(PushError::TooFast)
     }
 
     fn digest(&self) -> u64 {

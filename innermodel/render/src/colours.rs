@@ -23,8 +23,8 @@ pub(crate) fn colour(kind: &Kind) -> [u8; 3] {
     })
 }
 
-/// The colour of a surface that a ray with the direction `way` meets. What faces the light is
-/// brighter. The light is in the direction `light`, of length 1, or at the camera.
+/// The colour of a surface that a ray with the direction `way` meets. Surfaces that face the light
+/// are brighter. The light is in the direction `light`, of length 1, or at the camera.
 pub(crate) fn shade(
     colour: [u8; 3],
     normal: &Vector,

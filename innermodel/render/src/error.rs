@@ -7,7 +7,7 @@ use thiserror::Error;
 /// Error of a body that is not drawn as its node says.
 #[derive(Debug, Error)]
 pub enum DrawError {
-    /// Nothing is drawn.
+    /// No picture is drawn.
     #[error("its mesh: {0}")]
     Mesh(MeshError),
     /// The body is grey, or a part of a mesh has no picture.

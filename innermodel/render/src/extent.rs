@@ -1,11 +1,11 @@
-//! How large the bodies of a tree are.
+//! The size of the bodies of a tree.
 
 use crate::scene::{Part, Scene};
 use innermodel::kinds::Shape;
 use innermodel::shapes::bars;
 use innermodel::{Kind, NodeId, Point, Snapshot, Transform, Vector};
 
-/// A box around what is seen of a node.
+/// A box around the visible bodies of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extent {
     /// The node.

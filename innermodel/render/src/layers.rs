@@ -6,7 +6,8 @@
 use crate::image::Image;
 use innermodel::NodeId;
 
-/// How many layers a pixel has at most. What is behind them is seen as if there were no more.
+/// How many layers a pixel has at most. Surfaces behind them are drawn as if there were no more
+/// layers.
 pub(crate) const MOST: usize = 16;
 /// A surface begins a new layer if its depth is greater by this part. Triangles that share an edge
 /// are one layer there.
@@ -57,8 +58,8 @@ impl<'i> Layers<'i> {
         }
     }
 
-    /// Sets a pixel of the layer, if the surface is behind the layers before, and nothing is found
-    /// that is nearer.
+    /// Sets a pixel of the layer, if the surface is behind the previous layers, and no nearer one
+    /// is found.
     pub(crate) fn set(
         &mut self,
         at: usize,

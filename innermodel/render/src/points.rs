@@ -19,7 +19,7 @@ pub(crate) fn draw(
     for point in cloud {
         let position = point.position.map(f64::from);
         let place = to_camera.point(&Point::from(position)).coords;
-        // Numbers that are none are not in front.
+        // NaN is not in front.
         if !(place.z >= projection.near && place.z.is_finite()) {
             continue;
         }

@@ -16,7 +16,7 @@ pub(crate) fn draw(canvas: &mut Canvas<'_, '_>, shape: Shape, to_camera: &Transf
     let projection = canvas.projection;
     let (width, height) = (canvas.image().width, canvas.image().height);
     let centre = to_camera.translation;
-    // A sum of finite numbers may be none.
+    // A sum of finite numbers may be infinite.
     if centre.z + reach < projection.near || !centre.iter().all(|n| n.is_finite()) {
         return;
     }

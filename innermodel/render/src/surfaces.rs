@@ -1,4 +1,4 @@
-//! Triangles with what they look like.
+//! Triangles with their appearance.
 
 use crate::error::DrawError;
 use crate::extent::around;

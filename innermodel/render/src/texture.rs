@@ -21,7 +21,7 @@ pub(crate) const MOST_PIXELS: usize = 1 << 27;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TextureError {
-    /// There is no such file, or nobody has looked for it.
+    /// There is no such file, or it was not searched.
     #[error("the file was not found when the node was read")]
     NotFound,
     /// The system cannot read the file.
@@ -163,7 +163,7 @@ fn from_png(bytes: &[u8], left: usize) -> Result<Texture, TextureError> {
         [grey, ..] => [grey; 3],
         [] => [0; 3],
     });
-    // Grey or three colours, perhaps with the opacity behind them.
+    // Grey or three colours, perhaps followed by the opacity.
     let opacities = data.chunks_exact(samples).map(|pixel| pixel[samples - 1]);
     let has_alpha = samples.is_multiple_of(2);
     let alphas = if has_alpha && opacities.clone().any(|alpha| alpha < u8::MAX) {

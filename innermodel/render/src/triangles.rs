@@ -14,7 +14,7 @@ const HALF_LINE: f64 = 0.75;
 
 /// Which surfaces are drawn, and where.
 pub(crate) enum Target<'c, 'i> {
-    /// Those that hide what is behind them.
+    /// Opaque triangles.
     Image(&'c mut Image),
     /// Those through which others are seen.
     Layer(&'c mut Layers<'i>),
@@ -36,7 +36,7 @@ pub(crate) struct Canvas<'c, 'i> {
 }
 
 impl<'c, 'i> Canvas<'c, 'i> {
-    /// A canvas for bodies without a colour that hide what is behind them.
+    /// A canvas for opaque bodies without a colour.
     pub(crate) fn new(
         target: Target<'c, 'i>,
         projection: &'c Projection,
@@ -89,7 +89,7 @@ impl<'c, 'i> Canvas<'c, 'i> {
         if normal.norm_squared() == 0.0 {
             return;
         }
-        // What is behind the near plane is cut off: a triangle becomes at most a quadrangle.
+        // Everything behind the near plane is cut off: a triangle becomes at most a quadrangle.
         let near = self.projection.near;
         let (mut cut, mut count) = ([Vector::zeros(); 4], 0);
         let mut add = |corner: Vector| {
@@ -106,7 +106,7 @@ impl<'c, 'i> Canvas<'c, 'i> {
             }
         }
         for at in 2..count {
-            // The diagonals of a quadrangle are no edges.
+            // The diagonals of a quadrangle are not edges.
             let edges = [at == 2, true, at == count - 1];
             self.fill([cut[0], cut[at - 1], cut[at]], &normal, edges);
         }

@@ -1,7 +1,7 @@
 //! Commands to the devices of a world.
 
 use crate::devices;
-use crate::dynamics::{Dynamics, NotPushed};
+use crate::dynamics::{Dynamics, PushError};
 use crate::error::Error;
 use crate::pose2d::{FASTEST, Pose2D, Speed};
 use crate::state::MotorGoal;
@@ -85,11 +85,11 @@ impl World {
         self.follow();
         let pushed = match &mut self.dynamics {
             Some(dynamics) => dynamics.push(self.bodies.space(), node, impulse, FASTEST / 1000.0),
-            None => Err(NotPushed::Unmoved),
+            None => Err(PushError::Unmoved),
         };
         pushed.map_err(|reason| match reason {
-            NotPushed::Unmoved => Error::unknown(id, "body that forces move"),
-            NotPushed::TooFast => Error::TooFast(id.to_owned()),
+            PushError::Unmoved => Error::unknown(id, "body that forces move"),
+            PushError::TooFast => Error::TooFast(id.to_owned()),
         })
     }
 }

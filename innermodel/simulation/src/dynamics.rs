@@ -18,7 +18,7 @@ pub struct StepResult {
 
 /// Error of a push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotPushed {
+pub enum PushError {
     /// Forces do not move the node.
     Unmoved,
     /// The body would be faster than the bound, in m/s.
@@ -28,12 +28,12 @@ pub enum NotPushed {
 /// Moves bodies by forces. For each step, a world calls [`Dynamics::place`], moves bases and
 /// people, and calls [`Dynamics::step`] and [`Dynamics::applied`].
 pub trait Dynamics: Debug + Send {
-    /// Takes over what was set in the tree since the last step: bodies and obstacles that are
-    /// elsewhere are put there at once, whatever is in between. Bodies lose their speed by it.
+    /// Takes over the changes of the tree since the last step: bodies and obstacles that are
+    /// elsewhere are moved there at once, whatever is in between. Bodies lose their speed by it.
     fn place(&mut self, space: &Space);
 
-    /// Lets the time of one step pass. Obstacles go during the step to where the tree has them now,
-    /// and push what is in their way. Motors say where joints shall go.
+    /// Advances by the time of one step. Obstacles move during the step to their present place in
+    /// the tree, and push bodies in their way. Motors set the targets of joints.
     fn step(
         &mut self,
         space: &Space,
@@ -41,7 +41,7 @@ pub trait Dynamics: Debug + Send {
         step: Duration,
     ) -> StepResult;
 
-    /// The tree has what the last step has returned.
+    /// The tree has the result of the last step.
     fn applied(&mut self, space: &Space);
 
     /// Whether the motion of a joint follows from forces.
@@ -61,11 +61,11 @@ pub trait Dynamics: Debug + Send {
         node: NodeId,
         impulse: Vector,
         fastest: f64,
-    ) -> Result<(), NotPushed>;
+    ) -> Result<(), PushError>;
 
     /// A number that differs, but for chance, where speeds differ.
     fn digest(&self) -> u64;
 
-    /// A copy for a cloned world. Speeds are kept; contacts begin anew.
+    /// A copy for a cloned world. Speeds are kept; contacts begin again.
     fn duplicate(&self) -> Box<dyn Dynamics>;
 }

@@ -70,8 +70,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// The points that the pixels show, in the frame of the camera, row by row. `None` where
-    /// nothing is seen.
+    /// The points that the pixels show, in the frame of the camera, row by row. `None` if nothing
+    /// is visible.
     pub fn points(&self) -> impl Iterator<Item = Option<Point>> + '_ {
         let width = self.image.width.max(1);
         self.image

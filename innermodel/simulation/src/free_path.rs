@@ -1,4 +1,4 @@
-//! How far a base gets in a step before it touches an obstacle.
+//! The distance of a base to the first obstacle in a step.
 
 use crate::dynamics::Dynamics;
 use crate::error::Error;
@@ -14,8 +14,8 @@ const HALVINGS: u32 = 24;
 /// A base that an obstacle stops within this way stays where it is, in millimetres: far more than
 /// the errors of rounding, by which it would creep into the obstacle, and less than a micrometre.
 const LEAST: f64 = 1e-4;
-/// How deep bodies are in each other before they stop a base, in millimetres. A wheel that stands
-/// on a floor touches it by rounding errors.
+/// How deep bodies are in each other before they stop a base, in millimetres. A wheel on a floor
+/// touches it by rounding errors.
 const TOLERANCE: f64 = 0.01;
 /// How much deeper than at the start of a step two bodies may get that were deeper in each other
 /// than [`TOLERANCE`], in millimetres: more than the errors of rounding.
@@ -43,7 +43,7 @@ pub(crate) struct Pressed {
     places: (Transform, Transform),
 }
 
-/// What a base can touch in a step.
+/// The bodies that a base can touch in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings<'a> {
     pub(crate) space: &'a Space,
@@ -84,7 +84,7 @@ impl Obstacles {
         Ok(found)
     }
 
-    /// What prevents a motion, if it did so before and nothing has changed since.
+    /// The obstacle of a motion, if it stopped it before and nothing has changed since.
     fn still_pressed(
         &self,
         around: Surroundings<'_>,
@@ -317,7 +317,7 @@ mod tests {
         world.drive("other", ahead(100.0, 0.0)).expect("a base");
         steps(&mut world, 50);
         assert!((z(&world) - stopped - 50.0).abs() < 1.5, "{}", z(&world));
-        // The other one is at the wall, and then gone.
+        // The other one is at the wall, and then removed.
         steps(&mut world, 200);
         let stopped = z(&world);
         world

@@ -22,16 +22,16 @@ const TURN: f64 = 4.0;
 /// corner it walks on.
 const TURNS_ROUND: f64 = 2.0;
 
-/// How a person walks.
+/// The way in which a person walks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Walk {
     /// The way along the path in mm.
     pub(crate) way: f64,
-    /// How far beside the path, in mm along x and z.
+    /// The distance to the path, in mm along x and z.
     pub(crate) aside: [f64; 2],
     /// The angle about y of the direction that the person faces. `None`: as the path.
     facing: Option<f64>,
-    /// Of arms and legs, in radians.
+    /// The swing of arms and legs, in radians.
     pub(crate) phase: f64,
 }
 
@@ -220,7 +220,7 @@ impl Walk {
         let most = TURN * seconds;
         let facing = path - turn + turn.clamp(-most, most);
         self.facing = Some(wrapped(facing));
-        // A person who turns round stands meanwhile.
+        // A person who turns round does not walk meanwhile.
         let turns_round = wrapped(path - facing).abs() > TURNS_ROUND;
         let stands = nearest < STOPS || turns_round;
         let advance = if stands { 0.0 } else { way };

@@ -1,8 +1,8 @@
 //! A world that steps: sensors, bases and motors of an `InnerModel` tree in simulated time.
 //!
-//! [`World`] moves what is commanded by fixed steps of simulated time, and measures with the
-//! sensors of the tree. A run depends on the file, the commands and the seed only, never on the
-//! speed of the computer.
+//! [`World`] executes commands by fixed steps of simulated time, and measures with the sensors of
+//! the tree. A run depends on the file, the commands and the seed only, never on the speed of the
+//! computer.
 //!
 //! Lengths are millimetres, angles radians, times seconds, where no unit is given.
 //!
@@ -57,7 +57,7 @@ mod touch;
 mod world;
 
 pub use devices::Device;
-pub use dynamics::{Dynamics, NotPushed, StepResult};
+pub use dynamics::{Dynamics, PushError, StepResult};
 pub use edit::WorldSnapshot;
 pub use error::Error;
 pub use frames::{Cloud, CloudPoint, ImuSample, Picture, Range, Scan, Touch};

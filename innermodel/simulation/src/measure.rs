@@ -1,4 +1,4 @@
-//! What can be asked of a world: its devices, and what its sensors measure.
+//! Queries of a world: its devices, and the measurements of its sensors.
 
 use crate::bases;
 use crate::devices::{self, Device};
@@ -25,8 +25,7 @@ impl World {
         devices::all(&self.tree())
     }
 
-    /// The nodes of some kinds by what they belong to: see [`World::owner`]. In the order of the
-    /// tree.
+    /// The nodes of some kinds by their owners: see [`World::owner`]. In the order of the tree.
     pub fn groups(&self, tags: &[&str]) -> Vec<(String, Vec<String>)> {
         devices::groups(&self.tree(), tags)
     }

@@ -211,7 +211,7 @@ mod tests {
             speed: 0.0,
         };
         let refused = motors.command(&tree, &[("hip", far), ("foot", far)]);
-        refused.expect_err("a foot is no joint");
+        refused.expect_err("a foot is not a joint");
         let hip = tree.node("hip").expect("a joint").node_id();
         assert_eq!(motors.states()[&hip].goal, MotorGoal::Hold);
         let clamped = motors.command(&tree, &[("hip", far), ("knee", MotorGoal::Hold)]);

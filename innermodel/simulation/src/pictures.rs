@@ -24,7 +24,7 @@ impl Pictures {
         Self(scene)
     }
 
-    /// What a camera of a tree sees, and how it looks, without its errors.
+    /// The picture of a camera of a tree, without its errors.
     pub(crate) fn by_camera(
         &mut self,
         (tree, here): (&Snapshot, NodeRef<'_>),

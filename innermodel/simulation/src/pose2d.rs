@@ -21,7 +21,7 @@ pub struct Pose2D {
 }
 
 impl Pose2D {
-    /// Where a frame stands on the floor. Its heading is that of its z axis.
+    /// The place of a frame on the floor. Its heading is that of its z axis.
     pub fn of(place: &Transform) -> Self {
         let front = place.rotation.column(2);
         Self {

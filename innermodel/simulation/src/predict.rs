@@ -64,7 +64,7 @@ impl World {
             return Err(Error::TooManySteps(steps));
         }
         let mut imagined = self.clone();
-        // What no sensor measures costs nothing.
+        // A world without sensors costs less.
         imagined.sensors.clear();
         imagined.drive(id, speed)?;
         Ok(Predicting {

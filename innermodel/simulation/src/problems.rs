@@ -8,7 +8,7 @@ const MOST: usize = 100;
 pub(crate) struct Problems(Vec<String>);
 
 impl Problems {
-    /// Adds a problem, if it does not wait already and there is room.
+    /// Adds a problem, if it is not in the list and there is room.
     pub(crate) fn add(&mut self, problem: String) {
         if self.0.len() < MOST && !self.0.contains(&problem) {
             self.0.push(problem);

@@ -1,4 +1,4 @@
-//! Random numbers that are the same in each run.
+//! Random numbers that are equal in each run.
 
 use std::f64::consts::TAU;
 
@@ -15,8 +15,8 @@ pub struct Random {
 }
 
 impl Random {
-    /// The numbers for one purpose: a seed, the name of a sensor, the number of its frame. The same
-    /// three give the same numbers.
+    /// The numbers for one purpose: a seed, the name of a sensor, the number of its frame. Equal
+    /// arguments give equal numbers.
     pub fn new(seed: u64, name: &str, frame: u64) -> Self {
         // FNV-1a.
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;

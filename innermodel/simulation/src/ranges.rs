@@ -78,8 +78,8 @@ pub(crate) fn laser(
     Ok(angles
         .map(|angle| {
             let hit = caster.cast(&direction(angle, 0.0), laser.max, &|b| !own.contains(b));
-            // A ray without an echo takes random numbers, too: what it meets changes no other
-            // ray.
+            // A ray without an echo takes random numbers, too, so that it does not affect other
+            // rays.
             let measured = errors.measure(hit.map_or(laser.max, |(_, distance)| distance));
             let distance = hit
                 .and(measured)
@@ -160,9 +160,9 @@ pub(crate) fn lidar(
     Ok(points)
 }
 
-/// The shortest distance in a cone about z: the nearest of some rays, and from it the nearest
-/// beside it, by smaller and smaller angles (a pattern search). Something smaller than the angle
-/// between the first rays, a fifth of the cone or less, can stay unseen. `cast` gets a direction as
+/// The shortest distance in a cone about z: the nearest of some rays, and from it the nearest one
+/// around it, by smaller and smaller angles (a pattern search). An object smaller than the angle
+/// between the first rays, a fifth of the cone or less, can be missed. `cast` gets a direction as
 /// the angles of a turn to x and to y.
 fn nearest_in_cone(half: f64, cast: impl Fn([f64; 2]) -> Option<f64>) -> Option<f64> {
     let circles = CIRCLES.iter().flat_map(|(part, count)| {

@@ -56,7 +56,7 @@ pub(crate) struct Sensor {
     pub(crate) measured: Option<Measured>,
     /// The way of an inertial sensor.
     track: Option<ImuIntegrator>,
-    /// The rate and the latency of which was told whether they are possible.
+    /// The rate and the latency that were already checked.
     told: Option<(f64, f64)>,
 }
 
@@ -150,7 +150,7 @@ impl Sensor {
         track.move_to(here, step.as_secs_f64());
     }
 
-    /// Puts an inertial sensor elsewhere.
+    /// Moves an inertial sensor elsewhere.
     pub(crate) fn jump_to(&mut self, there: &Transform) {
         if let Some(track) = &mut self.track {
             track.jump_to(there);

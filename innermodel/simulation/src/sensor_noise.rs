@@ -8,7 +8,7 @@ use innermodel::kinds::Signal;
 pub struct SensorNoise<'s> {
     signal: &'s Signal,
     random: Random,
-    /// Which values are lost does not depend on whether there is noise, and the other way round.
+    /// Lost values and noise are independent of each other.
     losses: Random,
     /// The error that all values share.
     bias: f64,

@@ -10,13 +10,13 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The sensors of a world: their frames, and what they have measured.
+/// The sensors of a world: their frames, and their measurements.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sensors(BTreeMap<NodeId, Sensor>);
 
 impl Sensors {
-    /// Adds sensors that are new, and drops those that are gone. At the start of the world, all
-    /// stands.
+    /// Adds new sensors, and drops removed ones. At the start of the world, everything stands
+    /// still.
     pub(crate) fn find(
         &mut self,
         tree: &Arc<Snapshot>,
@@ -43,7 +43,7 @@ impl Sensors {
         self.0.retain(|node, _| there(*node));
     }
 
-    /// Drops all of them: a world that nobody measures costs less.
+    /// Drops all of them: a world without sensors costs less.
     pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
@@ -69,8 +69,7 @@ impl Sensors {
         }
     }
 
-    /// Tells inertial sensors that a change has put them elsewhere: a place that jumps is no
-    /// acceleration.
+    /// Notes for inertial sensors that a change has moved them: a jump is not an acceleration.
     pub(crate) fn jump(&mut self, before: &Snapshot, after: &Snapshot) {
         for (node, sensor) in &mut self.0 {
             let there = after.node(*node).map(|node| node.to_root());

@@ -20,7 +20,7 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Makes the state of devices that are new, and drops that of devices that are gone.
+    /// Makes the state of new devices, and drops that of removed ones.
     pub(crate) fn find_devices(&mut self, tree: &Snapshot) {
         for node in tree.nodes() {
             self.bases.notice(node);
@@ -90,6 +90,6 @@ pub struct MotorState {
 pub struct BatteryState {
     /// From 0 to 1.
     pub level: f64,
-    /// Whether its robot stands, which connects it to the charger.
+    /// Whether its robot stands still, which connects it to the charger.
     pub is_connected: bool,
 }

@@ -17,7 +17,7 @@ use std::time::Duration;
 const STEPS: std::ops::RangeInclusive<Duration> =
     Duration::from_micros(10)..=Duration::from_secs(1);
 
-/// Nothing asks for the past.
+/// The past is not needed.
 const NO_PAST: Keep = Keep {
     versions: 2,
     duration: Duration::from_secs(10),
@@ -26,9 +26,9 @@ const NO_PAST: Keep = Keep {
 
 /// A world that moves by fixed steps of simulated time.
 ///
-/// A clone is a world of its own, with the same future if it gets the same commands. It shares with
-/// the first world what neither changes: pages of the tree, shapes and meshes. Its cost is that of
-/// the states of devices, and at its first step that of the list of bodies.
+/// A clone is an independent world, with the same future if it gets the same commands. It shares
+/// memory with the first world for what neither changes: pages of the tree, shapes and meshes. Its
+/// cost is that of the states of devices, and at its first step that of the list of bodies.
 #[derive(Debug)]
 pub struct World {
     pub(crate) model: Arc<InnerModel>,
@@ -144,7 +144,7 @@ impl World {
         self.bodies.follow(&tree, &mut self.problems);
     }
 
-    /// Makes the state of devices that are new, and drops that of devices that are gone.
+    /// Makes the state of new devices, and drops that of removed ones.
     pub(crate) fn find_devices(&mut self) {
         self.obstacles.clear();
         let tree = self.tree();

@@ -60,7 +60,7 @@ fn where_the_hand_was() {
     // Between changes that are far from each other it stood still.
     set(5000, 0.0).expect("a change");
     near(hand(4999), angle(4.0));
-    // What is too old is forgotten.
+    // Old versions are dropped.
     model.keep(Keep {
         versions: 3,
         ..Keep::default()

@@ -66,7 +66,7 @@ impl Actions {
         self.shared().waiting.drain(..).collect()
     }
 
-    /// Tells the user why a change cannot be made.
+    /// Shows the user why a change cannot be made.
     pub fn refuse(&self, reason: &str) {
         self.shared().refusal = Some(reason.to_owned());
     }

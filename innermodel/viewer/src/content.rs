@@ -1,4 +1,4 @@
-//! What a window shows, and the loop between both.
+//! The content of a window, and the loop between both.
 
 use crate::input::{Input, ViewerAction};
 use crate::window::{Window, WindowError};
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// How often a content is asked whether it has changed.
 const PAUSE: Duration = Duration::from_millis(30);
 
-/// What a window shows.
+/// The content of a window.
 pub(crate) trait Content {
     /// The picture for a window of this size in pixels.
     fn draw(&mut self, size: (usize, usize)) -> Result<Image, TooLarge>;

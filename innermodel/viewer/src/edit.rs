@@ -28,7 +28,7 @@ impl Content for Editor {
         Self::input(self, input)
     }
 
-    /// Nothing but its user changes what is shown.
+    /// Only its user changes the content.
     fn poll(&mut self) -> ViewerAction {
         ViewerAction::Nothing
     }
@@ -49,7 +49,7 @@ pub enum EditError {
         /// Where the text with the changes is.
         path: String,
     },
-    /// It ended before changes were saved, and they cannot be written beside the file.
+    /// It ended before changes were saved, and they cannot be written next to the file.
     #[error("{cause}; the changes are lost: {error}")]
     Lost {
         /// Why it ended.
@@ -60,7 +60,7 @@ pub enum EditError {
 }
 
 /// Lets a user edit a file in a window, until it is closed or `stop` is set. If `stop` is set or
-/// the display goes away while there are changes, they are written into a new file beside it.
+/// the display goes away while there are changes, they are written into a new file next to it.
 pub fn edit(
     editor: &mut Editor,
     title: &str,

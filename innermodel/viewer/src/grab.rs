@@ -8,7 +8,7 @@ use rc_diagnostics::foreign::clean;
 
 /// The impulse of a drag of one millimetre, in N·s: 5 N·s for a metre.
 const IMPULSE: f64 = 0.005;
-/// How far the pointer may take an object, as a multiple of its depth: near the horizon a pixel is
+/// How far the pointer may move an object, as a multiple of its depth: near the horizon a pixel is
 /// very far.
 const FARTHEST: f64 = 10.0;
 
@@ -80,7 +80,7 @@ impl Grab {
         self.grip != Grip::Push
     }
 
-    /// What the pointer does to the object now.
+    /// The present effect of the pointer on the object.
     pub(crate) fn action(&self) -> Action {
         let id = self.id.clone();
         if self.moves() {
@@ -92,13 +92,13 @@ impl Grab {
         }
     }
 
-    /// Puts the object to where it was at first, or pushes nothing.
+    /// Puts the object back to its first place, or pushes nothing.
     pub(crate) fn undo(&self) -> Option<Action> {
         let (id, place) = (self.id.clone(), self.origin);
         self.moves().then_some(Action::Move { id, place })
     }
 
-    /// What the pointer does, in words.
+    /// The effect of the pointer, in words.
     pub(crate) fn label(&self) -> String {
         let id = clean(&self.id);
         if self.moves() {

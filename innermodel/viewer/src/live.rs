@@ -13,7 +13,7 @@ use std::process::{Command, Stdio};
 
 /// How long an answer may take, in seconds.
 const LIMIT: &str = "30";
-/// How far in front of the camera the point is that it is told to look at, in millimetres.
+/// The distance from the camera to the point that it looks at, in millimetres.
 const IN_FRONT: f64 = 1000.0;
 
 /// Shows the world of a running network in a window, or draws it into a file.
@@ -46,8 +46,8 @@ pub(crate) fn show(live: &Live) -> Result<(), Failure> {
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 
-/// The camera that the user moves. What meshes that are not on this computer hide does not matter,
-/// but then the simulator chooses the first view.
+/// The camera that the user moves. Bodies hidden by meshes that are not on this computer do not
+/// matter, but then the simulator chooses the first view.
 fn steered(live: &Live, viewpoint: &Viewpoint, size: (usize, usize)) -> Result<Steered, Failure> {
     let result = call(live, "print", &json!({}), Stdio::inherit())?;
     let text = result["return"].as_str().unwrap_or_default();
@@ -105,7 +105,7 @@ fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Resul
     });
     command.arg(arguments.to_string());
     command.args(["--format", "json", "--timeout", LIMIT]);
-    // What `rcdeploy` says about errors is for the user.
+    // The error messages of `rcdeploy` are for the user.
     let ran = command.stdin(Stdio::null()).stderr(errors);
     let ran = ran.output().map_err(|error| {
         Failure::System(format!(
@@ -135,7 +135,7 @@ fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Resul
     })
 }
 
-/// The program beside this one, else the one in the path.
+/// The program next to this one, else the one in the path.
 fn rcdeploy() -> OsString {
     let own = std::env::current_exe().ok();
     let beside = own.map(|own| own.with_file_name("rcdeploy"));

@@ -72,7 +72,7 @@ fn first_navigator(model: &InnerModel, request: &Request) -> Result<Option<Navig
     Ok(Some(Navigator::at(&view, scene(&extents).1)))
 }
 
-/// What pictures of a tree need: its meshes are read with the first one.
+/// The state for pictures of a tree: its meshes are read with the first one.
 fn scene_of(model: &InnerModel) -> Scene {
     let mut scene = Scene::new();
     scene.set_clouds(model.clouds());
@@ -132,8 +132,8 @@ fn pixels(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX).clamp(1, 4096)
 }
 
-/// Refuses a robot of URDF, which is no InnerModel file but becomes one, and a mesh, which a file
-/// shows.
+/// Refuses a robot of URDF, which is not an InnerModel file but becomes one, and a mesh, which a
+/// file shows.
 fn not_of_others(file: &Path) -> Result<(), Failure> {
     let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
     let (path, xml) = (file.display(), file.with_extension("xml"));
@@ -152,7 +152,7 @@ fn not_of_others(file: &Path) -> Result<(), Failure> {
         _ => return Ok(()),
     };
     Err(Failure::Usage(format!(
-        "{path} is no InnerModel file; {how}"
+        "{path} is not an InnerModel file; {how}"
     )))
 }
 

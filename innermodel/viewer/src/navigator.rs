@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const STEEPEST: f64 = FRAC_PI_2 - 0.01;
 /// How far the first camera looks down: the first angle from which it sees the robot.
 const TILTS: [f64; 6] = [0.5, 0.7, 0.9, 1.1, 1.3, STEEPEST];
-/// How far the first camera is beside the way of the robot.
+/// The distance of the first camera from the way of the robot.
 const ASIDE: f64 = 0.6;
 /// How much of the image is filled at first.
 const FILLED: f64 = 0.92;
@@ -32,7 +32,7 @@ pub fn scene(extents: &[Extent]) -> (Point, f64) {
     (centre, if radius > 0.0 { radius } else { 1000.0 })
 }
 
-/// The boxes without floors beside which all others would be small.
+/// The boxes without floors that would make all others look small.
 fn without_grounds(extents: &[Extent]) -> Vec<Extent> {
     let mut rest = extents.to_vec();
     rest.sort_by(|a, b| a.half.norm().total_cmp(&b.half.norm()));

@@ -18,7 +18,7 @@ const PAUSE_AFTER_ERROR: Duration = Duration::from_secs(1);
 /// The most pixels of a side of a picture.
 const LARGEST: usize = 4096;
 
-/// The colour beside a picture that is smaller than the window.
+/// The colour around a picture that is smaller than the window.
 const BESIDE: [u8; 3] = [40; 3];
 
 /// A picture as rows of colours from the top left.
@@ -51,7 +51,7 @@ impl Picture {
     }
 }
 
-/// What a picture is to show.
+/// The request for a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureRequest {
     /// Its size in pixels.
@@ -70,7 +70,7 @@ pub struct Steered {
     pub sees_all: bool,
 }
 
-/// What both threads know.
+/// The state that both threads share.
 struct Shared {
     wish: PictureRequest,
     newest: Result<Picture, String>,
@@ -151,7 +151,7 @@ fn keep_asking(
 
 struct RemoteView {
     shared: Arc<(Mutex<Shared>, Condvar)>,
-    /// None where the camera is one of the scene.
+    /// None if the camera is one of the scene.
     steering: Option<Steering>,
     sees_all: bool,
     /// Whether pictures are asked from where its camera is.
@@ -163,7 +163,7 @@ struct RemoteView {
 }
 
 impl RemoteView {
-    /// Says what the next picture is to show.
+    /// Sets the view of the next picture.
     fn wish(&mut self, (width, height): (usize, usize)) {
         let size = (width.clamp(1, LARGEST), height.clamp(1, LARGEST));
         self.size = Some(size);

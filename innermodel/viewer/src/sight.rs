@@ -1,4 +1,4 @@
-//! Lines of sight, and what they meet.
+//! Lines of sight, and their intersections.
 
 use innermodel::{Point, Vector};
 
@@ -12,8 +12,8 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
-    /// How far along a line through `origin` the point is that is nearest to the line of sight. The
-    /// axis has the length 1. `None` if both are parallel, or the point is not in front.
+    /// The place along a line through `origin` that is nearest to the line of sight. The axis has
+    /// the length 1. `None` if both are parallel, or the point is not in front.
     pub(crate) fn along(&self, origin: &Point, axis: &Vector) -> Option<f64> {
         let back = origin - self.from;
         let (along, square) = (axis.dot(&self.direction), self.direction.norm_squared());
@@ -24,7 +24,7 @@ impl Sight {
         (apart > 1e-9 * square && depth > 0.0).then_some(place)
     }
 
-    /// Where the line of sight meets a plane. `None` if it does so nowhere in front.
+    /// Where the line of sight meets a plane. `None` if it does not in front.
     pub(crate) fn on_plane(&self, origin: &Point, normal: &Vector) -> Option<Point> {
         let depth = (origin - self.from).dot(normal) / self.direction.dot(normal);
         let is_seen = depth.is_finite() && depth > 0.0;

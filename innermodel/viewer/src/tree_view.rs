@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The colour of the way of the pointer.
 const WAY: [u8; 3] = [255, 255, 0];
 
-/// How a window begins.
+/// The initial state of a window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Title of the window.
@@ -216,7 +216,7 @@ impl<'s> TreeView<'s> {
     pub fn poll(&mut self) -> ViewerAction {
         let mut action = ViewerAction::Nothing;
         if let Some(actions) = &self.actions {
-            // What the user holds does not fall.
+            // A body that the user holds does not fall.
             if let Some(grab) = self.grab.as_ref().filter(|grab| grab.moves()) {
                 actions.push(grab.action());
             }
@@ -252,7 +252,7 @@ impl<'s> TreeView<'s> {
     }
 }
 
-/// What a button does to an object, with the keys that are held down.
+/// The effect of a button on an object, with the modifier keys.
 fn grip(button: u8, with: Modifiers) -> Option<Grip> {
     match (button, with.control, with.shift) {
         (1, true, false) => Some(Grip::Slide),

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 /// The size of the window at first, in pixels.
 const SIZE: (u16, u16) = (640, 480);
-/// How long a display may take until the component goes on without its reply.
+/// How long a display may take before the component goes on without its reply.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Shows the tree of a component in a window, while it is switched on. A thread of its own draws,
@@ -34,7 +34,7 @@ pub struct Viewer {
 /// empty. `warn` gets the warnings about it.
 ///
 /// # Errors
-/// The file cannot be read, or is no tree: the text says why.
+/// The file cannot be read, or is not a tree: the text says why.
 pub fn parameter_tree(file: &Path, warn: impl Fn(&str)) -> Result<Arc<InnerModel>, String> {
     if file.as_os_str().is_empty() {
         return Ok(Arc::default());
@@ -59,8 +59,8 @@ impl fmt::Debug for Viewer {
 /// Whether the display of the environment takes connections.
 ///
 /// # Errors
-/// There is no display, or it refuses the connection. One that does not reply within a second is no
-/// error.
+/// There is no display, or it refuses the connection. One that does not reply within a second is
+/// not an error.
 pub fn reach() -> Result<(), WindowError> {
     let (tell, told) = sync_channel(1);
     let started = thread::Builder::new()
@@ -97,7 +97,7 @@ impl Viewer {
     ///
     /// # Errors
     /// There is no display, or it refuses the connection. One that does not reply within a second
-    /// is no error: the window opens when it does.
+    /// is not an error: the window opens when it does.
     pub fn show(&mut self, wanted: bool) -> Result<(), WindowError> {
         let is_shown = self.open.as_ref().is_some_and(|(_, t)| !t.is_finished());
         if wanted == is_shown {
@@ -122,7 +122,7 @@ impl Viewer {
             .spawn(move || {
                 let reached = window::reach();
                 let is_reached = reached.is_ok();
-                // Nobody waits any more for a late reply.
+                // A late reply is no longer needed.
                 if let Err(TrySendError::Disconnected(Err(error))) = tell.try_send(reached) {
                     say(&error.to_string());
                 }

@@ -27,7 +27,7 @@ pub enum ViewpointError {
     /// No node has the id.
     #[error(transparent)]
     Tree(#[from] innermodel::Error),
-    /// The node is no camera.
+    /// The node is not a camera.
     #[error("`{id}` is no camera; {known}")]
     NoCamera {
         /// The node.

@@ -17,7 +17,7 @@ pub(crate) struct Viewport {
     scene: Scene,
     pub(crate) steering: Steering,
     pub(crate) marks: Marks,
-    /// What the user sees.
+    /// The visible part.
     seen: Option<Seen>,
 }
 

@@ -22,7 +22,7 @@ pub enum WindowError {
     /// There is no display, or it refuses the connection.
     #[error("cannot open a window: {0}")]
     Connect(#[from] ConnectError),
-    /// The display has gone.
+    /// The display was closed.
     #[error("the display has gone: {0}")]
     Lost(String),
     /// Another program has destroyed it.

@@ -1,4 +1,4 @@
-//! How one frame moves in another one: the chain of joints between them.
+//! The motion of one frame in another one: the chain of joints between them.
 
 use crate::robot::{Joint, Motion, Robot, State};
 use crate::vectors::{about, scaled, sum, vector};
@@ -36,7 +36,7 @@ pub struct Moved<T> {
     pub jacobian: Vec<Column<T>>,
 }
 
-/// What the frame does while one coordinate moves by one unit a second.
+/// The motion of the frame while one coordinate moves by one unit a second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Column<T> {
     /// The velocity of the origin.
@@ -116,7 +116,8 @@ impl Chain<'_> {
             linear_acceleration: zero,
             jacobian: Vec::new(),
         };
-        // Of each moving joint: the coordinate and factor, the axis, a point of it, whether it turns.
+        // For each moving joint: the coordinate and factor, the axis, a point of it, whether it
+        // turns.
         let mut axes = Vec::new();
         for step in &self.steps {
             let joint = step.joint;

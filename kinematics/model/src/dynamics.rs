@@ -1,6 +1,6 @@
-//! What forces do to a robot: the recursive Newton–Euler algorithm and the composite rigid body
-//! algorithm (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 6), with vectors
-//! in the frames of the bodies.
+//! The dynamics of a robot: the recursive Newton–Euler algorithm and the composite rigid body
+//! algorithm (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 6), with
+//! vectors in the frames of the bodies.
 
 use crate::robot::{Inertia, Motion, Robot, State};
 use crate::vectors::{about, dot, matrix, scaled, sum, vector};
@@ -40,7 +40,7 @@ pub fn free_joint(robot: &Robot) -> Option<&str> {
     Some(&free.name)
 }
 
-/// A mass that is known when the robot moves: what it carries.
+/// A mass that is known only when the robot moves, such as a grasped part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load<T> {
     /// The place of the body that carries it.
@@ -173,7 +173,8 @@ struct Composite<T> {
     tensor: Matrix<T>,
 }
 
-/// `mass (|d|² 1 - d dᵀ)`, what a mass at `d` adds to the tensor about the origin, times the mass.
+/// `mass (|d|² 1 - d dᵀ)`, the contribution of a mass at `d` to the tensor about the origin, times
+/// the mass.
 fn of_points<T: Real>(a: [T; 3], b: [T; 3]) -> Matrix<T> {
     let along = dot(a, b);
     let mut out = [[T::constant(0.0); 3]; 3];
@@ -285,8 +286,8 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) 
                 let value = dot(vector(above.axis), along) * T::constant(ratio * factor);
                 let cell = &mut rows[own][other];
                 *cell = *cell + value;
-                // A pair of joints stands in both halves of the matrix, and twice in the cell of one
-                // coordinate; a joint with itself stands there once.
+                // A pair of joints is in both halves of the matrix, and twice in the cell of one
+                // coordinate; a joint with itself is there once.
                 if body != at {
                     let cell = &mut rows[other][own];
                     *cell = *cell + value;
@@ -305,8 +306,8 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) 
 }
 
 /// The accelerations of the coordinates under these efforts: the equation of motion, solved by a
-/// factorisation from the leaves to the root, which leaves what is zero by the tree (Featherstone,
-/// chapter 6.5). The accelerations of `state` play no part.
+/// factorisation from the leaves to the root, which keeps the zeros of the tree (Featherstone,
+/// chapter 6.5). The accelerations of `state` are not used.
 pub fn accelerations<T: Real>(
     robot: &Robot,
     state: &State<T>,

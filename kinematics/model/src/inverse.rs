@@ -1,7 +1,7 @@
 //! Positions and velocities of joints for those of a frame.
 //!
-//! [`pose`] and [`velocity`] are loops over numbers that are lent to them. The same text stands in
-//! printed code: [`TEXT`].
+//! [`pose`] and [`velocity`] are loops over numbers that are lent to them. Printed code contains
+//! the same text: [`TEXT`].
 
 #[expect(
     clippy::float_cmp,
@@ -10,7 +10,7 @@
     clippy::eq_op,
     clippy::suboptimal_flops,
     clippy::too_many_lines,
-    reason = "the text is printed for other projects, beside the same loops in C"
+    reason = "the text is printed for other projects, like the loops in C"
 )]
 mod core;
 

@@ -62,7 +62,7 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
     let links = structure.links.iter();
     let mut roots = links.filter(|(name, _)| !above.contains(name.as_str()));
     let Some((root, _)) = roots.next() else {
-        let message = "the joints of all links form a circle".to_owned();
+        let message = "the joints of all links form a cycle".to_owned();
         urdf.error("unknown-link", tag, message);
         return;
     };
@@ -119,7 +119,7 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
         }
     }
     if robot.bodies.len() < structure.links.len() && !urdf.found.has_errors() {
-        let message = "the joints of some links form a circle".to_owned();
+        let message = "the joints of some links form a cycle".to_owned();
         urdf.error("unknown-link", tag, message);
     }
 }
@@ -136,7 +136,7 @@ fn motion(
     };
     let (mut ratio, mut offset) = (1.0, 0.0);
     let (mut name, mut joint) = (edge.name.text.as_str(), own);
-    // There is no circle of leaders.
+    // The leaders form no cycle.
     let mut followed = 0;
     while let Some((leader, by, plus)) = &joint.follows {
         followed += 1;
@@ -258,7 +258,7 @@ fn limits(urdf: &mut Reader<'_>, limit: Xml<'_, '_>, form: JointType) -> Option<
     Some(limits)
 }
 
-/// The mass of a link. What no body can have is an error.
+/// The mass of a link. A physically impossible one is an error.
 fn inertia(urdf: &mut Reader<'_>, link: Xml<'_, '_>) -> Option<Inertia> {
     let xml = child(link, "inertial")?;
     let place = origin(urdf, xml);

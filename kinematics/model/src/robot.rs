@@ -47,15 +47,15 @@ pub struct Joint {
     pub parent: usize,
     /// Where the frame of the moved body is in that of the parent while the joint is at 0.
     pub place: Transform,
-    /// How it moves.
+    /// Its motion.
     pub motion: Motion,
     /// The axis in the frame of the moved body, of length 1.
     pub axis: [f64; 3],
-    /// How far it may go, if the file says it.
+    /// Its limits, if the file has them.
     pub limits: Option<Limits>,
 }
 
-/// How a joint moves.
+/// The motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// Not at all.

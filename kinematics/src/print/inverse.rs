@@ -1,18 +1,18 @@
 //! Prints inverse solvers: the motion as straight lines, and the loops over it.
 
 use crate::cell::Cell;
-use crate::inverse::{Asked, Inverse, RateLimits, Rates, Search};
+use crate::inverse::{Inverse, Question, RateLimits, Rates, Search};
 use crate::names::type_name;
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
 
-/// The loops in C. `PREFIX` stands for the name of the cell.
+/// The loops in C. `PREFIX` is replaced by the name of the cell.
 const C: &str = include_str!("inverse.c");
 
 /// The loops in Python.
 const PYTHON: &str = include_str!("inverse.py");
 
-/// How a language writes numbers without an end.
+/// Infinite numbers of a language.
 struct Numbers {
     infinity: &'static str,
     negative_infinity: &'static str,
@@ -42,7 +42,7 @@ const IN_PYTHON: Numbers = Numbers {
     negative_infinity: "-math.inf",
 };
 
-/// What is said of an inverse solver.
+/// The comment of an inverse solver.
 pub(super) fn about(inverse: &Inverse) -> Vec<String> {
     let work = inverse.work();
     let mut lines = inverse.doc.clone();
@@ -51,11 +51,11 @@ pub(super) fn about(inverse: &Inverse) -> Vec<String> {
         work.sums, work.products, work.functions
     );
     lines.push(match &inverse.asked {
-        Asked::Pose(search) => format!(
+        Question::Pose(search) => format!(
             "Each call computes the motion at most {} times: {size}, and the equations of a step.",
             search.beginnings() * search.iterations
         ),
-        Asked::Velocity(_) => format!(
+        Question::Velocity(_) => format!(
             "Each call computes the motion once: {size}; then the equations of at most {} steps.",
             8 * inverse.joints.len()
         ),
@@ -144,14 +144,14 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
         "\n/// What [`{name}`] gives.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{\n"
     );
     let fields: &[(&str, &str, &str)] = match &inverse.asked {
-        Asked::Pose(_) => &[
+        Question::Pose(_) => &[
             (POSITIONS, "positions", "COUNT"),
             (REACHED, "reached", "bool"),
             (DISTANCE, "distance", "f64"),
             (ANGLE, "angle", "f64"),
             (ITERATIONS, "iterations", "usize"),
         ],
-        Asked::Velocity(_) => &[
+        Question::Velocity(_) => &[
             (VELOCITIES, "velocities", "COUNT"),
             (ACHIEVED, "achieved", "[f64; 6]"),
         ],
@@ -166,7 +166,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
     }
     let motion = rust_motion(inverse);
     match &inverse.asked {
-        Asked::Pose(search) => {
+        Question::Pose(search) => {
             let last = match search.seed {
                 Some(_) => String::new(),
                 None => format!(", last: &[f64; {count}]"),
@@ -210,7 +210,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
                 \x20       angle: search.angle,\n        iterations: search.iterations,\n    }}\n}}"
             );
         }
-        Asked::Velocity(rates) => {
+        Question::Velocity(rates) => {
             let bounds = |is_most| {
                 each(inverse, |joint, place| {
                     bound(rates, joint, place, is_most, "_inverse::within", &IN_RUST)
@@ -247,12 +247,12 @@ pub(super) fn rust_arguments(count: usize, inverse: &Inverse) -> Vec<(String, St
     let one = |name: &str, kind: String| (name.to_owned(), kind);
     let joints = format!("&[f64; {count}]");
     match &inverse.asked {
-        Asked::Pose(search) => {
+        Question::Pose(search) => {
             let target = one("target", "&[[f64; 4]; 4]".to_owned());
             let last = search.seed.is_none().then(|| one("last", joints));
             std::iter::once(target).chain(last).collect()
         }
-        Asked::Velocity(_) => vec![
+        Question::Velocity(_) => vec![
             one("positions", joints),
             one("velocity", "&[f64; 6]".to_owned()),
         ],
@@ -299,14 +299,14 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
     }
     let _ = writeln!(out, "}}\n\n/* What {name} gives. */\ntypedef struct {{");
     let fields: &[(&str, &str)] = match &inverse.asked {
-        Asked::Pose(_) => &[
+        Question::Pose(_) => &[
             (POSITIONS, "double positions[COUNT]"),
             (REACHED, "int reached"),
             (DISTANCE, "double distance"),
             (ANGLE, "double angle"),
             (ITERATIONS, "int iterations"),
         ],
-        Asked::Velocity(_) => &[
+        Question::Velocity(_) => &[
             (VELOCITIES, "double velocities[COUNT]"),
             (ACHIEVED, "double achieved[6]"),
         ],
@@ -317,21 +317,21 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
     }
     let _ = writeln!(out, "}} {name}_result;\n\n/*");
     let question = match &inverse.asked {
-        Asked::Pose(search) => {
+        Question::Pose(search) => {
             let last = match search.seed {
                 Some(_) => "",
                 None => " `last`: the positions before, where the search begins.",
             };
             format!("`target`: {}{last}", inverse.question)
         }
-        Asked::Velocity(_) => format!("`velocity`: {}", inverse.question),
+        Question::Velocity(_) => format!("`velocity`: {}", inverse.question),
     };
     for line in about(inverse).iter().chain([&question]) {
         let _ = writeln!(out, " * {}", line.replace("*/", "* /"));
     }
     out.push_str(" */\n");
     match &inverse.asked {
-        Asked::Pose(search) => {
+        Question::Pose(search) => {
             let last = match search.seed {
                 Some(_) => String::new(),
                 None => format!("const double last[{count}], "),
@@ -386,7 +386,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
                 let _ = writeln!(out, "    result->{field} = search.{field};");
             }
         }
-        Asked::Velocity(rates) => {
+        Question::Velocity(rates) => {
             let within = format!("{prefix}__within");
             let bounds = |is_most| {
                 each(inverse, |joint, place| {
@@ -431,8 +431,8 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
     let mut out = format!(
         "\n\ndef {motion}(positions: list[float]) -> {}:\n{}",
         match inverse.asked {
-            Asked::Pose(_) => "tuple[list[float], list[list[float]]]",
-            Asked::Velocity(_) => "list[list[float]]",
+            Question::Pose(_) => "tuple[list[float], list[list[float]]]",
+            Question::Velocity(_) => "list[list[float]]",
         },
         python_text::statements(&inverse.motion, |at| format!("positions[{at}]"))
     );
@@ -444,27 +444,27 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
         format!("[{}]", rows.collect::<Vec<_>>().join(", "))
     };
     let _ = match inverse.asked {
-        Asked::Pose(_) => writeln!(
+        Question::Pose(_) => writeln!(
             out,
             "    return [{}], {}",
             numbers[..12].join(", "),
             rows(&numbers[12..])
         ),
-        Asked::Velocity(_) => writeln!(out, "    return {}", rows(&numbers)),
+        Question::Velocity(_) => writeln!(out, "    return {}", rows(&numbers)),
     };
     let _ = writeln!(
         out,
         "\n\nclass {of}(NamedTuple):\n    \"\"\"What {name} gives.\"\"\"\n"
     );
     let fields: &[(&str, &str)] = match &inverse.asked {
-        Asked::Pose(_) => &[
+        Question::Pose(_) => &[
             (POSITIONS, "positions: list[float]"),
             (REACHED, "reached: bool"),
             (DISTANCE, "distance: float"),
             (ANGLE, "angle: float"),
             (ITERATIONS, "iterations: int"),
         ],
-        Asked::Velocity(_) => &[
+        Question::Velocity(_) => &[
             (VELOCITIES, "velocities: list[float]"),
             (ACHIEVED, "achieved: list[float]"),
         ],
@@ -491,7 +491,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
         format!("    \"\"\"{text}\"\"\"\n")
     };
     match &inverse.asked {
-        Asked::Pose(search) => {
+        Question::Pose(search) => {
             question(&mut lines, "target");
             let last = match search.seed {
                 Some(_) => "",
@@ -542,7 +542,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
                 "    return {of}(positions, reached, distance, angle, iterations)"
             );
         }
-        Asked::Velocity(rates) => {
+        Question::Velocity(rates) => {
             question(&mut lines, "velocity");
             let bounds = |is_most| {
                 each(inverse, |joint, place| {

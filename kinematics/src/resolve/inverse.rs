@@ -2,7 +2,7 @@
 
 use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
 use crate::ast::{self, Quantity, SettingKind, What};
-use crate::inverse::{Asked, Inverse, RateLimits, Rates, Search, motion};
+use crate::inverse::{Inverse, Question, RateLimits, Rates, Search, motion};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_quantity::Unit;
 use rc_robot::{Motion, inverse};
@@ -43,7 +43,7 @@ impl Resolver<'_> {
     fn posture(&mut self, posture: &ast::Posture) -> Vec<f64> {
         let robot = self.robot;
         let ranges = self.ranges();
-        // What the posture does not name is at 0, or at the nearest limit.
+        // Joints that the posture does not name are at 0, or at the nearest limit.
         let middle = ranges
             .iter()
             .map(|(lower, upper)| 0.0_f64.clamp(*lower, *upper));
@@ -51,7 +51,7 @@ impl Resolver<'_> {
         let mut known: HashMap<&str, Span> = HashMap::new();
         for (joint, place) in &posture.joints {
             if let Some(first) = known.insert(&joint.text, joint.span) {
-                let message = format!("the joint `{}` stands twice in the posture", joint.text);
+                let message = format!("the joint `{}` occurs twice in the posture", joint.text);
                 self.duplicate(joint.span, message, first);
                 continue;
             }
@@ -136,7 +136,7 @@ impl Resolver<'_> {
     }
 
     fn in_range(&mut self, value: f64, span: Span, unit: &str, most: f64) -> Option<f64> {
-        // Squares of less are no numbers.
+        // Squares of less are not numbers.
         if (1e-12..=most).contains(&value) {
             return Some(value);
         }
@@ -176,18 +176,18 @@ impl Resolver<'_> {
         found
     }
 
-    /// Settings that another kind of solver has, or that stand twice.
+    /// Settings of another kind of solver, or duplicate ones.
     fn fitting(&mut self, solver: &ast::Solver, words: &[&str]) {
         let mut known: HashMap<&str, Span> = HashMap::new();
         for setting in &solver.settings {
             let word = setting.kind.word();
             if let Some(first) = known.insert(word, setting.span) {
-                let message = format!("`{word}` is said twice");
+                let message = format!("`{word}` occurs twice");
                 self.duplicate(setting.span, message, first);
             } else if !words.contains(&word) {
                 let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
                 let message = match words.as_slice() {
-                    [] => format!("`{word}` changes nothing: this solver is no inverse"),
+                    [] => format!("`{word}` changes nothing: this solver is not an inverse"),
                     words => format!(
                         "`{word}` changes nothing: this inverse has {}",
                         words.join(", ")
@@ -203,7 +203,7 @@ impl Resolver<'_> {
         self.fitting(solver, &[]);
     }
 
-    /// An inverse solver, with nothing else beside.
+    /// An inverse solver, without other outputs.
     pub(super) fn inverse(
         &mut self,
         solver: &ast::Solver,
@@ -243,7 +243,7 @@ impl Resolver<'_> {
         let chain = self.chain(base, tip, asked.span)?;
         let expressed = match frame {
             Some((span, _)) if is_pose => {
-                let message = "a pose has no `expressed in`: it is in the frame behind `in`";
+                let message = "a pose has no `expressed in`: it is in the frame after `in`";
                 self.error("without-effect", span, message.to_owned());
                 return None;
             }
@@ -278,13 +278,13 @@ impl Resolver<'_> {
             )
         };
         let how = if is_pose {
-            Asked::Pose(self.search(solver, &joints))
+            Question::Pose(self.search(solver, &joints))
         } else {
-            Asked::Velocity(self.rates(solver, &joints))
+            Question::Velocity(self.rates(solver, &joints))
         };
         let starts = match &how {
-            Asked::Pose(search) => search.starts.len(),
-            Asked::Velocity(_) => 0,
+            Question::Pose(search) => search.starts.len(),
+            Question::Velocity(_) => 0,
         };
         if 12 + 6 * joints.len() + starts > MOST_NUMBERS || self.steps > MOST_STEPS {
             let message = format!(
@@ -369,7 +369,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Whether the robot is the same after a whole turn of a joint that has no end.
+    /// Whether the robot is equal after a whole turn of a joint without limits.
     fn is_endless(&self, coordinate: usize, ranges: &[(f64, f64)]) -> bool {
         let joints = self
             .robot
@@ -420,7 +420,7 @@ impl Resolver<'_> {
         }
         match (within, period) {
             (Some(span), None) => {
-                let message = "how long a velocity lasts within the limits is not said".to_owned();
+                let message = "the period within which the limits hold is missing".to_owned();
                 let error = Diagnostic::error("missing-period", span, message);
                 self.found
                     .push(error.help("write the period of the loop, such as `period 1 ms;`"));

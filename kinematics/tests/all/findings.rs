@@ -1,4 +1,4 @@
-//! What is wrong in a text.
+//! Errors in texts.
 
 use crate::load;
 use expect_test::expect;
@@ -31,7 +31,7 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:8:50: error[unknown-link]: the robot `arm` has no link `tool` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
         cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts` and no `accelerations`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
-        cell.kdsl:9:44: error[duplicate-name]: `gravity` is said twice; first declared here at cell.kdsl:9:27
+        cell.kdsl:9:44: error[duplicate-name]: `gravity` occurs twice; first declared here at cell.kdsl:9:27
         cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `math`, found `slover` (did you mean `solver`?)
     "#]].assert_eq(&found);
 }
@@ -59,21 +59,21 @@ fn inverses_are_told_what_they_cannot_be() {
         cell.kdsl:4:27: error[bad-value]: `turn` goes from -2.9 to 2.9 rad, found 3.3161255787892263 rad
         cell.kdsl:4:47: error[bad-value]: expected a number in `m`, found `rad` (write `m`, or a unit that converts into it)
         cell.kdsl:4:52: error[unknown-joint]: the robot `arm` has no joint `grip` that moves on its own (expected one of `turn`, `reach`, `bend`)
-        cell.kdsl:4:72: error[duplicate-name]: the joint `bend` stands twice in the posture; first declared here at cell.kdsl:4:62
+        cell.kdsl:4:72: error[duplicate-name]: the joint `bend` occurs twice in the posture; first declared here at cell.kdsl:4:62
         cell.kdsl:4:87: error[syntax-error]: expected `=`, found `3`
         cell.kdsl:5:13: error[reserved-in-code]: `last` cannot be the name of a posture: it is the one before
         cell.kdsl:6:44: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:6:16 (write a solver of its own for it)
         cell.kdsl:6:64: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:6:16 (write a solver of its own for it)
         cell.kdsl:6:81: error[without-effect]: `damped` changes nothing: this inverse has `within`, `tolerance`, `iterations`, `restarts`, `seed`
-        cell.kdsl:7:56: error[without-effect]: a pose has no `expressed in`: it is in the frame behind `in`
+        cell.kdsl:7:56: error[without-effect]: a pose has no `expressed in`: it is in the frame after `in`
         cell.kdsl:8:16: error[empty-solver]: no joint moves `tool-0` in `wrist`
         cell.kdsl:9:59: error[bad-value]: expected a number in `m`, found `rad` (write `m`, or a unit that converts into it)
         cell.kdsl:9:68: error[bad-value]: expected a number in `rad`, found `m` (write `rad`, or a unit that converts into it)
         cell.kdsl:9:82: error[bad-value]: expected an integer from 1 to 10000, found the number 0
         cell.kdsl:9:94: error[bad-value]: expected an integer from 0 to 1000, found the number 1000000000
         cell.kdsl:9:104: error[unknown-posture]: there is no posture `hom` (did you mean `home`?)
-        cell.kdsl:9:109: error[duplicate-name]: `seed` is said twice; first declared here at cell.kdsl:9:99
-        cell.kdsl:10:48: error[missing-period]: how long a velocity lasts within the limits is not said (write the period of the loop, such as `period 1 ms;`)
+        cell.kdsl:9:109: error[duplicate-name]: `seed` occurs twice; first declared here at cell.kdsl:9:99
+        cell.kdsl:10:48: error[missing-period]: the period within which the limits hold is missing (write the period of the loop, such as `period 1 ms;`)
         cell.kdsl:10:70: error[bad-value]: expected a number from 1e-6 to 1000, found the number 0
         cell.kdsl:10:86: error[unknown-posture]: there is no posture `last` (expected `home`)
         cell.kdsl:11:48: error[without-effect]: `period` changes nothing without `within limits`

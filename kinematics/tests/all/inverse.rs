@@ -2,7 +2,7 @@
 
 use crate::load_with;
 use crate::printed::{compiled, printed};
-use rc_kinematics::{Asked, Cell};
+use rc_kinematics::{Cell, Question};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -242,7 +242,7 @@ fn half_turns_are_found() {
     }
 }
 
-/// What is no pose, and no positions, ends as all others do.
+/// What is not a pose, and no positions, ends as all others do.
 #[test]
 fn questions_without_sense_end() {
     let cell = cell("six", SIX, "");
@@ -305,7 +305,7 @@ fn cost(jacobian: &[f64], wish: &[f64; 6], rates: &[f64], preferred: &[f64], dam
 fn velocities_are_the_least_squares_within_limits() {
     let cell = cell("seven", SEVEN, "");
     let push = &cell.inverses[2];
-    let Asked::Velocity(rates) = &push.asked else {
+    let Question::Velocity(rates) = &push.asked else {
         panic!("an inverse of a velocity");
     };
     let limits = rates.limits.as_ref().expect("limits");
@@ -454,7 +454,7 @@ fn inverses_in_three_languages_are_the_same() {
         for inverse in &cell.inverses {
             let name = &inverse.name;
             match &inverse.asked {
-                Asked::Pose(search) => {
+                Question::Pose(search) => {
                     let (positions, found) = inverse.positions(&pose, &last).expect("a pose");
                     // Where nothing is found, the last bits lead elsewhere.
                     let is_shown = found.reached || search.starts.is_empty();
@@ -488,7 +488,7 @@ fn inverses_in_three_languages_are_the_same() {
                     )
                     .expect("a text");
                 }
-                Asked::Velocity(_) => {
+                Question::Velocity(_) => {
                     let answer = inverse.velocities(&last, &velocity).expect("six joints");
                     let (velocities, achieved) = answer.expect("velocities");
                     expected.extend(velocities);

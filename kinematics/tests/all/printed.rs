@@ -39,7 +39,7 @@ fn payloads(solver: &Solver) -> &'static [f64] {
     }
 }
 
-/// What a solver gives; the numbers of velocities stand for efforts as well.
+/// The output of a solver; the numbers of velocities also represent efforts.
 fn run(solver: &Solver, state: &State) -> Vec<f64> {
     let numbers = solver.run(state, &state.velocities, payloads(solver));
     numbers.expect("three joints")
@@ -115,7 +115,7 @@ fn recorded_formulas_are_the_algorithms() {
             &dynamics::mass_matrix(robot, &state, &[]).concat(),
         );
     }
-    // Nothing is computed for what is known.
+    // Constants are not computed.
     assert_eq!(cell.solvers[3].work(), rc_kinematics::Work::default());
 }
 

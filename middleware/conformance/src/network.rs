@@ -31,7 +31,7 @@ pub fn raise_descriptor_limit() {
     let _ = setrlimit(Resource::Nofile, Rlimit { current, maximum });
 }
 
-/// A network of its own. Dropping it fails the test if it has left anything behind.
+/// A separate network. Dropping it fails the test if anything is left of it.
 pub struct Network<'a> {
     subject: &'a dyn Subject,
     name: String,

@@ -219,8 +219,8 @@ pub fn a_late_subscriber_gets_transient_local_samples(subject: &dyn Subject) {
     }
 }
 
-/// A subscriber that is there gets all samples, whether it requested kept ones or not, also beside
-/// a volatile publisher.
+/// A connected subscriber gets all samples, whether it requested kept ones or not, also next to a
+/// volatile publisher.
 pub fn a_transient_local_publisher_reaches_all_subscribers(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Map/map");
@@ -251,7 +251,7 @@ pub fn a_transient_local_publisher_reaches_all_subscribers(subject: &dyn Subject
     }
 }
 
-/// A slow subscriber of depth 4 keeps 4 of 100 samples; a fast one beside it gets all.
+/// A slow subscriber of depth 4 keeps 4 of 100 samples; a fast one next to it gets all.
 pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");
@@ -283,7 +283,7 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
 }
 
 /// A receiver counts lost samples for each sender. A late subscriber has lost nothing, and a
-/// publisher that comes back begins anew.
+/// publisher that comes back starts a new count.
 pub fn lost_samples_are_counted(subject: &dyn Subject) {
     let network = Network::new(subject);
     let topic = endpoint("default/Laser/scan");

@@ -126,7 +126,7 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
     assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);
 }
 
-/// What `divide` throws.
+/// The exceptions of `divide`.
 #[derive(Clone, Debug, PartialEq)]
 enum Failed {
     ByZero(i32),

@@ -51,7 +51,7 @@ fn next<A: typed::Arguments>(subscriber: &mut dyn Subscriber) -> Result<A, Decod
     }
 }
 
-/// Every subscriber gets what was published: as it was, in types of its own, or as bytes.
+/// Every subscriber gets the published value: unchanged, in types of its own, or as bytes.
 pub fn values_reach_every_subscriber(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Laser/scan");
@@ -70,7 +70,7 @@ pub fn values_reach_every_subscriber(subject: &dyn Subject) {
     for subscriber in &mut subscribers[..2] {
         assert_eq!(next(&mut **subscriber), Ok(expected.clone()));
     }
-    // The beginning, as other types that have the same bytes.
+    // The beginning, as other types with the same bytes.
     let read = next(&mut *subscribers[2]);
     assert_eq!(read, Ok(("front".to_owned(), 100_000_u32)));
     let mut writer = Writer::default();
@@ -78,7 +78,7 @@ pub fn values_reach_every_subscriber(subject: &dyn Subject) {
     let bodies = crate::network::receive(&mut *subscribers[3], 1);
     assert_eq!(bodies[0].1, writer.into_bytes());
 
-    // A value outside its bounds is not sent, and takes no number.
+    // A value outside its bounds is not sent, and gets no number.
     let wrong = topic.publish_parts(("front", &[1_u16][..], &map, &Digit(10)));
     assert!(
         matches!(
@@ -155,7 +155,7 @@ pub fn calls_carry_values(subject: &dyn Subject) {
     calling(subject, answer, |client| {
         let both: (f64, String) = ok(client.call(&ANY, ("a", &1.5_f64)));
         assert_eq!(both, (1.5, "a".to_owned()));
-        // In other types that have the same bytes, and as bytes.
+        // In other types with the same bytes, and as bytes.
         let first: f64 = ok(client.call(&ANY, (&"b".to_owned(), &2.5_f64)));
         assert_eq!(first, 2.5);
         let written = client.call_with(

@@ -29,7 +29,7 @@ const LEFT_OUT: [&str; 15] = [
     "ddsi_xt_typemap.c",
 ];
 
-/// The layer over the system: what is the same on every system, and what is for Linux.
+/// The layer over the system: files for every system, and those for Linux.
 const SYSTEM: [&str; 40] = [
     "atomics.c",
     "avl.c",
@@ -128,7 +128,7 @@ fn main() {
     let library = shared_library(&source).unwrap_or_else(|error| {
         panic!("the compiled Cyclone DDS cannot be kept in the target folder: {error}")
     });
-    // A target folder may be emptied in part.
+    // A target folder may be partly deleted.
     println!("cargo:rerun-if-changed={}", library.display());
     println!("cargo:rustc-link-search=native={}", library.display());
     println!("cargo:rustc-link-lib=static={LIBRARY}");
@@ -175,7 +175,7 @@ fn shared_library(source: &Path) -> io::Result<PathBuf> {
     if folder.join(format!("lib{LIBRARY}.a")).exists() {
         return Ok(folder);
     }
-    // A build that is killed leaves this folder, and the next one begins anew.
+    // A killed build leaves this folder, and the next build starts over.
     let partial = cache.join("partial");
     if partial.exists() {
         std::fs::remove_dir_all(&partial)?;

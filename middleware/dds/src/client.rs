@@ -31,7 +31,7 @@ pub(crate) fn open(session: &Rc<Session>, endpoint: &Endpoint) -> Result<DdsClie
     };
     let [request, reply] = names::service(endpoint);
     let opening = Opening::begin(session, &address)?;
-    // The reader comes first: a server that has found the writer soon finds the reader, too.
+    // The reader comes first: a server that has found the writer will soon also find the reader.
     let replies = opening.reader(spec(reply), Arc::clone(&inbox) as _)?;
     let requests = opening.writer(spec(request), Arc::new(()))?;
     inbox.set_client(requests.guid);
@@ -57,12 +57,12 @@ pub(crate) struct DdsClient {
     caller: Caller,
     ports: ClientPorts,
     inbox: Arc<Replies>,
-    started: StartedCalls<Asked>,
+    started: StartedCalls<SentRequest>,
 }
 
 /// A request that was sent: its number, and its server.
 #[derive(Clone, Copy)]
-struct Asked {
+struct SentRequest {
     request: u64,
     server: GuidPrefix,
 }
@@ -76,7 +76,7 @@ impl DdsClient {
         request: &dyn RequestBody,
         is_awaited: bool,
         room: Duration,
-    ) -> Result<Asked, CallError> {
+    ) -> Result<SentRequest, CallError> {
         let (caller, queue) = (&self.caller, &self.inbox.queue);
         let server = self.ports.server(queue.server());
         let server = server.ok_or_else(|| CallError::NoServer(caller.address.clone()))?;
@@ -93,14 +93,14 @@ impl DdsClient {
             queue.cancel(id.sequence);
             caller.not_sent(&error)
         })?;
-        Ok(Asked {
+        Ok(SentRequest {
             request: id.sequence,
             server,
         })
     }
 
-    /// How a call stands. If its reply has arrived, `take` gets it.
-    fn state(&self, asked: Asked, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
+    /// The state of a call. If its reply has arrived, `take` gets it.
+    fn state(&self, asked: SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
         CallState {
             has_server: self.ports.has(asked.server),
             reply: self.take_reply(asked.request, take),

@@ -1,4 +1,4 @@
-//! How a component joins DDS, from the settings of `[middleware.dds]`.
+//! The configuration with which a component joins DDS, from the settings of `[middleware.dds]`.
 
 use crate::names;
 use rc_middleware::{Environment, OpenError};

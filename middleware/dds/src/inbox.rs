@@ -1,4 +1,4 @@
-//! How samples of calls get into queues.
+//! Puts samples of calls into queues.
 
 use rc_ddsc::{Guid, Sample};
 use rc_middleware::rpc::{self, RequestId};
@@ -48,7 +48,7 @@ impl Inbox for Replies {
                 if let Some(suppressed) = self.rate_limit.allow() {
                     let (count, address) = (suppressed + 1, &self.address);
                     tracing::warn!(
-                        "`{address}` sent a sample that is no reply ({count} times): {reason}"
+                        "`{address}` sent a sample that is not a reply ({count} times): {reason}"
                     );
                 }
             }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// How long a request waits until its client can be reached. A client whose reader was not found by
-/// then has none.
+/// then counts as one without a reader.
 const HOLD: Duration = Duration::from_millis(200);
 /// How long a request of a component waits, which has a reader of replies.
 const HOLD_COMPONENT: Duration = Duration::from_secs(5);
@@ -60,7 +60,7 @@ pub(crate) struct DdsServer {
     reply: Vec<u8>,
 }
 
-/// What sends replies. Deferred ones share it with their server.
+/// The state for sending replies. Deferred replies share it with their server.
 struct Replies {
     address: String,
     port: WriterPort,
@@ -68,7 +68,7 @@ struct Replies {
     sent: Cell<u64>,
 }
 
-/// A reply that comes later.
+/// A deferred reply.
 struct DdsDeferred(Rc<Replies>);
 
 impl DeferredReply for DdsDeferred {
@@ -84,7 +84,7 @@ impl DeferredReply for DdsDeferred {
 }
 
 impl DdsServer {
-    /// Whether to serve a request now: its reply reaches the client, or the client has gone and
+    /// Whether to serve a request now: its reply reaches the client, or the client has left and
     /// gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Received>) -> bool {
         let writer = waiting.sample.sample.writer();
@@ -121,7 +121,7 @@ impl DdsServer {
             }
         }
         let sent = if reply.is_empty() || client.is_none() {
-            // It was no request, or its client has gone.
+            // It was not a request, or its client has left.
             Ok(())
         } else {
             self.replies.send(&reply)
@@ -215,9 +215,9 @@ impl Server for DdsServer {
         let later =
             || -> Box<dyn DeferredReply> { Box::new(DdsDeferred(Rc::clone(&self.replies))) };
         let reply = ReplyMemory::new(&self.replies.port.writer, Profile::Rpc, buffer);
-        // Also where the client has gone: its request holds nobody up.
+        // Also if the client has left: its request must not delay others.
         let mut reply = reply.or_later(&later);
-        // The client tells the hash of the whole interface, which is equal. The runtime compares
+        // The client sends the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
         handler(sample_header(&sample, sender.id, 0), body, &mut reply);
         let (reply, sent) = match reply.finish() {

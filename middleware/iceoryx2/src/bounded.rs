@@ -28,7 +28,7 @@ pub(crate) fn run<T: Send + 'static>(
     std::thread::Builder::new()
         .name("iceoryx2-open".to_owned())
         .spawn(move || {
-            // After the limit nobody receives, and the port is dropped here.
+            // After the limit nothing receives any more, and the port is dropped here.
             let _ = done.send(work());
         })
         .map_err(|error| failed(format!("no thread for the opening: {error}")))?;

@@ -26,7 +26,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Time between the start of a process and its first clean-up, so that processes that start
 /// together share one.
 const JOIN_PAUSE: Duration = Duration::from_millis(200);
-/// How long openings are kept out at a time. One dead node takes some milliseconds.
+/// How long a clean-up blocks openings at a time. One dead node takes some milliseconds.
 const BATCH: Duration = Duration::from_millis(20);
 /// Pauses of a process that waits for another one's round, from the first to the longest.
 const WAITS: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];
@@ -103,7 +103,7 @@ impl DeadNodes {
         }
     }
 
-    /// Cleans up after all nodes that are dead now. Returns whether it came to the end.
+    /// Cleans up after all nodes that are dead now. Returns whether it was completed.
     fn round(
         &self,
         leader: &mut LeaderLock,

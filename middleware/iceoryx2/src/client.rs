@@ -87,14 +87,14 @@ pub(crate) struct SharedClient {
     last_reply: Cell<Option<Instant>>,
     command: PendingCommand,
     spin: Cell<Spin>,
-    started: StartedCalls<Asked>,
+    started: StartedCalls<SentRequest>,
     port: ClientPort,
     calls: CallService,
     session: Arc<Session>,
 }
 
 /// A started call: its request, and the server that got it.
-struct Asked {
+struct SentRequest {
     pending: PendingResponse,
     server: Option<u128>,
 }
@@ -265,8 +265,8 @@ impl SharedClient {
         self.failed_for("the server took the request and sent no reply".to_owned())
     }
 
-    /// How a started call stands. If its reply has arrived, `take` gets it.
-    fn look(&self, asked: &Asked, take: &mut dyn FnMut(Header, &[u8])) -> Look {
+    /// The state of a started call. If its reply has arrived, `take` gets it.
+    fn look(&self, asked: &SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> Look {
         // The server's state is read before the queue, so that no reply is missed.
         let gone = self.is_gone(asked.server);
         let dropped = !asked.pending.is_connected();
@@ -307,7 +307,7 @@ impl Client for SharedClient {
             return Err(CallError::NoServer(self.address.clone()));
         }
         let pending = self.submit(header, request)?;
-        // The queue keeps the order of commands, so that the last one stands for all.
+        // The queue keeps the order of commands, so that the last one represents all.
         *lock(&self.command) = Some(pending);
         Ok(())
     }
@@ -401,7 +401,7 @@ impl Client for SharedClient {
         }
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let server = self.known_server();
-        let asked = Asked { pending, server };
+        let asked = SentRequest { pending, server };
         self.started.add(header.sequence, asked, (start, limit));
         Ok(())
     }
@@ -417,7 +417,7 @@ impl Client for SharedClient {
         self.listener.acknowledge(notified);
         let mut started = std::mem::take(&mut self.started);
         let is_stopping = self.session.environment.wake_event.is_stopping();
-        let look = |sequence, asked: &mut Asked| {
+        let look = |sequence, asked: &mut SentRequest| {
             self.look(asked, &mut |header, body| take(sequence, header, body))
         };
         let ended = started.next(&self.address, is_stopping, look);

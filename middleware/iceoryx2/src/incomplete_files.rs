@@ -2,7 +2,7 @@
 //!
 //! iceoryx2 creates a file empty or with temporary permissions, fills it, and then sets its final
 //! permissions; a process that opens the file waits for them. If the creator is killed in between,
-//! that process waits until `creation_timeout`, and for ever if a shared memory has no size yet
+//! that process waits until `creation_timeout`, and forever if a shared memory has no size yet
 //! (0.10.0). A thread in every process of a network therefore removes a file that stays incomplete
 //! for longer than [`CREATION`]; a creation takes microseconds. Waiting processes then find no file
 //! and create it themselves. Only the leader searches, because a hundred processes that start have
@@ -135,7 +135,7 @@ struct Files {
     suspects: HashMap<PathBuf, (Identity, Instant)>,
     stamps: Stamps,
     leader: LeaderLock,
-    /// Two searches have seen the same stamps, so that the clock's resolution hides no change.
+    /// Two searches saw the same stamps, so the resolution of the clock hides no change.
     settled: bool,
     /// Readable when a file was created since nothing was left to do; the leader alone has it.
     announcements: Option<OwnedFd>,
@@ -218,8 +218,8 @@ impl Files {
             .collect()
     }
 
-    /// Returns whether the file is gone. A lock serialises removals, so that no process removes a
-    /// file that was created in place of one that another process has just removed.
+    /// Returns whether the file was removed. A lock serialises removals, so that no process removes
+    /// a file that was created in place of one that another process has just removed.
     fn remove(&self, path: &Path, identity: Identity) -> bool {
         let Ok(lock) = File::create(self.root.join("removing.lock")) else {
             return false;

@@ -9,9 +9,9 @@ use rc_middleware::{Encoding, Header};
 
 /// Version of these headers.
 const VERSION: u16 = 1;
-/// Body encoding: CDR, XCDR1, little endian (for a call, behind its envelope).
+/// Body encoding: CDR, XCDR1, little endian (for a call, after its envelope).
 const CDR: u16 = 1;
-/// Body encoding: the memory image of a plain type (for a reply, behind its envelope).
+/// Body encoding: the memory image of a plain type (for a reply, after its envelope).
 const IMAGE: u16 = 2;
 /// Flag of a request: the client awaits no reply.
 const ONE_WAY: u32 = 1;

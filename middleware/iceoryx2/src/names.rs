@@ -39,8 +39,8 @@ impl Storage {
         Ok(fits.then(|| Self::with(directory, prefix)))
     }
 
-    /// Chooses a place with a name that nobody can guess: another user of the machine can then make
-    /// no file in its way. Call it only while no other process does.
+    /// Chooses a place with a name that nobody can guess, so that no other user of the machine can
+    /// create a file in its way. Call it only while no other process does.
     pub(crate) fn choose(directory: &RunDirectory) -> io::Result<Self> {
         let mut random = [0; 8];
         File::open("/dev/urandom")?.read_exact(&mut random)?;

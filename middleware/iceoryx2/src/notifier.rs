@@ -61,7 +61,7 @@ impl Notifier {
         self.send(DATA);
     }
 
-    /// Tells all listeners that a transient-local publisher has joined.
+    /// Notifies all listeners that a transient-local publisher has joined.
     pub(crate) fn announce_transient_local(&self) {
         self.send(TRANSIENT_LOCAL);
     }
@@ -112,8 +112,9 @@ impl Listener {
     /// one notification, none arrived during it, and one pass suffices.
     ///
     /// Measured with two and three notifiers at once: this function lost none of 3.0 million
-    /// wake-ups, passes until nothing is found none of 2.6 million, a single pass 7 of 3.0 million.
-    /// A wake-up lost in spite of this delays the receiver until its next poll, at most 50 ms.
+    /// wake-ups, repeated passes until nothing is found none of 2.6 million, a single pass 7 of 3.0
+    /// million. A wake-up that is lost nevertheless delays the receiver until its next poll, at
+    /// most 50 ms.
     pub(crate) fn acknowledge(&self, woken: bool) -> Wakeup {
         let mut wakeup = Wakeup::default();
         for pass in 0..PASSES {

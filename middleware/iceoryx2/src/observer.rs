@@ -1,6 +1,6 @@
-//! Ports of tools that look at a running network. They open only what exists, have places of their
-//! own beside those of components, and are not counted as peers. A tool looks for samples each
-//! millisecond, so its samples cost a publisher no wake-up.
+//! Ports of tools that look at a running network. They open only existing services, have places in
+//! addition to those of components, and are not counted as peers. A tool polls for samples each
+//! millisecond, so that a publisher need not wake it.
 
 use crate::names;
 use crate::ports::TopicService;
@@ -23,9 +23,9 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How often an observer looks for samples.
+/// How often an observer polls for samples.
 const LOOK_NS: i64 = 1_000_000;
-/// How often an observer looks for a service that does not exist yet.
+/// How often an observer polls for a service that does not exist yet.
 const RETRY: Duration = Duration::from_millis(250);
 
 /// The backend of a tool.

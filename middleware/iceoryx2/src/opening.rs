@@ -42,7 +42,7 @@ pub(crate) fn open<T: Send + 'static>(
     })
 }
 
-/// What to do where this process may not map more memory: iceoryx2 does not say so.
+/// The advice for a process that may not map more memory, which iceoryx2 does not give.
 fn address_space() -> Option<String> {
     let limit = getrlimit(Resource::As).current? >> 10;
     Some(format!(

@@ -135,7 +135,7 @@ pub(crate) struct SharedServer {
     replies: Arc<Replies>,
 }
 
-/// What sends replies. Deferred ones share it with their server.
+/// The state for sending replies. Deferred replies share it with their server.
 struct Replies {
     /// Notifiers of clients, by client GUID.
     client_notifiers: Mutex<BTreeMap<[u8; 16], Notifier>>,
@@ -234,7 +234,7 @@ impl Replies {
         if notifiers.len() >= self.calls.dynamic_config().number_of_clients() {
             notifiers.retain(|_, notifier| notifier.has_listeners());
         }
-        // Without an event service the client is gone or does not wait for a notification.
+        // Without an event service, the client has left or does not wait for a notification.
         if let Some(notifier) =
             Notifier::existing(&self.session, &names::client(&self.address, client))
         {
@@ -259,7 +259,7 @@ struct SharedReply<'a> {
     loan_encoding: Encoding,
     /// Whether the loan is the reply.
     loan_is_reply: bool,
-    /// What sends the reply to a query later.
+    /// The state for sending the reply to a query later.
     later: Option<(Header, &'a Arc<Replies>)>,
     is_deferred: bool,
 }
@@ -278,7 +278,7 @@ impl<'a> SharedReply<'a> {
     }
 }
 
-/// A reply that comes later.
+/// A deferred reply.
 struct SharedDeferred {
     request: Rc<ActiveRequest>,
     header: Header,

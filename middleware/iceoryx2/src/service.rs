@@ -40,7 +40,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// The use of an event service, which determines how many notifiers and listeners it admits.
 #[derive(Clone, Copy)]
 pub(crate) enum EventPorts {
-    /// So many publishers notify subscribers.
+    /// This many publishers notify subscribers.
     Topic(usize),
     /// Subscribers notify so many transient-local publishers.
     LateJoiners(usize),
@@ -181,7 +181,7 @@ pub(crate) fn event(
             .max_nodes(MAX_NODES)
             .event_id_max_value(TRANSIENT_LOCAL)
             .open_or_create_with_attributes(&verifier)
-            // That of a topic which is less deep has fewer notifiers.
+            // The service of a topic with a smaller depth has fewer notifiers.
             .or_else(|_| builder().open_with_attributes(&verifier))
     })
 }
@@ -253,7 +253,7 @@ impl Session {
                 Ok(opened) => return Ok(opened),
                 Err(error) => error,
             };
-            // The service may be one of dead processes, with other types and settings.
+            // The service may belong to dead processes, with other types and settings.
             if Instant::now() < end && self.clean_some() > 0 {
                 continue;
             }

@@ -16,7 +16,7 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// A body of `length` bytes, which are zero. `None` if there is no memory for it.
+    /// A body of `length` zero bytes. `None` if there is no memory for it.
     fn new(length: usize) -> Option<Self> {
         let words = u128::new_vec_zeroed(length.div_ceil(size_of::<u128>())).ok()?;
         Some(Self { words, length })
@@ -36,12 +36,12 @@ impl Body {
     }
 }
 
-/// The bodies of one sender. One that nobody reads any more takes the next message.
+/// The bodies of one sender. A body without readers is used again for the next message.
 #[derive(Default)]
 pub(crate) struct Pool(Vec<Arc<Body>>);
 
 impl Pool {
-    /// A body of `length` bytes with any content, which nobody else has. `None` if there is no
+    /// A body of `length` bytes with any content, which has no other owner. `None` if there is no
     /// memory for it.
     pub(crate) fn take(&mut self, length: usize) -> Option<Arc<Body>> {
         let fits = |body: &mut Arc<Body>| {

@@ -172,11 +172,11 @@ pub(crate) struct LocalClient {
     state: Arc<Mutex<State>>,
     port: u64,
     signal: WakeEvent,
-    started: StartedCalls<Asked>,
+    started: StartedCalls<SentRequest>,
 }
 
 /// A call whose request was sent.
-struct Asked {
+struct SentRequest {
     header: Header,
     slot: Arc<Mutex<ReplyState>>,
     server: u64,
@@ -184,7 +184,7 @@ struct Asked {
 
 impl LocalClient {
     /// Sends the request of a call.
-    fn ask(&self, header: Header, request: &dyn RequestBody) -> Result<Asked, CallError> {
+    fn ask(&self, header: Header, request: &dyn RequestBody) -> Result<SentRequest, CallError> {
         let slot = Arc::new(Mutex::new(ReplyState::default()));
         let server = self.submit(Request {
             header: self.signed(header),
@@ -194,7 +194,7 @@ impl LocalClient {
                 signal: self.signal.clone(),
             }),
         })?;
-        Ok(Asked {
+        Ok(SentRequest {
             header,
             slot,
             server,
@@ -204,10 +204,10 @@ impl LocalClient {
     /// The result of a call, if it has ended. If its reply has come, `take` gets it.
     fn result(
         &self,
-        asked: &Asked,
+        asked: &SentRequest,
         take: &mut dyn FnMut(Header, Message<'_>),
     ) -> Option<Result<(), CallError>> {
-        // Nobody waits for the lock while `take` runs.
+        // The lock is not held while `take` runs.
         let state = std::mem::take(&mut *lock(&asked.slot));
         match state {
             ReplyState::Ready(Answer::Copied(reply)) => {
@@ -231,7 +231,7 @@ impl LocalClient {
         }
     }
 
-    /// Puts a request into the queue; gives the server that will reply.
+    /// Puts a request into the queue. Returns the server that will reply.
     fn submit(&self, request: Request) -> Result<u64, CallError> {
         let mut state = lock(&self.state);
         let State { server, queues } = &mut *state;
@@ -431,7 +431,7 @@ struct LocalReply<'s> {
     pool: &'s mut Pool,
     lent: Option<(Arc<Body>, Encoding)>,
     is_lent_sent: bool,
-    /// That of a query, until its reply is deferred.
+    /// The request of a query, until its reply is deferred.
     ticket: Option<Ticket>,
 }
 
@@ -447,7 +447,7 @@ impl<'s> LocalReply<'s> {
         }
     }
 
-    /// Sends what was written, unless it is nothing.
+    /// Sends the written reply, unless there is none.
     fn finish(self) {
         let lent = self.lent.filter(|_| self.is_lent_sent);
         let answer = match (self.value, lent) {
@@ -466,7 +466,7 @@ impl<'s> LocalReply<'s> {
     }
 }
 
-/// A reply that comes later.
+/// A deferred reply.
 struct LocalDeferred(Ticket);
 
 impl DeferredReply for LocalDeferred {

@@ -1,8 +1,8 @@
 //! The backend between threads of one process: for components that share one (`middleware auto;`),
 //! and for tests. It is the simplest example of a backend. It passes the suite of `rc-conformance`.
 //!
-//! Endpoints find each other by network and address, in one table of the process. A sample lies in
-//! memory that all its subscribers share: what is written in place is read where it was written.
+//! Endpoints find each other by network and address, in one table of the process. All subscribers
+//! of a sample share its memory: a sample that is written in place is read where it was written.
 
 mod body;
 mod calls;

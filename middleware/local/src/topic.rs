@@ -155,7 +155,7 @@ pub(crate) fn subscriber(
 /// A publisher.
 pub(crate) struct LocalPublisher(Arc<Outlet>);
 
-/// What a publisher and the samples that it lends need to send.
+/// The state that a publisher and the samples that it lends need to send.
 struct Outlet {
     address: String,
     state: Arc<Mutex<State>>,
@@ -186,7 +186,7 @@ impl Outlet {
         // One lock for both steps: a late subscriber gets each sample once.
         let state = lock(&self.state);
         self.kept.push(sample.clone());
-        // The last one gets the sample itself: a value that nobody else has is not cloned.
+        // The last one gets the sample itself, so that a value with one receiver is not cloned.
         if let Some((last, others)) = state.subscribers.split_last() {
             for subscriber in others {
                 subscriber.push(sample.clone());
@@ -246,7 +246,7 @@ impl Publisher for LocalPublisher {
 /// A sample that is being written.
 struct Lent {
     outlet: Arc<Outlet>,
-    /// Nobody else has it.
+    /// It has no other owner.
     body: Arc<Body>,
 }
 

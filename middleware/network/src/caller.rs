@@ -15,7 +15,7 @@ pub const ROOM: Duration = Duration::from_millis(50);
 /// After this time a request to a server of another program no longer counts as pending: such a
 /// server may not reply to commands.
 const SILENCE: Duration = Duration::from_secs(1);
-/// Longest wait for the reply of a server that has gone: samples and discovery arrive on different
+/// Longest wait for the reply of a server that has left: samples and discovery arrive on different
 /// threads.
 const AFTER_DEATH: Duration = Duration::from_millis(20);
 /// Longest wait before the client looks for a stop: another thread may have cleared the wake event.
@@ -46,7 +46,7 @@ impl ClientPorts {
         self.replies.state().has(same) && self.requests.state().has(same)
     }
 
-    /// Whether `server` is another program, which tells nothing of itself.
+    /// Whether `server` is another program, which does not describe itself.
     pub fn is_external(&self, server: GuidPrefix) -> bool {
         let same = |peer: &Peer| peer.prefix() == server && peer.is_external();
         self.requests.state().has(same)
@@ -129,7 +129,7 @@ impl Caller {
         }
     }
 
-    /// How a started call stands.
+    /// The state of a started call.
     pub fn look(&self, state: CallState) -> Look {
         match state {
             CallState {
@@ -143,7 +143,7 @@ impl Caller {
         }
     }
 
-    /// What to wait for while started calls have not ended.
+    /// The descriptor and time to wait for while started calls have not ended.
     pub fn awaiting<T>(&self, calls: &StartedCalls<T>) -> Option<Awaiting<'_>> {
         let until = calls.due().unwrap_or_else(|| Instant::now() + CYCLE);
         (!calls.is_empty()).then(|| Awaiting {

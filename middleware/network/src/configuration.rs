@@ -17,9 +17,9 @@ const LARGEST: &str = "128MiB";
 /// Wanted size of the receive buffer of a socket; the system grants at most `net.core.rmem_max`.
 /// Others send the fragments of large samples at once.
 const RECEIVE_BUFFER: &str = "16MiB";
-/// Repair of what was lost. The library doubles the time between two heartbeats up to 8 s, and asks
-/// for missing fragments after 100 ms, and again after 3 s. Fast DDS sends a heartbeat every 3 s,
-/// so an answer to a request would wait for that.
+/// Repair of losses. The library doubles the time between two heartbeats up to 8 s, and asks for
+/// missing fragments after 100 ms, and again after 3 s. Fast DDS sends a heartbeat every 3 s, so an
+/// answer to a request would wait for that.
 const HEARTBEAT: &str = "100 ms";
 const NACK: &str = "10 ms";
 const NACK_AGAIN: &str = "200 ms";
@@ -31,7 +31,7 @@ const REPEATED: u32 = 16;
 /// process may have to wait for a processor.
 const ANNOUNCEMENTS: u32 = 4;
 
-/// How a component joins a domain.
+/// The configuration with which a component joins a domain.
 #[derive(Clone, Debug)]
 pub struct Joining {
     /// The name of the middleware: of its folder in the run directory, and of its thread.
@@ -131,8 +131,8 @@ impl Configuration {
         self
     }
 
-    /// The XML, and behind it the variable `CYCLONEDDS_URI`: what is set for a single start comes
-    /// last and wins.
+    /// The XML, then the variable `CYCLONEDDS_URI`: a setting for a single start comes last and
+    /// takes precedence.
     pub fn text(&self) -> String {
         let Self {
             domain,

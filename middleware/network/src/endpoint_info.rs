@@ -124,10 +124,10 @@ impl fmt::Display for EndpointInfo {
     }
 }
 
-/// Whether two endpoints have the same types, as far as they tell: hash 0 stands for types that no
-/// component generated.
+/// Whether two endpoints have the same types, as far as they announce them: hash 0 represents types
+/// that no component generated.
 pub fn types_match(ours: &TypeIdentity, theirs: &TypeIdentity) -> bool {
-    // A name longer than the limit came cut.
+    // A name longer than the limit arrived cut.
     let is_same = || clean_to(&ours.name, LONGEST_TYPE) == clean_to(&theirs.name, LONGEST_TYPE);
     ours.hash == 0 || theirs.hash == 0 || (ours.hash == theirs.hash && is_same())
 }

@@ -56,7 +56,7 @@ impl EndpointState {
         self.notify();
     }
 
-    /// Marks the peer `key` as gone. Its samples that are still unread keep their sender.
+    /// Marks the peer `key` as left. Its samples that are still unread keep their sender.
     pub(crate) fn remove(&self, key: u64) {
         if let Some(peer) = lock(&self.table).peers.get_mut(&key) {
             peer.presence = Presence::Gone;
@@ -66,7 +66,7 @@ impl EndpointState {
 
     fn notify(&self) {
         self.changed.notify_all();
-        // The server of a waiting call may have gone, and a held request may be served now.
+        // The server of a waiting call may have left, and a held request may be served now.
         if self.identity.info.role == Role::Client || self.backlog.awaits_peers() {
             self.signal.wake();
         }
@@ -128,7 +128,7 @@ impl EndpointState {
     /// Removes the registration.
     pub(crate) fn unregister(&self) {
         let registration = lock(&self.table).registration.take();
-        // That may wait for a component that opens endpoints, and discovery goes on meanwhile.
+        // This may wait for a component that opens endpoints; discovery continues meanwhile.
         drop(registration);
     }
 

@@ -7,7 +7,7 @@ use rc_ddsc::{End, Reader, Sample, Writer};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Where a reader puts samples, on a thread of the library.
+/// The destination of samples from a reader, on a thread of the library.
 pub trait Inbox: Backlog {
     /// Adds a sample. `from`: the participant of its writer, if the thread of discovery has added
     /// the writer by now.
@@ -158,8 +158,8 @@ impl ReaderState {
         known.or_else(|| peer(self, handle))
     }
 
-    /// Whether the sender of a sample has gone, or its types differ. One that the thread of
-    /// discovery has not added yet is there.
+    /// Whether the sender of a sample has left, or its types differ. A sender that the thread of
+    /// discovery has not added yet counts as present.
     pub fn has_lost(&self, handle: u64) -> bool {
         let lost = self.state.with(handle, |peer| !peer.is_usable());
         lost.unwrap_or(false)

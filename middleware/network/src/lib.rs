@@ -8,10 +8,12 @@
 //! - [`LocalRegistry`]: the endpoints on this machine, which need no discovery.
 //! - [`EndpointState`], [`Peer`]: an endpoint of this component and the peers that it has found.
 //! - [`Opening`], [`WriterPort`], [`ReaderPort`]: opens endpoints and waits for their peers.
-//! - [`TopicPublisher`], [`TopicSubscriber`]: the ports of topics, which are the same everywhere.
-//! - [`SampleQueue`], [`RequestQueues`], [`ReplyQueue`]: what was received and not read yet.
+//! - [`TopicPublisher`], [`TopicSubscriber`]: the ports of topics, for all middlewares over a
+//!   network.
+//! - [`SampleQueue`], [`RequestQueues`], [`ReplyQueue`]: messages that were received and not read
+//!   yet.
 //! - [`ReplyMemory`]: where a server writes a reply.
-//! - [`Mismatches`], [`RateLimit`]: what the log says of endpoints that do not match.
+//! - [`Mismatches`], [`RateLimit`]: log lines about endpoints that do not match.
 
 mod caller;
 mod configuration;

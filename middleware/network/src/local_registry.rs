@@ -26,8 +26,8 @@ const LOCK_LIMIT: Duration = Duration::from_secs(10);
 const LEAVE_LIMIT: Duration = Duration::from_secs(if cfg!(test) { 60 } else { 1 });
 /// Longest wait for all that come first, each within its limit.
 const QUEUE_LIMIT: Duration = Duration::from_mins(2);
-/// Whether the last endpoint of this process that left has waited in vain: the next ones do not
-/// wait.
+/// Whether the last endpoint of this process that left has waited without effect: the next ones do
+/// not wait.
 static GAVE_UP: AtomicBool = AtomicBool::new(false);
 /// The file that a component locks while it opens endpoints.
 const LOCK: &str = "turn";
@@ -45,7 +45,7 @@ pub struct LocalRegistry {
 pub struct Registration {
     /// The identity of the endpoint.
     pub guid: Guid,
-    /// Announcement, the same as in its user data.
+    /// Announcement, equal to that in its user data.
     pub info: EndpointInfo,
     /// The quality of service that it offers or requests.
     pub contract: Contract,
@@ -288,7 +288,7 @@ fn remove_if_empty(directory: &Path, _lock: &File) {
         }
         let is_alive = match File::open(&path) {
             Ok(file) => flock(&file, FlockOperation::NonBlockingLockShared).is_err(),
-            // A process without free descriptors cannot tell.
+            // A process without free descriptors cannot find out.
             Err(error) => error.kind() != io::ErrorKind::NotFound,
         };
         if is_alive {
@@ -343,7 +343,8 @@ mod tests {
     use rc_middleware::TypeIdentity;
     use rc_middleware::qos::Qos;
 
-    /// One that leaves holds the lock, and has seen the other one; nobody comes after them.
+    /// A process that leaves holds the lock, and has seen the other one; no further process follows
+    /// them.
     #[test]
     fn endpoints_that_leave_together_leave_nothing() {
         let folder = std::env::temp_dir().join(format!("rc-leaving-{}", std::process::id()));

@@ -155,7 +155,7 @@ pub(crate) struct Opening<'a> {
 }
 
 impl Opening<'_> {
-    /// The error of this address for what a library says.
+    /// The error of this address for an error of the library.
     pub(crate) fn failed(&self, reason: &dyn Display) -> OpenError {
         failed(&self.address, reason)
     }

@@ -4,7 +4,7 @@ use crate::{EndpointInfo, Guid, RegistrationGuard, Role};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-/// Number of peers that are remembered after they have gone, because their samples may still be
+/// Number of peers that are remembered after they have left, because their samples may still be
 /// unread; and number of mismatched endpoints that are remembered, because each is reported once.
 pub(crate) const REMEMBERED: usize = 256;
 
@@ -35,11 +35,11 @@ pub struct Peer {
     pub guid: Guid,
     /// Announcement; `None` for an endpoint of another program.
     pub info: Option<EndpointInfo>,
-    /// Whether its types match, as far as it tells.
+    /// Whether its types match, as far as it announces them.
     pub matches: bool,
     /// Whether it can be reached.
     pub presence: Presence,
-    /// How long its samples are valid; `None` for ever.
+    /// How long its samples are valid; `None` for no limit.
     pub lifespan: Option<Duration>,
 }
 
@@ -49,7 +49,7 @@ impl Peer {
         prefix(&self.guid)
     }
 
-    /// Whether it belongs to another program, which tells nothing of itself.
+    /// Whether it belongs to another program, which does not describe itself.
     pub fn is_external(&self) -> bool {
         self.info.is_none()
     }

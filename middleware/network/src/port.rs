@@ -43,7 +43,7 @@ pub struct EndpointSpec<'a> {
     pub role: Role,
     /// The types of the connection.
     pub types: &'a TypeIdentity,
-    /// Quality of service of a topic. `None` of calls, which lose nothing: clients and servers
+    /// Quality of service of a topic. `None` for calls, which lose nothing: clients and servers
     /// limit how many requests wait.
     pub qos: Option<rc_middleware::Qos>,
     /// Wakes its owner.

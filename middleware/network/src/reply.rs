@@ -15,13 +15,13 @@ pub struct ReplyMemory<'a> {
     is_deferred: bool,
 }
 
-/// What becomes of a reply.
+/// The form of a reply.
 pub enum Written {
     /// It is in the buffer, which may be empty.
     Buffer(Vec<u8>),
     /// It is in memory of the library. The buffer may be used again.
     Loan(Loan, Vec<u8>),
-    /// It comes later.
+    /// It will be sent later.
     Deferred(Vec<u8>),
 }
 
@@ -40,7 +40,7 @@ impl<'a> ReplyMemory<'a> {
         }
     }
 
-    /// With what sends the reply if it is deferred.
+    /// With the state for sending the reply if it is deferred.
     #[must_use]
     pub fn or_later(mut self, later: &'a dyn Fn() -> Box<dyn DeferredReply>) -> Self {
         self.later = Some(later);
@@ -57,7 +57,7 @@ impl<'a> ReplyMemory<'a> {
     }
 }
 
-/// How many bytes of a call in `profile` stand before the body that is sent.
+/// How many bytes of a call in `profile` precede the body that is sent.
 fn before_body(profile: Profile) -> usize {
     match profile {
         Profile::Rpc => 0,

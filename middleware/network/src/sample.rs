@@ -1,4 +1,4 @@
-//! How a sample of the library becomes a body and a header.
+//! Converts a sample of the library into a body and a header.
 
 use crate::entities::Inbox;
 use crate::{GuidPrefix, RateLimit, SampleQueue};
@@ -31,7 +31,7 @@ pub fn body(sample: &[u8]) -> Result<&[u8], String> {
     Ok(&body[..body.len().saturating_sub(padding)])
 }
 
-/// The header of a sample. `type_hash` is 0 where the sender tells none.
+/// The header of a sample. `type_hash` is 0 if the sender announces none.
 pub fn sample_header(sample: &Sample, sender: u128, type_hash: u64) -> Header {
     crate::header(sample.sequence(), sample.stamp(), sender, type_hash)
 }

@@ -126,7 +126,7 @@ impl Session {
         self.participant.guid().unwrap_or_default()
     }
 
-    /// Opens a writer that no component of this network reads, so it is announced to none.
+    /// Opens a writer that no component of this network reads, so it is not announced to any.
     pub fn writer(
         &self,
         (topic, type_name): (&str, &str),
@@ -165,8 +165,8 @@ impl Session {
     pub fn linger(&self, limit: Duration) {
         let begin = Instant::now();
         for writer in self.writers.borrow().iter().filter_map(Weak::upgrade) {
-            // A reader that does not confirm in time loses samples. The component ends: nobody is
-            // left to tell.
+            // A reader that does not confirm in time loses samples. The component ends, so the loss
+            // cannot be reported.
             let _ = writer.wait_for_acks(limit.saturating_sub(begin.elapsed()));
         }
     }

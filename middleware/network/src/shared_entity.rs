@@ -2,7 +2,7 @@
 //!
 //! The library deletes an endpoint only after its threads have left the listener of the endpoint. A
 //! thread that deleted an endpoint from within its listener would wait for itself. So the component
-//! deletes endpoints, and only after all other threads have let go.
+//! deletes endpoints, after all other threads have released them.
 
 use crate::lock;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};

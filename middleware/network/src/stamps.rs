@@ -4,8 +4,8 @@ use rc_middleware::{Encoding, Header, now};
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;
 
-/// The header of a received sample. `stamp` is in nanoseconds since 1970; `type_hash` is 0 where
-/// the sender tells none.
+/// The header of a received sample. `stamp` is in nanoseconds since 1970; `type_hash` is 0 if the
+/// sender announces none.
 pub fn header(sequence: u64, stamp: i64, sender: u128, type_hash: u64) -> Header {
     Header {
         type_hash,
@@ -22,8 +22,7 @@ fn wall_clock() -> i64 {
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-/// The DDS time stamp, in nanoseconds since 1970, for a time of the monotonic clock; 0 stands for
-/// now.
+/// The DDS time stamp, in nanoseconds since 1970, for a time of the monotonic clock; 0 means now.
 pub fn stamp(sent: u64) -> i64 {
     let age = match sent {
         0 => 0,

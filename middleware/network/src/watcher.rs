@@ -1,5 +1,5 @@
-//! The thread of discovery. It asks the library about what the library announces; the library's own
-//! threads must not.
+//! The thread of discovery. It queries the library about its announcements, which the library's own
+//! threads must not do.
 
 use crate::entities::{ReaderState, WatchedEndpoint, WriterState, matched};
 use crate::{EndpointInfo, EndpointKind, Guid, Identity, Mismatches, Peer, RateLimit, Role, lock};
@@ -24,8 +24,8 @@ struct Ends {
 }
 
 impl Ends {
-    /// Adds an endpoint, or what has changed of it. One without room is not compared with later
-    /// endpoints of this component, which only costs reports about mismatches.
+    /// Adds an endpoint, or its changes. One without room is not compared with later endpoints of
+    /// this component, which only costs reports about mismatches.
     fn insert(&mut self, guid: Guid, end: End) {
         static RATE_LIMIT: RateLimit = RateLimit::new();
         self.remove(&guid);
@@ -65,7 +65,7 @@ pub(crate) struct Discovered {
     /// The endpoints of this component, each with the name of its type.
     own: Mutex<Vec<(Weak<dyn WatchedEndpoint>, String)>>,
     pub(crate) mismatches: Mismatches,
-    /// Whether a message tells that there are new readers, or writers, and was not taken yet.
+    /// Whether a message reports new readers, or writers, and was not taken yet.
     announced: [AtomicBool; 2],
     /// Gives the name of a service, for the topic of its requests.
     service: fn(&str) -> &str,
@@ -190,7 +190,7 @@ impl Discovered {
 
 /// Event of the library, in the order of occurrence.
 pub(crate) enum Message {
-    /// An endpoint of this kind was discovered, or has changed or gone.
+    /// An endpoint of this kind was discovered, has changed, or has left.
     Discovered(EndpointKind),
     /// Events of an endpoint of this component wait.
     Events(Arc<dyn WatchedEndpoint>, Arc<Mutex<WaitingEvents>>),
@@ -208,7 +208,7 @@ pub(crate) struct WaitingEvents {
     incompatible: Option<Event>,
     deadlines: u32,
     alive: Option<Event>,
-    /// Whether a message tells of them.
+    /// Whether a message reports them.
     is_told: bool,
 }
 
@@ -230,7 +230,7 @@ impl WaitingEvents {
         !std::mem::replace(&mut self.is_told, true)
     }
 
-    /// Takes the events. What comes from now on is told by another message.
+    /// Takes the events. A further message reports later events.
     fn take(&mut self) -> Vec<Event> {
         let Self {
             peers,
@@ -261,7 +261,7 @@ pub(crate) struct ForwardDiscovery {
 
 impl Listener for ForwardDiscovery {
     fn event(&self, _event: Event) {
-        // Strangers announce as often as they like. One message tells of all that is new.
+        // Other programs may announce at any rate. One message reports everything new.
         let announced = self.discovered.announced(self.kind);
         if !announced.swap(true, Ordering::AcqRel) {
             let _ = self.messages.send(Message::Discovered(self.kind));
@@ -316,7 +316,7 @@ impl Listener for Forward {
 /// The thread.
 pub(crate) struct Watcher {
     pub(crate) discovered: Arc<Discovered>,
-    /// Of readers and of writers.
+    /// For readers and for writers.
     pub(crate) discoveries: Arc<[Discovery; 2]>,
 }
 
@@ -325,7 +325,7 @@ impl Watcher {
         while let Ok(message) = messages.recv() {
             match message {
                 Message::Discovered(kind) => {
-                    // What comes during the look is told by another message.
+                    // A further message reports events during the look.
                     let announced = self.discovered.announced(kind);
                     announced.store(false, Ordering::Release);
                     self.discover(kind);
@@ -348,7 +348,7 @@ impl Watcher {
             EndpointKind::Writer => writers,
         };
         let mut endpoints = lock(self.discovered.endpoints(kind));
-        // What cannot be read now is read at the next announcement.
+        // Endpoints that cannot be read now are read at the next announcement.
         let _ = discovery.take(|end, guid| {
             if let Some(end) = end {
                 self.compare(&end, kind);
@@ -557,7 +557,7 @@ mod tests {
         ];
         assert_eq!(format!("{events:?}"), format!("{expected:?}"));
         assert!(waiting.take().is_empty());
-        // The thread knows this peer now, so its end is told.
+        // The thread knows this peer now, so its end is reported.
         assert!(waiting.add(Event::Unmatched(0)), "another message tells");
         assert_eq!(waiting.take().len(), 1);
     }
@@ -584,7 +584,7 @@ mod tests {
         }
         assert_eq!(ends.values().count(), 15);
         assert!(ends.bytes <= MOST_BYTES);
-        // A change takes the place of what was known.
+        // A change replaces the known state.
         let changed = end(3, 10);
         ends.insert(changed.guid, changed.clone());
         assert_eq!(ends.ends[&changed.guid], changed);

@@ -1,12 +1,13 @@
-//! How requests and replies of a service relate to each other.
+//! The relation between requests and replies of a service.
 //!
 //! The middlewares of ROS 2 differ in this, and do not serve each other. `rmw_fastrtps` puts the
-//! identity of a request beside the body, into the inline quality of service: a request carries the
-//! reader that waits for the reply, and the reply carries this reader and the number of the request
-//! among the samples of its writer. `rmw_cyclonedds` puts a header before the body. A component
-//! speaks with each peer as the middleware of that peer does; the vendor in the peer's identity
-//! names it. A request of another vendor may have a header, too: it begins with the client's
-//! identity then. Components use the way of Fast DDS among each other, with numbers of their own.
+//! identity of a request into the inline quality of service, outside the body: a request carries
+//! the reader that waits for the reply, and the reply carries this reader and the number of the
+//! request among the samples of its writer. `rmw_cyclonedds` puts a header before the body. A
+//! component speaks with each peer as the middleware of that peer does; the vendor in the peer's
+//! identity names it. A request of another vendor may also have a header, which begins with the
+//! client's identity. Components use the way of Fast DDS among each other, with numbers of their
+//! own.
 
 use rc_ddsc::{BEFORE_BODY, Identity, Sample};
 use rc_middleware::Writer;
@@ -16,7 +17,7 @@ use rc_network::{Guid, GuidPrefix, Peer, ReaderState, body, prefix};
 /// Where a peer has the identity of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Mapping {
-    /// Beside the body, as in `rmw_fastrtps`.
+    /// Outside the body, as in `rmw_fastrtps`.
     Beside,
     /// Before the body, as in `rmw_cyclonedds`.
     Before,
@@ -65,8 +66,8 @@ impl Mapping {
 // An envelope fits exactly before the body of a sample.
 const _: () = assert!(BEFORE_BODY == ENVELOPE);
 
-/// The body of a sample without its first `skipped` bytes, behind an envelope, which `envelope`
-/// writes. It stays where it is, unless somebody else in this process reads the sample, too: then
+/// The body of a sample without its first `skipped` bytes, after an envelope, which `envelope`
+/// writes. It stays in place, unless another reader in this process has the sample, too: then
 /// `buffer` gets a copy.
 pub(crate) fn enveloped<'a>(
     sample: &'a mut Sample,
@@ -131,7 +132,7 @@ pub(crate) struct Request {
 
 impl Request {
     /// Reads the identity of a request. It fails if the body is too short for a header, or the
-    /// sender has gone before anybody knew it.
+    /// sender left before discovery found it.
     pub(crate) fn read(sample: &Sample, reader: &ReaderState) -> Result<Self, String> {
         let own = i64::try_from(sample.sequence()).unwrap_or(0);
         let beside = |guid, number: i64| Self {
@@ -150,7 +151,7 @@ impl Request {
                     Ok(before.unwrap_or_else(|| beside(id.guid, id.number)))
                 }
                 Some(_) => Err("a request names another client than its sender".to_owned()),
-                // The client has gone: nobody receives the reply.
+                // The client has left, so the reply has no receiver.
                 None => Ok(beside([0; 16], id.number)),
             };
         }

@@ -37,16 +37,16 @@ struct Received {
 }
 
 /// Puts the replies of one operation into the queue of its client.
-struct OfOperation {
+struct OperationReplies {
     place: usize,
     /// The reader of replies and the writer of requests.
     own: OnceLock<[Guid; 2]>,
     replies: Arc<Replies>,
 }
 
-impl Backlog for OfOperation {}
+impl Backlog for OperationReplies {}
 
-impl Inbox for OfOperation {
+impl Inbox for OperationReplies {
     fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let replies = &self.replies;
         let Some(own) = self.own.get() else {
@@ -67,7 +67,7 @@ impl Inbox for OfOperation {
                 if let Some(suppressed) = replies.rate_limit.allow() {
                     let (count, address) = (suppressed + 1, &replies.address);
                     tracing::warn!(
-                        "`{address}` sent a sample that is no reply ({count} times): {reason}"
+                        "`{address}` sent a sample that is not a reply ({count} times): {reason}"
                     );
                 }
             }
@@ -104,7 +104,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosClient, OpenEr
             signal: signal.clone(),
             labels: node.types.labels(&external.type_name),
         };
-        let inbox = Arc::new(OfOperation {
+        let inbox = Arc::new(OperationReplies {
             place,
             own: OnceLock::new(),
             replies: Arc::clone(&replies),
@@ -166,7 +166,7 @@ pub(crate) struct RosClient {
     services: Vec<Service>,
     _listed: Listed,
     received: Arc<Replies>,
-    started: StartedCalls<Asked>,
+    started: StartedCalls<SentRequest>,
     /// The number of this client in its component.
     number: u32,
     /// Number of requests, for servers that do not count samples.
@@ -181,7 +181,7 @@ pub(crate) struct RosClient {
 
 /// A request that was sent: its operation, its identity in the envelope and here, and its server.
 #[derive(Clone, Copy)]
-struct Asked {
+struct SentRequest {
     at: usize,
     id: RequestId,
     key: RequestKey,
@@ -220,7 +220,7 @@ impl RosClient {
             .iter()
             .position(|service| service.id == operation);
         let at = at.ok_or_else(|| {
-            self.caller.failed(&"this component was generated without types of ROS 2 for this operation; generate it anew with --middleware ros2")
+            self.caller.failed(&"this component was generated without types of ROS 2 for this operation; generate it again with --middleware ros2")
         })?;
         Ok((at, id))
     }
@@ -250,7 +250,7 @@ impl RosClient {
         request: &dyn RequestBody,
         is_awaited: bool,
         room: Duration,
-    ) -> Result<Asked, CallError> {
+    ) -> Result<SentRequest, CallError> {
         let (at, id) = self.operation(request)?;
         let no_server = || CallError::NoServer(self.caller.address.clone());
         let service = &self.services[at];
@@ -301,7 +301,7 @@ impl RosClient {
         self.services[at].sent = sequence;
         self.sent = count;
         self.last = at;
-        Ok(Asked {
+        Ok(SentRequest {
             at,
             id,
             key,
@@ -309,8 +309,8 @@ impl RosClient {
         })
     }
 
-    /// How a call stands. If its reply has arrived, `take` gets it.
-    fn state(&mut self, asked: Asked, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
+    /// The state of a call. If its reply has arrived, `take` gets it.
+    fn state(&mut self, asked: SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
         CallState {
             has_server: self.services[asked.at].ports.has(asked.server),
             reply: self.take_reply(asked, take),
@@ -318,7 +318,7 @@ impl RosClient {
     }
 
     /// Ends a call, which has this result.
-    fn finish(&mut self, asked: Asked, result: &Result<(), CallError>) {
+    fn finish(&mut self, asked: SentRequest, result: &Result<(), CallError>) {
         if matches!(result, Err(CallError::Deadline { .. })) {
             self.advise(asked.at, asked.server);
         }
@@ -328,7 +328,7 @@ impl RosClient {
     /// Passes the reply to a request to `take`, if it has arrived.
     fn take_reply(
         &mut self,
-        Asked { at, id, key, .. }: Asked,
+        SentRequest { at, id, key, .. }: SentRequest,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
         let received = match self.received.queue.take(key)? {

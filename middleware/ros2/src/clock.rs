@@ -16,7 +16,7 @@ pub(crate) const CLOCK: NodeClock = NodeClock {
     write,
 };
 
-/// Names the topic `clock` of a slot `/clock`, behind the rules that are set.
+/// Names the topic `clock` of a slot `/clock`, after the rules of the settings.
 fn rename(settings: &mut Settings, slot: &str) {
     let mut rules = remap::rules(settings).to_vec();
     rules.extend(Remapping::parse(&format!("{slot}/clock:=/clock")));

@@ -1,5 +1,5 @@
-//! How a component joins ROS 2, from the settings of `[middleware.ros2]`. Environment variables of
-//! ROS 2 apply to keys that are not set.
+//! The configuration with which a component joins ROS 2, from the settings of `[middleware.ros2]`.
+//! Environment variables of ROS 2 apply to keys that are not set.
 
 use crate::names::{self, NodeName};
 use crate::remap;
@@ -43,7 +43,7 @@ fn read(environment: &Environment, variable: &Variable<'_>) -> Result<Config, St
             middleware: crate::NAME,
             domain,
             configuration: discovery(configuration, interfaces, variable)?.text(),
-            // By this the graph of ROS knows a participant; messages are neither encrypted nor
+            // The identity of a participant in the graph of ROS; messages are neither encrypted nor
             // signed.
             user_data: "enclave=/;".to_owned(),
             service: names::address_of_requests,

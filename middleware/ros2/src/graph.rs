@@ -1,5 +1,5 @@
-//! The graph of ROS: each participant tells on `ros_discovery_info` which nodes it has, and which
-//! endpoints belong to them.
+//! The graph of ROS: each participant announces on `ros_discovery_info` its nodes and their
+//! endpoints.
 
 use crate::names::NodeName;
 use rc_middleware::{Cdr, Durability, OpenError, Qos, Writer};
@@ -12,7 +12,7 @@ use std::time::Duration;
 const TOPIC: &str = "ros_discovery_info";
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo`
 const TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
-/// How long a node that ends waits until others know.
+/// How long a node that ends waits until others have received its announcement.
 const GOODBYE: Duration = Duration::from_millis(100);
 
 /// The node of a component in the graph.
@@ -71,7 +71,7 @@ impl Graph {
         }
     }
 
-    /// Tells others of the node as it is now, or that it goes.
+    /// Announces the present node, or that it leaves.
     fn tell(&self, is_there: bool) {
         self.sent.set(self.sent.get() + 1);
         let mut writer = Writer::default();

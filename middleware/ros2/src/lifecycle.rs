@@ -105,8 +105,8 @@ fn steps() -> Vec<Step> {
     steps
 }
 
-/// The transition that a request means: its label precedes its number, since tools leave one of
-/// them out. None if it is none, or not one of this state.
+/// The transition of a request: its label precedes its number, because tools omit one of them. None
+/// if it is unknown, or not possible in this state.
 fn meant(id: u8, label: &str, state: LifecycleState) -> Option<Transition> {
     let possible = Transition::ALL.into_iter();
     let mut possible = possible.filter(|transition| state.begin(*transition).is_some());
@@ -224,8 +224,8 @@ fn finish(writer: &mut Writer) -> Result<Vec<u8>, String> {
     Ok(body.to_vec())
 }
 
-/// Takes the transition of a request, and gives the body of the reply. A request that has waited
-/// behind others until its client left takes none.
+/// Takes the transition of a request, and returns the body of the reply. A request that has waited
+/// for others until its client left takes none.
 fn change(asked: &NodeRequest<'_>, lifecycle: &dyn LifecycleService) -> Result<Vec<u8>, String> {
     let wrong = |error: DecodeError| error.to_string();
     let mut reader = Reader::new(asked.body);
@@ -301,7 +301,7 @@ mod tests {
         }
     }
 
-    /// A request that is none gives an error, never a panic.
+    /// An invalid request is an error, never a panic.
     #[test]
     fn requests_that_are_cut_off_are_refused() {
         struct Idle;

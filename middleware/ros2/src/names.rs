@@ -49,7 +49,7 @@ pub(crate) fn address_of_requests(topic: &str) -> &str {
 fn not_generated(endpoint: &Endpoint) -> OpenError {
     OpenError::Backend {
         address: endpoint.address.to_string(),
-        reason: "this component was generated without types of ROS 2; generate it anew with --middleware ros2"
+        reason: "this component was generated without types of ROS 2; generate it again with --middleware ros2"
             .to_owned(),
     }
 }
@@ -64,7 +64,7 @@ fn parts<'a>(
         (Some(package), Some("msg" | "srv"), Some(name), None) => Ok((package, name)),
         _ => Err(OpenError::Backend {
             address: endpoint.address.to_string(),
-            reason: format!("`{}` is no type of ROS 2", external.type_name),
+            reason: format!("`{}` is not a type of ROS 2", external.type_name),
         }),
     }
 }

@@ -23,7 +23,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// How long a request waits until its client can be reached. A client whose reader was not found by
-/// then has none.
+/// then counts as one without a reader.
 const HOLD: Duration = Duration::from_millis(200);
 /// How long a request waits whose client names its reader.
 const HOLD_NAMED: Duration = Duration::from_secs(5);
@@ -65,7 +65,7 @@ struct Refused {
 }
 
 /// Puts the requests of one operation into the queue of the server.
-struct OfOperation {
+struct OperationRequests {
     place: usize,
     queue: Arc<Queue>,
 }
@@ -76,13 +76,13 @@ impl Backlog for Queue {
     }
 }
 
-impl Backlog for OfOperation {
+impl Backlog for OperationRequests {
     fn awaits_peers(&self) -> bool {
         self.queue.awaits_peers()
     }
 }
 
-impl Inbox for OfOperation {
+impl Inbox for OperationRequests {
     fn put(&self, sample: Sample, from: Option<GuidPrefix>) {
         let (turn, size) = (calls::turn(&sample, from), sample.len());
         let received = Received {
@@ -139,7 +139,7 @@ pub(crate) fn open(node: &Node, endpoint: &Endpoint) -> Result<RosServer, OpenEr
             signal: signal.clone(),
             labels: node.types.labels(&external.type_name),
         };
-        let inbox = OfOperation {
+        let inbox = OperationRequests {
             place,
             queue: Arc::clone(&queue),
         };
@@ -191,7 +191,7 @@ pub(crate) struct RosServer {
     reply: Vec<u8>,
 }
 
-/// What sends replies. Deferred ones share it with their server.
+/// The state for sending replies. Deferred replies share it with their server.
 struct Replies {
     address: String,
     services: Vec<Service>,
@@ -210,7 +210,7 @@ struct Asked {
     request: Request,
 }
 
-/// A reply that comes later.
+/// A deferred reply.
 struct RosDeferred {
     replies: Rc<Replies>,
     asked: Asked,
@@ -269,7 +269,7 @@ fn unsent(error: rc_ddsc::Error) -> String {
 
 impl RosServer {
     /// Whether to serve a request now: it is its turn, and its reply reaches the client, or the
-    /// client has gone and gets none.
+    /// client has left and gets none.
     fn may_serve(&self, waiting: &QueuedRequest<Received>) -> bool {
         let Received {
             place,
@@ -460,7 +460,7 @@ impl Server for RosServer {
             self.report_once(reason);
             return Ok(true);
         }
-        // The client tells the hash of the whole interface, which is equal. The runtime compares
+        // The client sends the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
         let header = sample_header(&sample, sender.id, 0);
         let mut buffer = std::mem::take(&mut self.request);

@@ -83,7 +83,7 @@ pub(crate) struct NodeRequest<'a> {
     pub(crate) is_orphan: bool,
 }
 
-/// Gives the body of the reply to a request. After an error, there is no reply.
+/// Returns the body of the reply to a request. After an error, there is no reply.
 pub(crate) type Answer = Box<dyn Fn(&NodeRequest<'_>) -> Result<Vec<u8>, String> + Send>;
 
 /// The services of a node. Dropping it closes them.

@@ -1,4 +1,4 @@
-//! Why a value cannot be encoded, and why bytes are no value.
+//! The reasons why a value cannot be encoded, and why bytes are not a value.
 
 /// A value cannot be encoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,12 +43,12 @@ pub enum EncodeError {
     /// There is no memory for the value.
     #[error("there is no memory for {0} bytes")]
     NoMemory(usize),
-    /// A closure that serializes a value twice has not written the same both times.
+    /// A closure that serializes a value twice did not write the same bytes both times.
     #[error("the value changed while it was written")]
     Changed,
 }
 
-/// Bytes are no value of the expected type.
+/// Bytes are not a value of the expected type.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecodeError {

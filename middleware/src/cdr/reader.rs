@@ -1,5 +1,5 @@
-//! Reads a body of CDR. Any bytes may arrive: a false length allocates no memory, and what is read
-//! takes memory in proportion to the bytes.
+//! Reads a body of CDR. Any bytes may arrive: a false length allocates no memory, and values take
+//! memory in proportion to the bytes.
 
 use super::{Cdr, DecodeError};
 use crate::header::Encoding;
@@ -17,14 +17,14 @@ use crate::shared_value::HeldValue;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
-    /// Of a value, only its envelope.
+    /// Only the envelope of a value.
     bytes: &'a [u8],
-    /// A value whose bytes nobody has needed so far.
+    /// A value whose bytes were not needed so far.
     value: Option<&'a HeldValue>,
     pub(super) at: usize,
     /// The rest is the memory image of a plain type.
     image: bool,
-    /// How many bytes of memory the values may still take.
+    /// How many more bytes of memory the values may take.
     memory: usize,
 }
 

@@ -35,18 +35,18 @@ enum Output<'m> {
     Count(Counted),
 }
 
-/// What a value takes.
+/// The memory of a value.
 #[derive(Clone, Copy, Debug)]
 struct Counted {
     /// The length of the encoding so far.
     at: usize,
-    /// The allocated memory behind the value, in bytes.
+    /// The allocated memory of the value, in bytes.
     memory: usize,
-    /// Whether the value itself is sent, and not a copy of it, which has no spare room.
+    /// Whether the value itself is sent, not a copy, which has no spare capacity.
     is_moved: bool,
 }
 
-/// What an allocation of this many bytes takes: allocators add a word, and round up.
+/// The memory of an allocation of this many bytes: allocators add a word, and round up.
 pub(crate) const fn allocation(bytes: usize) -> usize {
     if bytes == 0 {
         return 0;
@@ -81,8 +81,8 @@ impl Writer<'static> {
         }
     }
 
-    /// Counts the bytes of a body that begins at this offset, and the memory behind its value,
-    /// which is sent itself or copied.
+    /// Counts the bytes of a body that begins at this offset, and the memory of its value, which is
+    /// sent itself or copied.
     pub(crate) fn counting(at: usize, is_moved: bool) -> Self {
         Self {
             output: Output::Count(Counted {
@@ -242,7 +242,7 @@ impl<'m> Writer<'m> {
         }
     }
 
-    /// The counted memory behind the value, in bytes.
+    /// The counted memory of the value, in bytes.
     pub(crate) fn memory(&self) -> usize {
         match &self.output {
             Output::Count(counted) => counted.memory,

@@ -50,7 +50,7 @@ struct Started {
     holder: Weak<()>,
 }
 
-/// A call that has ended, with the result that nobody has taken.
+/// A call that has ended, with its result until it is taken.
 struct Left {
     result: Option<Box<dyn Any>>,
     holder: Weak<()>,
@@ -270,8 +270,7 @@ impl TypedClient {
         }
     }
 
-    /// Takes the result that was left, once. `None` if the call has not ended, or its result was
-    /// handled.
+    /// Takes the kept result, once. `None` if the call has not ended, or its result was handled.
     pub fn take<R: 'static, E: 'static>(&mut self, call: &Call<R, E>) -> Option<Result<R, E>> {
         let CallId(id) = call.id();
         let is_own = id.writer == self.id.writer;
@@ -286,12 +285,13 @@ impl TypedClient {
         self.port.end_in_order(keeps);
     }
 
-    /// What to wait for while started calls have not ended, see [`Client::awaiting`].
+    /// The descriptor and time to wait for while started calls have not ended, see
+    /// [`Client::awaiting`].
     pub fn awaiting(&self) -> Option<Awaiting<'_>> {
         self.port.awaiting()
     }
 
-    /// Forgets the calls that nobody has any more.
+    /// Forgets the calls without an owner.
     fn forget_dropped(&mut self) {
         let port = &mut self.port;
         self.started.retain(|sequence, call| {

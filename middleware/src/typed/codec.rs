@@ -15,7 +15,7 @@ use crate::typed::{HandlerError, Request};
 /// assert_eq!(writer.into_bytes().len(), 24);
 /// ```
 pub trait Put: Copy {
-    /// The same parts as a value, which a receiver in the same process takes.
+    /// These parts as a value, which a receiver in the same process takes.
     type Owned: Returned;
 
     /// Writes the parts in their order.
@@ -72,8 +72,8 @@ impl Put for () {
     fn own(self) {}
 }
 
-/// Parameters that `write` writes, which also checks their bounds and ranges. A receiver in this
-/// process takes the parts, and checks them with its own ranges, which may be others.
+/// Parameters that `write` writes, with checks of their bounds and ranges. A receiver in this
+/// process takes the parts, and checks them with its own ranges, which may differ.
 ///
 /// ```
 /// use rc_middleware::Writer;
@@ -200,8 +200,7 @@ macro_rules! tuples {
     )*};
 }
 
-/// The most parts of a tuple that has these traits, as of those of the standard library. A part may
-/// be a tuple.
+/// The most parts of a tuple with these traits, as in the standard library. A part may be a tuple.
 pub const MOST_PARTS: usize = 12;
 
 tuples! {

@@ -17,7 +17,7 @@
 //!   if there are no parameters; a reply that is written in place is `into(result: &mut T)`.
 //! - The first line of its body has its constant and the function of [`Request`](super::Request) that
 //!   serves it, with the codecs that this function takes.
-//! - The second line has the names of fakes, and what the constant is made of: a constructor of
+//! - The second line has the names of fakes, and the arguments of the constant: a constructor of
 //!   [`Operation`](super::Operation), which begins with the name in the IDSL. The list of handlers
 //!   with values in place, which have the same constants, has no such line.
 
@@ -105,7 +105,7 @@ macro_rules! handlers {
     ) => {
         $(#[$about])*
         ///
-        /// `C` is the context of the worker. `S` tells slots of one interface apart.
+        /// `C` is the context of the worker. `S` distinguishes slots of one interface.
         pub trait $single<C, S = ()> {
             $(
                 $(#[$doc])*
@@ -115,8 +115,8 @@ macro_rules! handlers {
 
         $(#[$about])*
         ///
-        /// They handle the members of a slot array. `C` is the context of the worker. `S` tells slots
-        /// of one interface apart.
+        /// They handle the members of a slot array. `C` is the context of the worker. `S`
+        /// distinguishes slots of one interface.
         pub trait $members<C, S = ()> {
             $(
                 $(#[$doc])*

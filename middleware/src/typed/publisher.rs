@@ -76,8 +76,8 @@ impl TypedPublisher {
     /// the middleware, which takes a second pass: `write` must write the same each time.
     ///
     /// Subscribers count a sample as lost if it can be encoded and its sending fails. A sample that
-    /// cannot be encoded takes no sequence number. Behind a closed gate nothing is sent, which is
-    /// no error.
+    /// cannot be encoded takes no sequence number. While the gate is closed, nothing is sent, which
+    /// is not an error.
     pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
         if !self.gate.is_open() {
             self.withheld.next();
@@ -112,7 +112,7 @@ impl TypedPublisher {
     }
 
     /// Sends one sample of these parameters, as [`TypedPublisher::publish_with`]. Subscribers in
-    /// this process get them as a value, which nobody encodes.
+    /// this process get them as a value without encoding.
     pub fn publish_parts(&mut self, parameters: impl Put) -> Result<(), SendError> {
         if !self.port.takes_values() {
             return self.publish_with(|writer| parameters.put(writer));
@@ -152,8 +152,8 @@ impl TypedPublisher {
         Ok(Loan { memory, send })
     }
 
-    /// Lends memory for an image of `length` bytes whose type is known at run time. `None` where
-    /// the middleware lends none. [`TypedPublisher::send_image`] sends it.
+    /// Lends memory for an image of `length` bytes whose type is known at run time. `None` if the
+    /// middleware lends none. [`TypedPublisher::send_image`] sends it.
     pub fn loan_image(
         &mut self,
         length: usize,

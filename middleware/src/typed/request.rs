@@ -59,7 +59,7 @@ pub struct Request<'a> {
     type_hash: u64,
     two_way: bool,
     replies: &'static [ReplyVariant],
-    /// The variants behind the one that is being written.
+    /// The variants after the one that is being written.
     rest: &'static [ReplyVariant],
     writer: Writer<'static>,
     reply: &'a mut dyn Reply,
@@ -111,8 +111,8 @@ impl<'a> Request<'a> {
     }
 
     /// Reads the parameters of `operation` with `read`. If the types of the sender differ or the
-    /// bytes are no parameters, the request is refused. Another program (type hash 0) is trusted to
-    /// use the right types.
+    /// bytes are not parameters, the request is refused. Another program (type hash 0) is trusted
+    /// to use the right types.
     pub fn arguments<T>(
         &mut self,
         operation: &Operation,
@@ -242,9 +242,9 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Replies with what `write` serializes; `case` is 0 for a result, else the hash of an
-    /// exception. Large arrays are written straight into memory of the middleware, which takes a
-    /// second pass: `write` must write the same each time.
+    /// Replies with the output of `write`; `case` is 0 for a result, else the hash of an exception.
+    /// Large arrays are written straight into memory of the middleware, which takes a second pass:
+    /// `write` must write the same each time.
     pub fn reply_with(
         &mut self,
         case: i32,
@@ -381,8 +381,8 @@ impl<'a> Request<'a> {
         Err(HandlerError(reason))
     }
 
-    /// Leaves the reply for later, for a handler that knows the operation of the request
-    /// ([`Request::arguments`]). `None` for a command, and where the middleware cannot.
+    /// Defers the reply, for a handler that knows the operation of the request
+    /// ([`Request::arguments`]). `None` for a command, and if the middleware cannot.
     pub fn defer(&mut self) -> Option<DeferredRequest> {
         if !self.two_way {
             return None;

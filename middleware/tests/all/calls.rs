@@ -343,7 +343,7 @@ fn a_reply_in_place_lies_behind_its_envelope() {
     let mut reader = Reader::new(bytes);
     let reply = rpc::open_reply(&mut reader, 5).expect("an envelope").1;
     assert_eq!(reply, rpc::ReplyKind::Case(0));
-    // A value outside its range is no reply, and another program gets CDR.
+    // A value outside its range is not a reply, and another program gets CDR.
     let (answered, answer) = serve(true, 9, 10);
     assert!(answered.is_err() && !answer.is_lent);
     for (lends, type_hash) in [(true, 0), (false, 9)] {

@@ -29,7 +29,7 @@ fn a_setting_is_read_as_what_it_is() {
         settings.duration("a", "duration"),
         Some(Duration::from_millis(5))
     );
-    // As something else, or where it is not set, it is nothing.
+    // With another value, or if it is not set, it has no effect.
     for key in ["bool", "nothing"] {
         assert_eq!(settings.int("a", key), None);
         assert_eq!(settings.text("a", key), None);
@@ -61,7 +61,7 @@ fn a_run_directory_is_removed_with_its_content_and_may_be_gone() {
     assert!(!directory.path().exists() && base.exists());
     // What cannot be removed is an error.
     std::fs::write(directory.path(), "").expect("a file");
-    directory.remove().expect_err("it is no folder");
+    directory.remove().expect_err("it is not a folder");
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn an_image_is_read_wherever_it_lies_if_it_has_its_size() {
         assert_eq!(read.expect("a pair").numbers, [-5, 9]);
         let value = Reader::of(image, Encoding::Image).value::<Pair>();
         assert_eq!(value, Ok(vec![-5, 9]));
-        // A number outside its range, and a byte that is no bool.
+        // A number outside its range, and a byte that is not a bool.
         room[shift + 8] = 10;
         let image = &room[shift..shift + length];
         let read = Reader::of(image, Encoding::Image).in_place::<Pair>();

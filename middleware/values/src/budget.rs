@@ -1,4 +1,4 @@
-//! How much memory a value may take.
+//! The memory that a value may take.
 
 use crate::error::ValueError;
 use crate::value::Value;
@@ -17,7 +17,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// For a value that comes from so many bytes, of a message or of JSON.
+    /// For a value from this many bytes, of a message or of JSON.
     pub(crate) fn of(bytes: usize) -> Self {
         let whole = bytes.saturating_mul(FACTOR).saturating_add(ALLOWANCE);
         Self { left: whole, whole }

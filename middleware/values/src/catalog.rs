@@ -35,7 +35,7 @@ pub struct Interface {
 pub struct Operation {
     /// The name.
     pub name: String,
-    /// The hash of the name, which stands in the envelope of a call.
+    /// The hash of the name, which is in the envelope of a call.
     pub id: i32,
     /// The hash of the types.
     pub hash: u64,
@@ -54,7 +54,7 @@ pub struct Operation {
 /// An exception of an operation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exception {
-    /// The number that stands in the envelope of a reply.
+    /// The number that is in the envelope of a reply.
     pub id: i32,
     /// Structure of the exception.
     pub ty: Arc<Struct>,
@@ -90,8 +90,8 @@ impl Operation {
 }
 
 impl Catalog {
-    /// Resolves all names of these modules. A module that stands there twice is read once, if both
-    /// are equal.
+    /// Resolves all names of these modules. A module that occurs twice is read once, if both are
+    /// equal.
     pub fn new(modules: &[Module]) -> Result<Self, DescriptionError> {
         let mut resolver = Resolver::new(modules)?;
         let names: Vec<String> = resolver.declared.keys().cloned().collect();
@@ -281,7 +281,7 @@ impl<'m> Resolver<'m> {
         let mut throws = Vec::new();
         for (exception, id) in &operation.throws {
             let Type::Named(Named::Struct(ty)) = self.named(exception, 0)? else {
-                return Err(wrong("it throws what is no exception"));
+                return Err(wrong("it throws what is not an exception"));
             };
             throws.push(Exception { id: *id, ty });
         }
@@ -319,7 +319,7 @@ fn member(place: &str, member: &description::Member, ty: Type) -> Result<Member,
     let wrong = |reason: &str| DescriptionError::new(place, reason);
     let is_number = matches!(&ty, Type::Primitive(of) if *of != Primitive::Bool);
     if member.range.is_some() && !is_number {
-        return Err(wrong("it has a range and is no number"));
+        return Err(wrong("it has a range and is not a number"));
     }
     let is_integer = matches!(&ty, Type::Primitive(of) if of.limits().is_some());
     let ends = |end: &Option<_>| end.as_ref().map(|number| limit(number, is_integer));

@@ -12,8 +12,8 @@ const MOST: usize = 4096;
 /// The columns of a table in CSV: the numbers and texts of its values, each with its path.
 ///
 /// Each element of a sequence has a column, if no value has more than 16 elements there. Otherwise
-/// the sequence is one cell, as JSON; so is a dictionary. An optional structure may be missing in
-/// some values.
+/// the sequence is one cell, as JSON; a dictionary always is. An optional structure may be missing
+/// in some values.
 ///
 /// ```
 /// use rc_values::{Columns, Numbers, Value};
@@ -45,7 +45,7 @@ pub struct Columns {
 type Cells = Vec<(String, String)>;
 
 impl Columns {
-    /// No columns behind those with the names `before`.
+    /// No columns after those with the names `before`.
     pub fn new(before: &str) -> Self {
         Self {
             before: before.to_owned(),
@@ -76,7 +76,7 @@ impl Columns {
         if found.iter().all(|(name, _)| places.contains_key(name)) {
             return;
         }
-        // A new column stands behind the one that is before it in this value.
+        // A new column comes after the one that precedes it in this value.
         let (mut behind, mut added) = (0, 0);
         for (name, _) in found {
             if let Some(at) = places.get(&name) {

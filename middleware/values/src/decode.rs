@@ -18,7 +18,7 @@ pub fn decode(ty: &Arc<Struct>, encoding: Encoding, body: &[u8]) -> Result<Value
     }
 }
 
-/// Decodes what follows in `reader`, for a body behind an envelope.
+/// Decodes the rest of `reader`, for a body after an envelope.
 pub fn decode_from(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
     let mut budget = Budget::of(reader.rest().len());
     structure(ty, reader, &mut budget)

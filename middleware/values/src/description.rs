@@ -80,7 +80,7 @@ pub struct Interface {
 pub struct Operation {
     /// The name.
     pub name: String,
-    /// The hash of the name, which stands in the envelope of a call.
+    /// The hash of the name, which is in the envelope of a call.
     pub id: i32,
     /// The hash of the types, 16 hexadecimal digits.
     pub hash: String,
@@ -96,7 +96,7 @@ pub struct Operation {
     /// The type of the returned value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<String>,
-    /// The exceptions, each with the number that stands in the envelope of a reply.
+    /// The exceptions, each with the number that is in the envelope of a reply.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub throws: Vec<(String, i32)>,
 }

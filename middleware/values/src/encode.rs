@@ -14,7 +14,7 @@ pub fn encode_body(value: &Value) -> Result<Vec<u8>, ValueError> {
     Ok(writer.into_bytes())
 }
 
-/// Writes a structure behind an envelope. Checks types, bounds and ranges.
+/// Writes a structure after an envelope. Checks types, bounds and ranges.
 pub fn encode(value: &Value, writer: &mut Writer<'_>) -> Result<(), ValueError> {
     match value {
         Value::Struct(ty, values) => structure(ty, values, writer),

@@ -1,4 +1,4 @@
-//! Why a description cannot be used, and why bytes, JSON or a value do not fit a type.
+//! The reasons why a description cannot be used, and why bytes, JSON or a value do not fit a type.
 
 use rc_diagnostics::foreign::clean;
 use rc_middleware::{DecodeError, EncodeError};

@@ -16,7 +16,7 @@ pub fn decode_image(ty: &Arc<Struct>, bytes: &[u8]) -> Result<Value, ValueError>
     if layout.size != bytes.len() {
         let (length, size) = (bytes.len(), layout.size);
         let name = &ty.name;
-        let reason = format!("{length} bytes are no `{name}` in place, which has {size}");
+        let reason = format!("{length} bytes are not `{name}` in place, which has {size}");
         return Err(ValueError::new(reason));
     }
     let mut budget = Budget::of(bytes.len());

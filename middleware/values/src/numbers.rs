@@ -40,7 +40,7 @@ macro_rules! numbers {
                 }
             }
 
-            /// So many defaults of this type.
+            /// This many defaults of this type.
             pub(crate) fn zeros(of: Primitive, count: usize) -> Self {
                 match of {
                     $(Primitive::$kind => Self::$kind(vec![<$number>::default(); count]),)*
@@ -61,7 +61,7 @@ macro_rules! numbers {
                 }
             }
 
-            /// Whether there is no element.
+            /// Whether it is empty.
             pub fn is_empty(&self) -> bool {
                 self.len() == 0
             }

@@ -1,4 +1,4 @@
-//! JSON of a person, in which a key that stands twice is a mistake.
+//! JSON that a person wrote, in which a duplicate key is a mistake.
 
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value as Json};
@@ -14,7 +14,7 @@ use std::fmt;
 ///
 /// assert_eq!(json_of_person(r#"{"a": [1]}"#)?, serde_json::json!({"a": [1]}));
 /// let twice = json_of_person(r#"{"a": {"b": 1, "b": 2}}"#).unwrap_err();
-/// assert!(twice.to_string().starts_with("the key `b` stands twice at line 1"));
+/// assert!(twice.to_string().starts_with("the key `b` occurs twice at line 1"));
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 pub fn json_of_person(text: &str) -> Result<Json, serde_json::Error> {
@@ -79,7 +79,7 @@ impl<'de> Visitor<'de> for Unique {
         while let Some(key) = entries.next_key::<String>()? {
             if all.contains_key(&key) {
                 let key = rc_diagnostics::foreign::clean(&key);
-                return Err(A::Error::custom(format!("the key `{key}` stands twice")));
+                return Err(A::Error::custom(format!("the key `{key}` occurs twice")));
             }
             all.insert(key, entries.next_value_seed(Self)?);
         }

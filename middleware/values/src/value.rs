@@ -217,7 +217,7 @@ enum Step<'p> {
 fn steps(path: &str) -> Result<Vec<Step<'_>>, ValueError> {
     let wrong = || {
         ValueError::new(format!(
-            "`{path}` is no path; write members after dots and elements in brackets, as in `pose.points[3].x`"
+            "`{path}` is not a path; write members after dots and elements in brackets, as in `pose.points[3].x`"
         ))
     };
     let mut steps = Vec::new();

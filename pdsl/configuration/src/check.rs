@@ -153,7 +153,7 @@ fn read(
     (configuration, checker.found, checker.missing)
 }
 
-/// The finding about a line that is not TOML. It says nothing of a value, which may be a secret.
+/// The finding about a line that is not TOML. It omits the value, which may be a secret.
 fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
     let text = sources.text(span.source);
     let rest = text.get(span.start..).unwrap_or_default();
@@ -174,7 +174,7 @@ fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
         .any(|known| message.starts_with(known));
     let is_text = is_value && begins && word.chars().all(is_word);
     if let Some(help) = not_a_number(text, span.start) {
-        return Diagnostic::error("toml-syntax", span, "this is no number").help(help);
+        return Diagnostic::error("toml-syntax", span, "this is not a number").help(help);
     }
     if is_value && word.is_empty() {
         return Diagnostic::error("toml-syntax", span, "expected a value");
@@ -192,7 +192,7 @@ fn toml_error(sources: &SourceMap, span: Span, message: &str) -> Diagnostic {
     Diagnostic::error("toml-syntax", span, message)
 }
 
-/// What to write where an error at `at` is in a value that begins as a number does.
+/// The corrected text of a value that begins as a number does and has an error at `at`.
 fn not_a_number(text: &str, at: usize) -> Option<&'static str> {
     let start = text[..at].rfind('\n').map_or(0, |at| at + 1);
     let line = text[start..].lines().next()?;
@@ -234,9 +234,9 @@ fn is_address(text: &str) -> bool {
 /// The largest number of lines that are left out to read the rest of a file.
 const MAX_LEFT_OUT: usize = 20;
 
-/// The text without the lines that are not TOML, which become spaces, and their errors. `None` if
-/// the rest cannot be read without them: only a line that sets a key, or was meant to, can be left
-/// out, and no head of a table.
+/// The text with the lines that are not TOML replaced by spaces, and their errors. `None` if the
+/// rest still cannot be read. Only lines that set a key, or seem to, are replaced, never the head
+/// of a table.
 fn readable(text: &str) -> (Option<Cow<'_, str>>, Vec<TomlError>) {
     let mut text = Cow::Borrowed(text);
     let mut errors: Vec<TomlError> = Vec::new();

@@ -83,7 +83,8 @@ impl Checker {
     }
 }
 
-/// What is allowed in place of `item`. If that is a duration, also what is wrong with its unit.
+/// The values that are allowed in place of `item`. For a duration, also what is wrong with its
+/// unit.
 pub(crate) fn duration_help(item: &Item, allowed: &str) -> String {
     let text = item.as_str().filter(|_| allowed.contains("duration"));
     rc_vocabulary::duration::help(text.unwrap_or_default(), allowed)

@@ -83,8 +83,8 @@ pub(crate) fn values_in_lines(text: &str, shown: Range<usize>) -> Vec<Range<usiz
     values
 }
 
-/// The keys of a configuration, each with its path from the root and its location. Elements of lists
-/// share the path of the list. None for a text that is no TOML.
+/// The keys of a configuration, each with its path from the root and its location. Elements of
+/// lists share the path of the list. Empty if the text is not TOML.
 #[cfg(feature = "tools")]
 pub fn keys(sources: &SourceMap, source: SourceId) -> Vec<(Vec<String>, Span)> {
     let mut out = Vec::new();

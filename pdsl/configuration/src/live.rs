@@ -238,7 +238,7 @@ impl LiveParameters {
             let message = format!("`{path}` is fixed when the component starts");
             let diagnostic = Diagnostic::error("fixed-parameter", at, message);
             found.push(diagnostic.help(format!(
-                "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate anew",
+                "change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `{}` and generate again",
                 self.model.name
             )));
             return Some((target, None));

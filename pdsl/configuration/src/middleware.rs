@@ -191,7 +191,7 @@ impl Checker {
     fn refuse(&mut self, code: &'static str, item: &Item, path: &str, at: Span, allowed: &str) {
         let what = document::described(item, false);
         let message = format!("`{path}` cannot be {what}");
-        // Of a duration that is out of range, the unit is known.
+        // A duration that is out of range has a valid unit.
         let help = match code {
             "wrong-type" | "bad-setting" => duration_help(item, allowed),
             _ => format!("allowed is {allowed}"),

@@ -31,7 +31,7 @@ impl Parameters {
 
     /// Serialises the model as one line of JSON, for [`Parameters::from_json`].
     pub fn to_json(&self) -> String {
-        // Only maps whose keys are not strings can fail, and there are none.
+        // Serialization fails only for maps whose keys are not strings, and there are none.
         serde_json::to_string(self).unwrap_or_default()
     }
 
@@ -95,7 +95,7 @@ pub struct Parameter {
     pub element: Option<Element>,
 }
 
-/// What a tool can check of a file that a parameter names.
+/// What a tool can check about a file that a parameter names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FileKind {

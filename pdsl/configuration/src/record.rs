@@ -34,9 +34,9 @@ impl Values {
         let mut out = Self::default();
         for pair in array(record)? {
             let [name, entry] = array(pair)? else {
-                return Err(format!("`{pair}` is no pair of a name and a value"));
+                return Err(format!("`{pair}` is not a pair of a name and a value"));
             };
-            let name = name.as_str().ok_or("a name is no string")?;
+            let name = name.as_str().ok_or("a name is not a string")?;
             let known = secrets.and_then(|secrets| secrets.entry(name));
             let entry = if entry.is_null() {
                 match known {
@@ -86,7 +86,7 @@ impl ParamChange {
     pub fn from_record(record: &Json) -> Result<Vec<Self>, String> {
         let changes = array(record)?.iter().map(|change| {
             let [path, old, new] = array(change)? else {
-                return Err(format!("`{change}` is no change"));
+                return Err(format!("`{change}` is not a change"));
             };
             let secret = old.is_null();
             let value = |json: &Json| {
@@ -109,7 +109,7 @@ impl ParamChange {
 
 fn array(json: &Json) -> Result<&[Json], String> {
     let array = json.as_array().map(Vec::as_slice);
-    array.ok_or_else(|| format!("`{json}` is no list"))
+    array.ok_or_else(|| format!("`{json}` is not a list"))
 }
 
 fn value_to_record(value: &Value) -> Json {
@@ -124,7 +124,7 @@ fn value_to_record(value: &Value) -> Json {
 }
 
 fn value_from_record(json: &Json) -> Result<Value, String> {
-    let wrong = || format!("`{json}` is no value");
+    let wrong = || format!("`{json}` is not a value");
     Ok(match json {
         Json::Bool(value) => Value::Bool(*value),
         Json::String(value) => Value::Text(value.clone()),

@@ -82,7 +82,7 @@ fn evaluate_rule<'a>(rule: &'a Rule, blocks: &[&Block]) -> Option<Violation<'a>>
         Ok(false) => "does not hold",
         Err(EvaluationError::DivisionByZero) => "divides by zero",
         Err(EvaluationError::Overflow) => "gives a number that is too large",
-        Err(EvaluationError::NotANumber) => "cannot be computed with nan, which is no number",
+        Err(EvaluationError::NotANumber) => "cannot be computed with nan, which is not a number",
         Err(EvaluationError::EmptyList | EvaluationError::Malformed) => "cannot be computed",
     };
     let mut involved_values: Vec<InvolvedValue> = Vec::new();

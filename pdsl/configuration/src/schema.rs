@@ -125,25 +125,25 @@ pub fn schema(
 /// How deep a key of a table lies in the schema: in the properties of a property.
 const KEY: usize = 4;
 
-/// JSON of a generated file: indented by two spaces. A value stands on one line if it fits into a
-/// line, if it has few tables in one another, or if it lies `rows` tables and lists deep: it is one
-/// setting, one slot or one type then, and differences show which.
+/// JSON of a generated file, indented by two spaces. A value is printed on one line if it fits, if
+/// it has few nested tables, or if it is `rows` tables and lists deep: at that depth it is one
+/// setting, slot or type, and line-based differences show which one changed.
 pub fn json_text(value: &Json, rows: usize) -> String {
     let mut text = String::new();
     print(value, 0, 2 * rows, &[], &mut text);
     text + "\n"
 }
 
-/// The blocks of a configuration that are nearly the same for all components, each on one line: nobody
-/// looks there for what has changed.
+/// The blocks of a configuration that are nearly equal for all components. Each is printed on one
+/// line, because nobody reads them for differences.
 const SAME: [&str; 3] = ["bindings", "component", "middleware"];
-/// How far the blocks of a configuration are indented.
+/// The indentation of the blocks of a configuration.
 const BLOCK: usize = 4;
 
-/// How deep tables and lists are in one another at most, in a value that stands on one line.
+/// The greatest nesting of tables and lists in a value that is printed on one line.
 const DEEPEST: usize = 3;
 
-/// How deep tables and lists are in one another. A table of declared keys counts as deep.
+/// The nesting depth of tables and lists. A table of declared keys counts as deep.
 fn depth(value: &Json) -> usize {
     let deepest = |parts: &mut dyn Iterator<Item = &Json>| parts.map(depth).max().unwrap_or(0);
     match value {
@@ -156,7 +156,7 @@ fn depth(value: &Json) -> usize {
     }
 }
 
-/// `whole`: the blocks of a configuration that stand on one line.
+/// `whole`: the blocks of a configuration that are printed on one line.
 fn print(value: &Json, indent: usize, deepest: usize, whole: &[&str], out: &mut String) {
     let line = value.to_string();
     if indent + line.len() <= LINE || depth(value) <= DEEPEST || indent >= deepest {

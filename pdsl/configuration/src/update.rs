@@ -149,8 +149,8 @@ pub fn update(
     })
 }
 
-/// One note for each table about the defaults in effect. None if the configuration differs from
-/// its `.pdsl` only in unset parameters: a user may keep it short.
+/// One note for each table about the defaults in effect. None if unset parameters are the only
+/// difference between the configuration and its `.pdsl`: a user may keep it short.
 pub fn unset_parameters(update: &Update) -> Vec<Diagnostic> {
     let new = |change: &Change| matches!(change.kind, ChangeKind::Added(_));
     if update.changes.iter().all(new) {
@@ -180,7 +180,7 @@ pub fn unset_parameters(update: &Update) -> Vec<Diagnostic> {
     let note = |(at, texts): (Span, Vec<String>)| {
         let message = format!("not set, so the defaults apply: {}", texts.join(", "));
         Diagnostic::note("unset-parameter", at, message)
-            .help("`rcgen config --update` adds new parameters, and lists what it leaves to you")
+            .help("`rcgen config --update` adds new parameters, and lists the remaining changes")
     };
     tables.into_iter().map(note).collect()
 }

@@ -101,7 +101,7 @@ impl Values {
         self
     }
 
-    /// Adds a value that is no secret. Of two entries with one name, the first one counts.
+    /// Adds a value that is not a secret. Of two entries with one name, the first one counts.
     #[must_use]
     pub fn with_value(mut self, name: &str, value: Value) -> Self {
         self.push(name.to_owned(), Entry::Value(value, false));
@@ -116,7 +116,7 @@ impl Values {
         &self.entries
     }
 
-    /// All names with what they stand for, for code that reads the model at run time.
+    /// All names with their values, for code that reads the model at run time.
     pub fn fields(&self) -> impl Iterator<Item = (&str, Field<'_>)> {
         self.entries.iter().map(|(name, entry)| {
             let field = match entry {

@@ -225,8 +225,8 @@ fn syntax_errors_are_reported() {
             c.pdsl:11:11: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:12:12: error[syntax-error]: expected a name, found `>`
             c.pdsl:13:13: error[syntax-error]: expected a name, found `)`
-            c.pdsl:14:14: error[syntax-error]: `not` stands before a whole condition (put brackets around it: `a == (not b)`)
-            c.pdsl:15:11: error[syntax-error]: `not` stands before a whole condition (put brackets around it: `a == (not b)`)
+            c.pdsl:14:14: error[syntax-error]: `not` comes before a whole condition (put brackets around it: `a == (not b)`)
+            c.pdsl:15:11: error[syntax-error]: `not` comes before a whole condition (put brackets around it: `a == (not b)`)
         "#]],
     );
 }

@@ -32,7 +32,7 @@ pub fn is_reserved(function: &str) -> bool {
         || function.strip_prefix('v').is_some_and(is_number)
 }
 
-/// What a formula gives, for the statements of any language before: variables and numbers.
+/// The results of a formula, after the statements of any language: variables and numbers.
 pub fn results(program: &Program) -> Vec<String> {
     program.outputs.iter().copied().map(operand).collect()
 }

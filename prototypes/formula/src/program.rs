@@ -43,23 +43,23 @@ pub enum Operation {
     Call {
         /// Its name.
         function: String,
-        /// How many numbers it gives.
+        /// The number of its results.
         results: usize,
     },
-    /// The number at this place of what the function in the operand gave.
+    /// The result at this place of the function in the operand.
     Result(usize),
 }
 
 /// An operation with its operands.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Node {
-    /// What is done.
+    /// The operation.
     pub operation: Operation,
     /// With which numbers, in the order that the operation names.
     pub operands: Vec<Operand>,
 }
 
-/// What an operation takes.
+/// An operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operand {
     /// A number that is known, by its bits.
@@ -96,7 +96,7 @@ pub(crate) fn limits(number: Primitive) -> Option<(f64, f64)> {
     let (least, most) = number.limits()?;
     #[expect(clippy::cast_precision_loss, reason = "rounded, and taken back below")]
     let (low, high) = (least as f64, most as f64);
-    // The greatest numbers of 64 bits are no f64: the next one below.
+    // The greatest numbers of 64 bits are not f64: the next one below.
     #[expect(clippy::cast_possible_truncation, reason = "within the range of i128")]
     let is_above = high as i128 > most;
     Some((low, if is_above { high.next_down() } else { high }))
@@ -201,7 +201,7 @@ fn required(value: f64, least: f64, most: f64) -> Result<f64, Rejected> {
     Err(Rejected::Value { value, least, most })
 }
 
-/// As a number of 32 bits, if that is wanted. Beyond their range it is infinite.
+/// As a number of 32 bits, if requested. A number beyond their range is infinite.
 fn single(value: f64, number: Primitive) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "rounded to the nearest")]
     let narrow = value as f32;
@@ -221,7 +221,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The nodes that the outputs need, and requirements with what they need.
+    /// The nodes that the outputs need, and requirements with the nodes that they need.
     pub(crate) fn new(
         inputs: usize,
         nodes: Vec<Node>,
@@ -287,7 +287,8 @@ impl Program {
         nodes.any(|node| node.operation.is_transcendental())
     }
 
-    /// The nodes that the outputs come from. What only a requirement needs changes no result.
+    /// The nodes on which the outputs depend. A node that only a requirement needs changes no
+    /// result.
     fn contributing(&self) -> impl Iterator<Item = &Node> {
         let mut needed = vec![false; self.nodes.len()];
         let need = |of: &Operand, needed: &mut Vec<bool>| {
@@ -352,8 +353,8 @@ impl Program {
         operands.chain(&self.outputs).all(is_finite)
     }
 
-    /// Whether it gives numbers for any input that is finite and not too large: it requires nothing,
-    /// and divides by no number of the input.
+    /// Whether it has results for any input that is finite and not too large: it has no
+    /// requirements, and divides by no number of the input.
     pub fn is_total(&self) -> bool {
         self.nodes.iter().all(|node| match node.operation {
             Operation::Require(..) | Operation::Root | Operation::Call { .. } => false,

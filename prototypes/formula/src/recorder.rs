@@ -77,7 +77,7 @@ impl Recorder {
         state.numbers.get(at).copied().unwrap_or(Primitive::F64)
     }
 
-    /// What a function of the user gives for some terms.
+    /// The results of a function of the user for some terms.
     pub fn call(
         &self,
         function: &str,
@@ -131,7 +131,7 @@ impl<'r> Term<'r> {
         }
     }
 
-    /// What an operation gives for these terms: computed now if all are known.
+    /// The result of an operation for these terms, computed now if all are known.
     fn of(operation: Operation, operands: &[Self]) -> Self {
         let recorder = operands.iter().find_map(|term| term.recorder());
         let Some(recorder) = recorder else {

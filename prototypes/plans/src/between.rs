@@ -7,7 +7,7 @@ use rc_prototypes::model::{Content, Library};
 use std::collections::HashSet;
 
 /// The cheapest plan from a prototype of one library to a prototype of another one, of one value
-/// where a prototype is about the elements of a sequence. Functions of the user are no part of it:
+/// where a prototype is about the elements of a sequence. Functions of the user are not part of it:
 /// only printed code can call them.
 ///
 /// # Errors
@@ -23,7 +23,7 @@ pub fn between(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Ref
 /// see [`TRANSFORM`](crate::TRANSFORM).
 ///
 /// # Errors
-/// As [`between`]; the values are no positions, orientations or poses, or have no axes.
+/// As [`between`]; the values are not positions, orientations or poses, or have no axes.
 pub fn moving(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Refusal> {
     let mut library = joined(from.0, to.0);
     let (from, to) = (mark(SENDER, from.1), mark(RECEIVER, to.1));

@@ -13,9 +13,9 @@ use rc_vocabulary::Primitive;
 pub struct Block {
     /// The numbers: those of the value, then those of the covariance.
     pub numbers: Vec<Number>,
-    /// What they mean, in one line: meaning, coordinates, units and axes.
+    /// Their meaning in one line: meaning, coordinates, units and axes.
     pub meaning: String,
-    /// Refuses numbers that mean nothing, such as a quaternion whose length is not 1. It has no
+    /// Refuses numbers without meaning, such as a quaternion whose length is not 1. It has no
     /// results.
     pub check: Program,
 }

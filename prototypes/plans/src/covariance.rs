@@ -1,10 +1,10 @@
 //! Covariances: `J C Jᵀ` with the Jacobian of a change of units and axes.
 //!
 //! The covariance of a vector is that of its cartesian components, in its unit and axes, whatever
-//! its coordinates are. That of an orientation is about small turns in radians, about the fixed axes
-//! as in messages of ROS, or about the moving ones, those of the body. A change of frames is done
-//! behind that of axes: the rotation of the transform for each part, and the vector product with its
-//! translation for twists and wrenches.
+//! its coordinates are. That of an orientation is about small turns in radians, about the fixed
+//! axes as in messages of ROS, or about the moving ones, those of the body. A change of frames
+//! follows that of axes: the rotation of the transform for each part, and the vector product with
+//! its translation for twists and wrenches.
 
 use crate::edge;
 use crate::refusal::Refusal;
@@ -63,7 +63,7 @@ fn blocks<'s>(shape: &'s Shape, semantic: &str) -> Option<Vec<Block<'s>>> {
     meanings(semantic).iter().map(block).collect()
 }
 
-/// How many numbers the covariance of a prototype has that a plan converts.
+/// How many numbers the covariance of a prototype has if a plan converts it.
 pub(crate) fn count(shape: &Shape, of: &Prototype) -> usize {
     if of.covariance.is_none() || of.domain != "geometry" {
         return 0;
@@ -149,8 +149,8 @@ pub(crate) fn convert<'r>(
 /// The parts of a covariance, by the blocks of their rows and columns.
 type Parts<'r> = Vec<Vec<Matrix<Term<'r>>>>;
 
-/// How blocks follow those of another frame, by rows and columns: in the axes of the targets, and in
-/// the units of their meanings.
+/// The relation of blocks to those of another frame, by rows and columns: in the axes of the
+/// targets, and in the units of their meanings.
 fn motion<'r>(
     targets: &[Block<'_>],
     transform: &Transform<Term<'r>>,
@@ -206,11 +206,11 @@ fn moved<'r>(parts: &Parts<'r>, motion: &[Vec<Option<Matrix<Term<'r>>>>]) -> Par
     rows.iter().map(|own| row(own)).collect()
 }
 
-/// How far a covariance may be from symmetric and from positive, as a part of the variances: numbers
-/// of 32 bits and those of texts are rounded.
+/// How far a covariance may deviate from symmetric and from positive, relative to the variances:
+/// numbers of 32 bits and those of texts are rounded.
 const NEARLY: f64 = 1e-5;
 
-/// Refuses matrices that are no covariances: not symmetric, or with a negative variance in some
+/// Refuses matrices that are not covariances: not symmetric, or with a negative variance in some
 /// direction. These have a negative pivot.
 pub(crate) fn require_positive(own: &[Term<'_>]) {
     let Some(side) = (0..=own.len()).find(|side| side * side == own.len()) else {
@@ -236,7 +236,7 @@ pub(crate) fn require_positive(own: &[Term<'_>]) {
             }
             let of = pivots[column];
             let zero = constant(0.0);
-            // What does not vary is not correlated with anything.
+            // A constant is not correlated with anything.
             zero.if_below(of, zero, rest).required(0.0, 0.0);
             let factor = zero.if_below(of, rest / of, zero);
             pivot = pivot - factor * factor * of;
@@ -308,7 +308,7 @@ impl Block<'_> {
         }
     }
 
-    /// How the components follow those of the source, but for their units.
+    /// The relation of the components to those of the source, without their units.
     fn jacobian<'r>(
         &self,
         target: &Block<'_>,

@@ -259,7 +259,7 @@ fn time<'r>(
     let whole = seconds.floor();
     let parts = ((seconds - whole) * constant(1e9)).nearest();
     notes.lose("less than a nanosecond", Bound::Absolute(5e-10));
-    // The nearest nanosecond may be that of the next second.
+    // Rounding to the nearest nanosecond may lead to the next second.
     let billion = constant(1e9);
     let carried = parts.if_below(billion, whole, whole + constant(1.0));
     let parts = parts.if_below(billion, parts, constant(0.0));

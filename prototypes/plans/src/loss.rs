@@ -1,8 +1,8 @@
-//! What a conversion loses.
+//! The losses of a conversion.
 
 use std::fmt;
 
-/// How much is lost.
+/// The amount of a loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// At most this part of the value.
@@ -16,7 +16,7 @@ pub enum Bound {
 /// Something that a plan loses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loss {
-    /// What is lost.
+    /// The kind of a loss.
     pub what: String,
     /// How much.
     pub bound: Bound,

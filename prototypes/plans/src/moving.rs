@@ -1,5 +1,4 @@
-//! Values in a frame that moves, as those in another one: by a transform that is known when a message
-//! comes.
+//! Converts values to another frame, by a transform that is known when a message comes.
 
 use crate::edge::{homogeneous, pose_of_leaf};
 use crate::refusal::Refusal;
@@ -11,8 +10,8 @@ use rc_formula::Term;
 use rc_quantity::rotation::{Matrix, product, turned};
 use rc_quantity::{Axes, Spatial, Transform};
 
-/// How many numbers a transform has: the rows of `[R | t]`. It is that between two frames with the
-/// axes of ROS, in metres.
+/// How many numbers a transform has: the rows of `[R | t]`, between two frames with the axes of
+/// ROS, in metres.
 pub const TRANSFORM: usize = 12;
 
 /// The linear and the angular part of a twist and of a wrench, which depend on the origin of their
@@ -20,7 +19,7 @@ pub const TRANSFORM: usize = 12;
 const TWIST: [&str; 2] = ["LinearVelocity", "AngularVelocity"];
 const WRENCH: [&str; 2] = ["Force", "Torque"];
 
-/// What is at one place: vectors by their meanings, and an orientation, with the axes of ROS.
+/// The values at one place: vectors by their meanings, and an orientation, with the axes of ROS.
 #[derive(Default)]
 struct Placed<'r> {
     vectors: Vec<(&'static str, Vector<'r>)>,
@@ -156,7 +155,7 @@ fn axes(leaf: &Leaf) -> Result<Axes, Refusal> {
         .ok_or_else(|| Refusal::NoAxes(leaf.semantic.clone()))
 }
 
-/// The change between two axes, which is no step of its own.
+/// The change between two axes, which is not a step of its own.
 fn change(from: Axes, to: Axes, is_axial: bool) -> Option<Matrix> {
     vector::change(Some(from), Some(to), is_axial, &mut Notes::default())
 }

@@ -39,7 +39,7 @@ pub struct Network<'l> {
     neighbours: RefCell<HashMap<&'l str, Rc<[(usize, u64)]>>>,
 }
 
-/// How one step is done.
+/// The work of one step.
 enum Way {
     Direct,
     /// By this function of the user.
@@ -103,11 +103,12 @@ impl<'l> Network<'l> {
         }
     }
 
-    /// The cheapest plan from one prototype to another one. Of plans that cost the same, it is the
+    /// The cheapest plan from one prototype to another one. Of plans with equal costs, it is the
     /// one with fewer steps, and then the one whose prototypes have the first names.
     ///
     /// # Errors
-    /// One of them is unknown, they do not mean the same, or no rule leads from one to the other.
+    /// One of them is unknown, they do not mean the same, or no conversion leads from one to the
+    /// other.
     pub fn plan(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
         let found = self.find(from, to)?;
         let (input, output) = (self.shape(from)?, self.shape(to)?);
@@ -206,7 +207,7 @@ impl<'l> Network<'l> {
         let transform = moving::transform(&transform)?;
         let mut notes = self.notes(from, to, true)?;
         let mut direct = Notes::default();
-        // What else changes is what changes between two frames that are one.
+        // All other changes are those between two frames that are one.
         let aliases = &self.library.aliases;
         let apart = Recorder::new(input.len());
         let of_direct = self::inputs(&apart, input);
@@ -456,8 +457,8 @@ impl<'l> Network<'l> {
         Ok(Some(edge(way, notes, &program)))
     }
 
-    /// The prototypes that hold the same values: both, and all parts of both. A part stands beside
-    /// the whole where the other prototype has no parts.
+    /// The prototypes that hold the same values: both, and all parts of both. A part is an
+    /// alternative to the whole where the other prototype has no parts.
     fn pairs(
         &self,
         one: &[&'l Prototype],

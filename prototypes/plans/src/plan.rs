@@ -1,4 +1,4 @@
-//! A plan: the steps from one prototype to another one, with what they cost and lose.
+//! A plan: the steps from one prototype to another one, with their costs and losses.
 
 use crate::loss::{Bound, Loss};
 #[cfg(doc)]
@@ -8,7 +8,7 @@ use rc_prototypes::model::Library;
 use std::fmt;
 use std::ops::Add;
 
-/// What a step does. A plan is of the last kind of its steps.
+/// The kind of a step. A plan has the last kind of its steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// Copies numbers to their places.
@@ -44,7 +44,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What a plan costs.
+/// The cost of a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Steps.
@@ -126,26 +126,26 @@ impl Add for Cost {
 pub struct Step {
     /// The prototype that it gives.
     pub to: String,
-    /// What it does.
+    /// Its kind.
     pub kinds: Vec<Kind>,
 }
 
-/// How one prototype becomes another one.
+/// The conversion of one prototype into another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The first prototype.
     pub from: String,
     /// The steps. Without any, the prototypes are one.
     pub steps: Vec<Step>,
-    /// What all steps cost.
+    /// The cost of all steps.
     pub cost: Cost,
-    /// What they lose.
+    /// Their losses.
     pub lost: Vec<Loss>,
-    /// What it takes for granted.
+    /// Its assumptions.
     pub notes: Vec<String>,
     /// The formula.
     pub program: Program,
-    /// How many numbers of a transform it takes behind all others: 0, or [`TRANSFORM`].
+    /// How many numbers of a transform it takes after all others: 0, or [`TRANSFORM`].
     pub transform: usize,
     /// The numbers of both prototypes, for comments in code.
     pub(crate) input: Vec<String>,
@@ -158,7 +158,7 @@ impl Plan {
         self.steps.last().map_or(&self.from, |step| &step.to)
     }
 
-    /// How many numbers of a covariance it takes behind those of the first prototype.
+    /// How many numbers of a covariance it takes after those of the first prototype.
     pub fn spread(&self, library: &Library) -> usize {
         let from = library.prototype(&self.from);
         let numbers = from.and_then(|from| library.numbers(from));
@@ -172,7 +172,7 @@ impl Plan {
         self.steps.len()
     }
 
-    /// What the plan does: the last one of the kinds of its steps.
+    /// The kind of the plan: the last one of the kinds of its steps.
     pub fn kind(&self) -> Kind {
         let kinds = self.steps.iter().flat_map(|step| &step.kinds);
         kinds.copied().max().unwrap_or(Kind::Plain)
@@ -195,7 +195,7 @@ impl Plan {
     }
 }
 
-/// What arithmetic with numbers of 64 bits may change of a value.
+/// The relative error of arithmetic with numbers of 64 bits.
 const ROUNDING: f64 = 1e-12;
 
 impl fmt::Display for Plan {

@@ -44,8 +44,9 @@ pub fn rust(plan: &Plan) -> String {
     out
 }
 
-/// The plan as a function in C. It gives 0, or 1 for numbers that are refused; then `to` is as it was.
-/// Compilers that join a product and a sum give other last bits (`-ffp-contract=off` tells GCC not to).
+/// The plan as a function in C. It returns 0, or 1 for numbers that are refused; then `to` is
+/// unchanged. Compilers that fuse a product and a sum give other last bits (`-ffp-contract=off`
+/// tells GCC not to).
 pub fn c(plan: &Plan) -> String {
     let program = &plan.program;
     let mut out = String::from("#include <math.h>\n\n");

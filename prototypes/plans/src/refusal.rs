@@ -1,4 +1,4 @@
-//! Why there is no plan.
+//! The reason why there is no plan.
 
 use crate::shape::MOST;
 use std::fmt;

@@ -7,8 +7,8 @@ use rc_vocabulary::Primitive;
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-/// How far the norm of a quaternion, of an axis, and the determinant of a matrix may be from 1 where
-/// the prototype says nothing.
+/// The default for how far the norm of a quaternion, of an axis, and the determinant of a matrix
+/// may be from 1.
 const TOLERANCE: f64 = 1e-3;
 
 /// The most numbers of a prototype that has plans. Composites of composites multiply.
@@ -37,7 +37,7 @@ pub(crate) struct Leaf {
 /// A number.
 #[derive(Clone, Debug)]
 pub(crate) struct Value {
-    /// What it is among its coordinates: `x`, or its place where places have no names. In domains
+    /// Its name among its coordinates: `x`, or its place where places have no names. In domains
     /// other than `geometry`, its name in the abstract type.
     pub(crate) role: String,
     /// Its unit: in `geometry` that of the meaning, where the prototype says none.
@@ -67,7 +67,7 @@ impl Shape {
         }
     }
 
-    /// The axes of all leaves whose meaning has directions; `None` stands for unknown ones.
+    /// The axes of all leaves whose meaning has directions; `None` represents unknown ones.
     pub(crate) fn axes(&self) -> Vec<Option<Axes>> {
         match self {
             Self::Leaf(leaf) if leaf.has_directions() => vec![leaf.axes],
@@ -110,7 +110,7 @@ impl Leaf {
 pub(crate) struct Shapes<'l> {
     library: &'l Library,
     prototypes: HashMap<&'l str, &'l Prototype>,
-    /// How many numbers the prototypes have that were counted.
+    /// How many numbers the counted prototypes have.
     counts: RefCell<HashMap<&'l str, usize>>,
 }
 

@@ -10,7 +10,7 @@ use rc_quantity::Unit;
 use rc_vocabulary::Primitive;
 use std::collections::BTreeSet;
 
-/// What a conversion does, and what it loses.
+/// The operations and losses of a conversion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Notes {
     pub(crate) kinds: BTreeSet<Kind>,
@@ -37,7 +37,7 @@ impl Notes {
         }
     }
 
-    /// Adds what the next step loses. What was lost before has a bound only if this step scales.
+    /// Adds the loss of the next step. Earlier losses keep a bound only if this step scales.
     pub(crate) fn then(&mut self, next: Self, is_scaling: bool) {
         if !is_scaling {
             for loss in &mut self.lost {
@@ -49,7 +49,7 @@ impl Notes {
     }
 }
 
-/// A number in another unit. Texts that are no units must be equal.
+/// A number in another unit. Texts that are not units must be equal.
 pub(crate) fn in_unit<'r>(
     term: Term<'r>,
     from: Option<&str>,

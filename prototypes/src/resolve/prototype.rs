@@ -470,7 +470,7 @@ impl<'f> Resolver<'f> {
         Some((Content::Parts(parts), interface))
     }
 
-    /// Reports a prototype that does not mean what the part does.
+    /// Reports a prototype whose meaning is not that of the part.
     fn is_part(&mut self, prototype: &str, at: Span, domain: &Name, wanted: &str) {
         let Some(meaning) = self.prototypes.get(prototype) else {
             return;

@@ -1,4 +1,4 @@
-//! What a file becomes.
+//! The library of a file.
 
 use crate::loaded;
 use rc_prototypes::model::Content;

@@ -66,7 +66,7 @@ dproto ros_pose :: geometry
 }
 ";
 
-/// What a file becomes, which may import `Lidar.idsl` and `common.dproto`.
+/// The library of a file, which may import `Lidar.idsl` and `common.dproto`.
 fn loaded(text: &str) -> (Library, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("a.dproto", text);

@@ -78,8 +78,8 @@ impl Graph {
 
 #[pymethods]
 impl Graph {
-    /// Reads a `.graph` file, or the JSON of DSR. Its schema is searched beside it and in the folders
-    /// `include`. Returns the graph, and warnings about the file.
+    /// Reads a `.graph` file, or the JSON of DSR. Its schema is searched in its folder and in the
+    /// folders `include`. Returns the graph, and warnings about the file.
     #[staticmethod]
     fn read(py: Python<'_>, file: PathBuf, include: Vec<PathBuf>) -> PyResult<(Self, Vec<String>)> {
         py.detach(move || Self::of(&file, &include))
@@ -313,7 +313,7 @@ impl Snapshot {
         Ok(rows.collect())
     }
 
-    /// How often steps lead from nodes to a node.
+    /// The number of paths by which steps lead from nodes to a node.
     fn count(
         &self,
         py: Python<'_>,

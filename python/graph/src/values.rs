@@ -71,7 +71,7 @@ const DEEPEST: usize = 16;
 /// How many values the lists of a parameter have at most, together.
 const MOST_VALUES: usize = 1 << 16;
 
-/// A value of Python for a query. A node of another version is the same one in this version.
+/// A value of Python for a query. A node of another version is the same node in this version.
 pub(crate) fn cell(value: &Bound<'_, PyAny>, now: &Snapshot) -> PyResult<Cell> {
     let mut left = MOST_VALUES;
     nested(value, now, DEEPEST, &mut left)

@@ -11,8 +11,8 @@ use rc_diagnostics::{foreign, nearest};
 use std::cell::{Cell as Counter, OnceCell};
 use std::sync::Arc;
 
-/// A step as Python says it: its word, a relation, a type or an attribute, and a value, the number of a
-/// mark, or what is asked about a node.
+/// A step in Python's form: its word, a relation, a type or an attribute, and a value, the number
+/// of a mark, or a test of a node.
 pub(crate) type Words<'py> = (String, String, Bound<'py, PyAny>);
 
 /// A step of a traversal.
@@ -41,7 +41,7 @@ impl Step {
                 known_in(schema, "relation", &name, known)?;
             }
             "has_type" => {
-                // A node may stand for an edge.
+                // A node may represent an edge.
                 let edges = relations().map(|relation| relation.name.as_str());
                 let known = schema.entities.iter().map(|entity| entity.name.as_str());
                 known_in(schema, "type", &name, known.chain(edges))?;
@@ -89,7 +89,7 @@ fn known_in<'a>(
 /// A traversal looks for signals, as that of Ctrl+C, once in so many steps.
 const SIGNALS: u64 = 4096;
 
-/// What a traversal may still do.
+/// The rest of a traversal's budget.
 struct Budget {
     most: u64,
     left: Counter<u64>,

@@ -51,7 +51,7 @@ type News<'py> = (Snapshot, Snapshot, Vec<OfType<'py>>, Vec<Changed<'py>>);
 
 /// What a component tells its supervisor: behind, for how many milliseconds, conflicts, the first of
 /// them, the fault, refused messages, why the last one was, and who is silent.
-type Told = (
+type ReplicaReport = (
     u64,
     u64,
     u64,
@@ -194,7 +194,7 @@ impl World {
     #[new]
     #[expect(
         clippy::needless_pass_by_value,
-        reason = "a list in Python is no slice"
+        reason = "a list in Python is not a slice"
     )]
     fn new(
         name: &str,
@@ -284,7 +284,7 @@ impl World {
     }
 
     /// What is wrong with the replica, if it is time to look.
-    fn look(&self) -> Option<Told> {
+    fn look(&self) -> Option<ReplicaReport> {
         let mut state = self.state();
         let now = state.steady.time();
         let seen = state.watch.look(&self.inner, now)?;
@@ -548,7 +548,8 @@ fn take_step(
 
 /// A value of Python for an attribute of a type, which may not be known.
 fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<Value> {
-    // Numbers of numpy are no `int` or `bool`, and 1 is a number of an attribute with fractions, too.
+    // Numbers of numpy are not `int` or `bool`, and 1 is a number of an attribute with fractions,
+    // too.
     let is_bool = given.is_instance_of::<PyBool>();
     match kind {
         Some(Kind::Bool) if let Ok(yes) = given.extract() => return Ok(Value::Bool(yes)),

@@ -1,8 +1,8 @@
 //! The tree of InnerModel and its window for components in Python with
 //! `options InnerModelViewer;`: the extension module `robocomp._innermodel`.
 //!
-//! It is a library of its own, because most components in Python have no tree, and none of them
-//! shall wait until this one is built.
+//! It is a library of its own, because most components in Python have no tree, and should not wait
+//! until this one is built.
 
 use innermodel_viewer::innermodel::{self, Kind, Point, Pose, Time};
 use pyo3::exceptions::{PyOSError, PyValueError};

@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the package needs beside Python.
+/// The packages that the package needs in addition to Python.
 const NUMPY: &str = "numpy==2.3.4";
 /// The component.
 const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type");

@@ -197,7 +197,7 @@ class Program(unittest.TestCase):
             (good.replace("def report(self, ctx, all):", "def other(self):"), "SpecificWorker.report() is missing; add def report(self, ctx, a0)"),
             (good.replace("def report(self, ctx, all):", "def report(self, ctx):"), "specific_worker.py:19: SpecificWorker.report() takes (self, ctx); it is called with (self, ctx, a0)"),
             (good.replace("def compute(self, ctx):", "def compute(self):"), "SpecificWorker.compute() takes"),
-            (good.replace("(Worker)", "(object)"), "is no subclass of the generated class `Worker`"),
+            (good.replace("(Worker)", "(object)"), "is not a subclass of the generated class `Worker`"),
         ]
         for worker, text in cases:
             for args in ((), ("--check",)):

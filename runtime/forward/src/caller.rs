@@ -203,7 +203,7 @@ fn pass_reply(
     let ty = ty.map_or(&operation.reply, |thrown| &thrown.ty);
     let image = reader.clone().image().is_some();
     request.reply_with(case, |writer| {
-        // Behind another envelope, or between variants, the bytes would not be the same.
+        // After another envelope, or between variants, the bytes would differ.
         let keeps =
             !image && reader.position() == ENVELOPE_OF_VALUES && writer.len() == ENVELOPE_OF_VALUES;
         copy(ty, reader, keeps, writer);
@@ -215,7 +215,7 @@ fn pass_arguments(operation: &Operation, arguments: &Reader<'_>, writer: &mut Wr
     copy(&operation.request, arguments, keeps, writer);
 }
 
-/// Whether the bytes that a reader is at may be copied to where a writer is.
+/// Whether the bytes at a reader may be copied to a writer.
 pub(crate) fn same_place(reader: &Reader<'_>, writer: &Writer<'_>) -> bool {
     reader.position() % 8 == writer.len() % 8
 }

@@ -1,4 +1,4 @@
-//! What is forwarded: a component that is described by JSON, and its routes.
+//! The description of a forwarding component, as JSON: the component, and its routes.
 
 use rc_host::Program;
 use rc_runtime::Role;
@@ -8,11 +8,11 @@ use serde::Deserialize;
 pub struct Description {
     /// The component.
     pub program: Program,
-    /// By the number of the slot: where what it receives goes. `None` for a slot that sends.
+    /// The destination of each receiving slot, by its number. `None` for a slot that sends.
     pub(crate) routes: Vec<Option<usize>>,
 }
 
-/// What one slot receives, another one sends.
+/// A route from a receiving slot to a sending one.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Route {
     /// The slot that implements or subscribes.
@@ -41,12 +41,13 @@ impl Description {
     /// A component with these routes.
     ///
     /// # Errors
-    /// A route names no slot, two slots that do not fit, or a slot that has a route; or a slot has none that is not required.
+    /// A route names no slot, two slots that do not fit, or a slot that already has a route; or a
+    /// required slot has no route.
     pub fn new(program: Program, routes: &[Route]) -> Result<Self, String> {
         let slots = program.description.slots;
         let find = |name: &str| {
             let at = slots.iter().position(|slot| slot.name == name);
-            at.ok_or_else(|| format!("a route names `{name}`, which is no slot"))
+            at.ok_or_else(|| format!("a route names `{name}`, which is not a slot"))
         };
         let mut next = vec![None; slots.len()];
         let mut reached = vec![false; slots.len()];

@@ -12,10 +12,10 @@ use rc_runtime::{
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How long a proxy waits for the reply to a single call before it looks for other messages.
+/// How long a proxy waits for the reply to a single call before it handles other messages.
 const MOMENT: Duration = Duration::from_micros(200);
 
-/// What sends in a slot, or in a member of an array.
+/// The sender of a slot, or of a member of an array.
 enum Sender<'d> {
     Client(Box<Caller<'d>>),
     /// By the number of the operation.
@@ -61,12 +61,12 @@ type Place = (usize, String);
 pub struct Forwarder<'d> {
     core: Core,
     description: &'d Description,
-    /// What sends, each with the number of its slot.
+    /// The senders, each with the number of its slot.
     senders: BTreeMap<Place, (usize, Sender<'d>)>,
-    /// What was received and handed on.
+    /// The counts of forwarded messages.
     counts: BTreeMap<Place, ForwardCounts>,
-    /// Whether each call waits for its end, as in simulated time: a reply has to come in the same tick
-    /// in each run.
+    /// Whether each call waits for its end, as in simulated time: a reply has to come in the same
+    /// tick in each run.
     waits: bool,
     /// The sender of the last call of this turn.
     last: Option<Place>,
@@ -124,7 +124,7 @@ impl<'d> Forwarder<'d> {
         Ok(())
     }
 
-    /// What sends for a slot that receives, and the counts of the latter.
+    /// The sender for a slot that receives, and the counts of that slot.
     fn next(
         &mut self,
         slot: usize,
@@ -136,7 +136,7 @@ impl<'d> Forwarder<'d> {
         Some((sender, counts))
     }
 
-    /// Where what a slot receives goes.
+    /// The destination of what a slot receives.
     fn place_after(&self, slot: usize, member: Option<&Member>) -> Option<Place> {
         let next = self.description.routes.get(slot).copied().flatten()?;
         Some(place(next, member))
@@ -148,7 +148,7 @@ impl<'d> Forwarder<'d> {
         senders.map(|(_, sender)| sender.under_way()).sum()
     }
 
-    /// What calls through a slot.
+    /// The caller of a slot.
     fn caller(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut Caller<'d>> {
         match self.senders.get_mut(&place(slot, member))? {
             (_, Sender::Client(caller)) => Some(caller),
@@ -260,8 +260,8 @@ impl Component for Forwarder<'_> {
         true
     }
 
-    /// Waits a moment for a single call, whose reply mostly comes at once: to sleep in the loop
-    /// costs more.
+    /// Waits a moment for a single call, because its reply usually comes at once, and sleeping in
+    /// the loop would cost more.
     fn turn(&mut self) -> bool {
         let Some(last) = self.last.take().filter(|_| self.under_way() == 1) else {
             return false;

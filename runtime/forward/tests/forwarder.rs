@@ -1,4 +1,4 @@
-//! What a forwarder hands on, over the fakes of tests.
+//! Forwarding of messages, over the fakes of tests.
 
 use rc_forward::{Description, Forwarder};
 use rc_host::{Operation, read, undecodable, write};
@@ -169,7 +169,7 @@ fn routes_that_lead_nowhere_are_refused() {
         with(echo)
     );
     let missing = r#"{"from": "echo", "to": "other"}"#;
-    assert!(with(missing).contains("`other`, which is no slot"));
+    assert!(with(missing).contains("`other`, which is not a slot"));
     let wrong = r#"{"from": "echo", "to": "reports"}"#;
     assert!(with(wrong).contains("do not fit"));
     assert!(with(&format!("{echo}, {echo}")).contains("two routes"));

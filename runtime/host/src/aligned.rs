@@ -2,14 +2,14 @@
 
 use rc_middleware::in_place::IntoBytes;
 
-/// Bytes that begin at a multiple of 16, as those of every image. Their address stays the same.
+/// Bytes that begin at a multiple of 16, as those of every image. Their address does not change.
 pub struct Aligned {
     words: Box<[u128]>,
     length: usize,
 }
 
 impl Aligned {
-    /// So many zeros.
+    /// This many zeros.
     pub fn zeros(length: usize) -> Self {
         Self {
             words: vec![0; length.div_ceil(16)].into_boxed_slice(),

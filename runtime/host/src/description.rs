@@ -1,7 +1,7 @@
 //! The description of a component, as its generated package hands it over: JSON.
 //!
-//! The runtime keeps descriptions for ever, as those of components in Rust. A process has one
-//! component, so what is leaked here is leaked once.
+//! The runtime keeps descriptions forever, as those of components in Rust. A process has one
+//! component, so they are leaked once.
 
 use rc_machine::Chart;
 use rc_middleware::Qos;
@@ -95,7 +95,7 @@ pub struct Machine {
     pub actions: Vec<String>,
 }
 
-/// A component: what the runtime knows of it, and what a joint with another language needs besides.
+/// A component: its description for the runtime, and what another language needs in addition.
 pub struct Program {
     /// For the runtime.
     pub description: &'static rc_runtime::Description,
@@ -289,7 +289,7 @@ fn describe_slot(text: &SlotText, slot: &Slot) -> Result<rc_runtime::Slot, Strin
 }
 
 fn hash(text: &str) -> Result<u64, String> {
-    u64::from_str_radix(text, 16).map_err(|_| format!("`{text}` is no hash of 16 digits"))
+    u64::from_str_radix(text, 16).map_err(|_| format!("`{text}` is not a hash of 16 digits"))
 }
 
 fn leak_text(text: String) -> &'static str {

@@ -10,7 +10,7 @@ pub enum HostError {
     #[error("the context works on the thread of the worker only, while one of its functions runs")]
     WrongThread,
     /// The generated package does not fit its description.
-    #[error("slot {slot} has no such {what}; generate the component anew")]
+    #[error("slot {slot} has no such {what}; generate the component again")]
     NoSuch {
         /// `operation`, `client` …
         what: &'static str,

@@ -1,14 +1,16 @@
-//! What a worker in another language needs of the runtime: a component that is described by JSON,
-//! values whose types are known at run time, and the connections of a worker by numbers of slots.
+//! The parts of the runtime that a worker in another language needs: a component that is described
+//! by JSON, values whose types are known at run time, and the connections of a worker by numbers of
+//! slots.
 //!
 //! This crate names no language. An extension module is a skin on it: it converts values of
 //! [`rc_values`] from and to objects of its language, and calls the functions of the worker.
 //!
 //! - [`Program::read`] reads the description that a generated package hands over.
-//! - A [`Session`] is what a context reaches, on the thread of the worker; [`session`] finds it.
+//! - A [`Session`] has everything that a context reaches, on the thread of the worker; [`session`]
+//!   finds it.
 //! - [`link`] has the calls and publications of a context.
-//! - [`Sample`] is what a handler of a topic gets, [`Aligned`] and [`Lent`] the memory of values in
-//!   place.
+//! - [`Sample`] is the argument of a topic's handler, [`Aligned`] and [`Lent`] the memory of values
+//!   in place.
 
 mod aligned;
 mod backends;

@@ -23,7 +23,7 @@ pub enum Answer {
     Exception(Value),
 }
 
-/// How a reply is read.
+/// The form in which a reply is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
     /// As a value.
@@ -117,7 +117,7 @@ pub fn publish_encoded(
     })
 }
 
-/// Calls a query. `result` reads what it returns, unless that is nothing.
+/// Calls a query. `result` reads the result, unless there is none.
 fn call(
     client: &mut TypedClient,
     operation: &Operation,

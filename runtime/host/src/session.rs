@@ -1,4 +1,5 @@
-//! What a worker reaches through its context: on its thread, while one of its functions runs.
+//! Everything that a worker reaches through its context: on its thread, while one of its functions
+//! runs.
 
 use crate::description::{Program, Slot};
 use crate::error::HostError;
@@ -79,7 +80,7 @@ thread_local! {
 }
 
 impl Session {
-    /// Opens the sending ends of all slots that are no arrays.
+    /// Opens the sending ends of all slots that are not arrays.
     ///
     /// # Errors
     /// A middleware refuses one.
@@ -195,7 +196,7 @@ pub fn swap(other: &mut Option<Session>) -> bool {
 /// Passes the session of this thread to `use_it`.
 ///
 /// # Errors
-/// On another thread there is none, and inside of `use_it` neither.
+/// On another thread, and inside of `use_it`, there is none.
 pub fn with<T>(use_it: impl FnOnce(&mut Session) -> Result<T, HostError>) -> Result<T, HostError> {
     SESSION.with(|session| match session.try_borrow_mut() {
         Ok(mut session) => match session.as_mut() {

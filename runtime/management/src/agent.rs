@@ -3,8 +3,8 @@
 //!
 //! The supervisor starts with [`SupervisorMessage::Network`]. The agent answers
 //! [`AgentMessage::Missing`], receives the bytes of those files one after the other, and answers
-//! [`AgentMessage::Ready`]. From then on both sides send whenever they have something to say. Both
-//! are the same program, so the protocol has no version.
+//! [`AgentMessage::Ready`]. From then on both sides send at any time. Both are the same program, so
+//! the protocol has no version.
 
 use crate::lines::LIMIT;
 use rc_vocabulary::foreign;
@@ -34,8 +34,8 @@ pub enum SupervisorMessage<C, E> {
         /// The pause between two readings of the memory of a component, in milliseconds.
         memory_pause_ms: u64,
     },
-    /// Start a process. If it has several components, one of these messages comes for each of them,
-    /// so that a line is not longer than one of them needs.
+    /// Start a process. For a process of several components, one message is sent for each of them,
+    /// to bound the length of a line.
     Start {
         /// The component, with the paths of the agent's machine.
         component: Box<C>,
@@ -168,7 +168,7 @@ pub enum AgentMessage {
         /// Which one.
         #[serde(deserialize_with = "foreign::text")]
         code: String,
-        /// What is so, for people.
+        /// The condition, for people.
         #[serde(deserialize_with = "foreign::lines")]
         text: String,
     },
@@ -178,7 +178,7 @@ pub enum AgentMessage {
         /// Which one.
         #[serde(deserialize_with = "foreign::text")]
         code: String,
-        /// What is so now.
+        /// The present condition.
         #[serde(deserialize_with = "foreign::lines")]
         text: String,
     },
@@ -208,7 +208,7 @@ pub struct File {
     pub hash: String,
     /// The length in bytes.
     pub size: u64,
-    /// Whether it may be executed.
+    /// Whether it is executable.
     pub executable: bool,
 }
 

@@ -63,7 +63,7 @@ pub struct HopStatus {
     /// The component.
     #[serde(deserialize_with = "foreign::text")]
     pub component: String,
-    /// What it receives: `SLOT.OPERATION`.
+    /// The message that it receives: `SLOT.OPERATION`.
     #[serde(deserialize_with = "foreign::text")]
     pub receives: String,
     /// The sum of the following ones.
@@ -100,6 +100,6 @@ pub struct Times {
     pub p50_ms: f64,
     /// The 99th percentile of the last messages.
     pub p99_ms: f64,
-    /// That of the message that took longest of all.
+    /// The value of the message that took longest of all.
     pub worst_ms: f64,
 }

@@ -71,7 +71,7 @@ pub enum Incoming {
     Answer(Option<u64>, Result<Value, Error>),
     /// A notification: its method and parameters.
     Notification(String, Value),
-    /// A line that is neither.
+    /// An invalid line.
     Unknown(String),
 }
 
@@ -105,9 +105,9 @@ impl Client {
         Self::connect_to(&SocketAddrUnix::new(path)?, limit)
     }
 
-    /// Connects to the supervisor of a network of this user by its abstract socket, which has no
-    /// path, so that it is found whatever run directory the environment chooses. Errors are those
-    /// of [`Client::connect`].
+    /// Connects to the supervisor of a network of this user by its abstract socket. This socket has
+    /// no path, so it is found whatever run directory the environment chooses. Errors are those of
+    /// [`Client::connect`].
     pub fn connect_supervisor(network: &str, limit: Duration) -> io::Result<Self> {
         let address = SocketAddrUnix::new_abstract_name(&supervisor::abstract_name(network))?;
         let client = Self::connect_to(&address, limit)?;
@@ -338,7 +338,7 @@ mod tests {
     const LIMIT: Duration = Duration::from_secs(10);
     const SHORT: Duration = Duration::from_millis(100);
 
-    /// A client, and what a server that answers one request with `answer` has received.
+    /// A client, and the messages that a server received which answers one request with `answer`.
     fn served(answer: &'static [u8]) -> (Client, std::thread::JoinHandle<String>) {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");

@@ -61,14 +61,14 @@ pub enum Request {
     Describe,
     /// Answered at once with [`Clocks`](crate::observation::Clocks).
     Clocks,
-    /// Notes the messages of chains for this client from now on, in place of what was noted for it
-    /// before; nothing without pairs. The end of the connection ends it. Answered with
+    /// Notes the messages of chains for this client from now on, in place of its earlier pairs;
+    /// without pairs, none. The end of the connection ends it. Answered with
     /// [`Following`](crate::hops::Following).
     Follow {
-        /// What may follow what.
+        /// The pairs of messages on chains.
         pairs: Vec<hops::Pair>,
     },
-    /// Takes what was noted since the last time. Answered at once with
+    /// Takes the notes since the last request. Answered at once with
     /// [`HopReport`](crate::hops::HopReport).
     Hops,
     /// Copies the messages of a slot to this client from now on, or no more: notifications
@@ -258,7 +258,7 @@ pub struct Status {
     /// The last error of `compute()` or a handler.
     #[serde(deserialize_with = "foreign::optional")]
     pub last_error: Option<String>,
-    /// Where its time comes from.
+    /// The source of its time.
     #[serde(default)]
     pub clock: ClockStatus,
     /// State machine, if it has one.
@@ -269,11 +269,11 @@ pub struct Status {
     pub world: Option<WorldStatus>,
     /// The connections, in the order of the `.cdsl`.
     pub slots: Vec<SlotStatus>,
-    /// The components of the same process that have ended in order, by their names.
+    /// The components of the same process that have ended without an error, by their names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub done_beside: Vec<String>,
-    /// Of the proxy of a group that a supervisor runs: the group.
+    /// For the proxy of a group that a supervisor runs: the group.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<GroupStatus>,
 }
@@ -300,7 +300,7 @@ pub struct WorldStatus {
     pub behind_ms: u64,
     /// How many elements are not shown, because they are in conflict with others.
     pub conflicts: u64,
-    /// What the first of them are.
+    /// The first of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub first_conflicts: Vec<String>,
@@ -364,11 +364,11 @@ pub struct ClockStatus {
     /// For how many milliseconds the source has been silent, if that is too long. Then time stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost_ms: Option<u64>,
-    /// Of a source: the components that follow it.
+    /// For a source: the components that follow it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub followers: Vec<String>,
-    /// Of a source: the components that it has waited for beyond its limit.
+    /// For a source: the components that it has waited for beyond its limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub waiting_for: Vec<String>,
@@ -435,10 +435,10 @@ pub struct SlotStatus {
     /// Samples that were not published because the component was not active.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub withheld: u64,
-    /// What it has converted, if the other end has other units.
+    /// Counts of its conversions, if the other end has other units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converted: Option<ConvertedStatus>,
-    /// What it has forwarded, if the component forwards.
+    /// Counts of forwarded messages, if the component forwards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forwarded: Option<ForwardedStatus>,
     /// Samples that never arrived because newer ones took their place.
@@ -459,7 +459,7 @@ pub struct TransportStatus {
     pub messages: u64,
 }
 
-/// What a slot has converted.
+/// Counts of the conversions of a slot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConvertedStatus {
     /// The messages that were converted.
@@ -474,8 +474,8 @@ pub struct ConvertedStatus {
     pub locked: u64,
 }
 
-/// What a slot has forwarded, and the time that it took from receiving to sending; of a call, there
-/// and back, without the wait for the reply.
+/// Counts of forwarded messages of a slot, and the time from receiving to sending them; for a call,
+/// there and back, without the wait for the reply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ForwardedStatus {
     /// The messages.
@@ -502,8 +502,7 @@ pub struct QueueStatus {
     pub bytes: u64,
     /// The most bytes that wait.
     pub limit: u64,
-    /// Samples that were dropped instead of queued: there was no room, or a reply that nobody had
-    /// asked for.
+    /// Samples that were dropped instead of queued: there was no room, or no request for the reply.
     pub dropped: u64,
 }
 

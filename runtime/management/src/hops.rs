@@ -1,9 +1,9 @@
-//! What a component notes of messages on chains: which message came in, which one it sent in the
-//! same reaction, and when.
+//! The notes of a component about messages on chains: which message came in, which one it sent in
+//! the same reaction, and when.
 //!
-//! Nothing of this travels with the messages. The supervisor takes the notes of all components and
-//! joins them: what one has sent, another one has received from the same sender with the same
-//! number.
+//! They are not part of the messages. The supervisor takes the notes of all components and joins
+//! them: a message that one has sent is the one that another has received from the same sender with
+//! the same number.
 
 use crate::observation;
 use rc_vocabulary::foreign;
@@ -18,13 +18,13 @@ pub const RING: usize = 640;
 /// A message that may come in, and one that may be sent because of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Pair {
-    /// What comes in. `None`: the chain begins with the output.
+    /// The input. `None`: the chain begins with the output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input: Option<Message>,
-    /// What is sent. `None`: the chain ends when the handler of the input has run.
+    /// The output. `None`: the chain ends when the handler of the input has run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<Message>,
-    /// How the one follows the other.
+    /// How the output follows the input.
     #[serde(default)]
     pub way: Way,
 }
@@ -40,7 +40,7 @@ pub struct Message {
     pub operation: String,
 }
 
-/// How a component comes from a message to what it sends.
+/// The way from a message to what the component sends.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -55,7 +55,7 @@ pub enum Way {
     Any,
 }
 
-/// What became of a message.
+/// The end of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u16)]
 pub enum Kind {
@@ -85,7 +85,7 @@ pub struct Hop {
     pub sender: u32,
     /// The pair: an index into those of [`Request::Follow`](crate::component::Request::Follow).
     pub pair: u16,
-    /// What became of it.
+    /// Its end.
     pub kind: Kind,
     /// The lower half of the number of the input.
     pub input: u32,
@@ -119,7 +119,7 @@ impl Hop {
         bytes
     }
 
-    /// The hop of bytes; `None` of a kind that is not known.
+    /// The hop of bytes; `None` if the kind is unknown.
     pub fn read(bytes: &[u8; Self::LENGTH]) -> Option<Self> {
         let mut words = bytes.chunks_exact(8).map(|part| {
             let part = part.try_into().unwrap_or_default();
@@ -141,7 +141,8 @@ impl Hop {
     }
 }
 
-/// A sender in 32 bits: two of one connection have the same ones once in four thousand million.
+/// A sender in 32 bits. The probability that two senders of one connection have equal ones is
+/// 2^-32.
 pub fn short(sender: u128) -> u32 {
     let half = ((sender >> 64) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sender as u64;
     // Mixes, so that no part of an identity counts alone (the finalizer of SplitMix64).
@@ -226,7 +227,7 @@ mod tests {
         }
     }
 
-    /// Receiver and sender compute it each for itself, and may be of other versions, or in another
+    /// Receiver and sender compute it separately, and may be of other versions, or in another
     /// language.
     #[test]
     fn the_short_form_of_a_sender_is_part_of_the_protocol() {

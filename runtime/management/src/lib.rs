@@ -11,8 +11,8 @@
 //! | [`link`] | a component and the supervisor that started it, on a socket at its standard input |
 //! | [`agent`] | a supervisor and its agent on another machine, over ssh |
 //!
-//! [`hops`] is what a component notes of messages on chains, [`chains`] what its supervisor makes of
-//! them.
+//! [`hops`] are the notes of a component about messages on chains, [`chains`] the report of its
+//! supervisor.
 //!
 //! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC,
 //! [`Client`] sends requests and receives answers and notifications, [`Server`] receives requests

@@ -11,9 +11,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// How many bytes of lines that are no message one side of a link takes, in one run of the
-/// component. With more, a supervisor stops the component, and a component takes the other side for
-/// ended.
+/// How many bytes of invalid lines one side of a link accepts, in one run of the component. With
+/// more, a supervisor stops the component, and a component assumes that the other side has ended.
 pub const MOST_GARBAGE: usize = 1 << 20;
 
 /// A message of a component to its supervisor.
@@ -42,7 +41,7 @@ pub enum ComponentMessage {
     Proposed {
         /// The number of the proposal.
         number: u64,
-        /// What the worker has accepted, and what will change at the next start.
+        /// The accepted changes, and those for the next start.
         #[serde(flatten)]
         changes: Changed,
         /// Why it is refused.
@@ -55,7 +54,7 @@ pub enum ComponentMessage {
         /// The number of the proposal.
         number: u64,
     },
-    /// The component lives. It comes twice a second.
+    /// A sign of life of the component, twice a second.
     Heartbeat(Heartbeat),
 }
 
@@ -72,15 +71,15 @@ pub enum SupervisorMessage {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         ruled: Vec<String>,
     },
-    /// Put a part of a change of several components to the worker, and hold what it accepts until
-    /// it is settled.
+    /// Offer a part of a change of several components to the worker, and hold it, if accepted,
+    /// until it is settled.
     Propose {
         /// The number of the proposal, from 1.
         number: u64,
         /// The values by path.
         changes: Map<String, Value>,
     },
-    /// Keep what is held, or take it back.
+    /// Keep the held change, or undo it.
     Settle {
         /// The number of the proposal.
         number: u64,
@@ -94,7 +93,7 @@ pub enum SupervisorMessage {
         /// A primary state.
         goal: LifecycleState,
     },
-    /// To a proxy: how the group is for which it stands. It comes with each change.
+    /// To a proxy: the state of its group. It is sent with each change.
     Group(GroupStatus),
 }
 
@@ -133,11 +132,11 @@ pub struct Heartbeat {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
-    /// What each slot of a component that forwards has forwarded, and its added delay.
+    /// The counts of forwarded messages of each slot, and its added delay.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]
     pub forwarded: BTreeMap<String, ForwardedStatus>,
-    /// What each slot has converted since the start; slots that convert nothing are left out.
+    /// The conversions of each slot since the start; slots that convert nothing are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]
     pub converted: BTreeMap<String, ConvertedStatus>,
@@ -204,7 +203,7 @@ impl ComponentMessage {
 }
 
 impl SupervisorMessage {
-    /// Decodes a line; none for what a supervisor of another version may say.
+    /// Decodes a line. None for messages of a supervisor of another version.
     pub fn decode(line: &[u8]) -> Option<Self> {
         let Call { method, params, .. } = Call::parse(line).ok()?;
         rpc::message(&method, params).ok()

@@ -1,8 +1,7 @@
 //! A Unix socket that pauses when the system refuses to accept.
 //!
 //! A caller that cannot be accepted stays in the queue of the socket, which stays readable. Without
-//! a pause, a process that has no free descriptor would accept in vain, again and again, at full
-//! speed.
+//! a pause, a process without free descriptors would try to accept in a busy loop.
 
 use rustix::net::sockopt::socket_peercred;
 use rustix::process::{Uid, getuid};

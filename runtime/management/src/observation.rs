@@ -104,7 +104,7 @@ pub enum Notification {
         /// The slot.
         #[serde(deserialize_with = "foreign::text")]
         slot: String,
-        /// How many messages of the slot this client has lost since it taps the slot.
+        /// How many messages of the slot this client has lost since it began to tap the slot.
         dropped: u64,
     },
 }
@@ -129,10 +129,10 @@ pub struct Tapped {
     pub sent: u64,
     /// Whether the body is the memory image of a plain type, not CDR.
     pub image: bool,
-    /// Whether a body behind an envelope begins at a multiple of 8 bytes, as in ROS 2.
+    /// Whether a body after an envelope begins at a multiple of 8 bytes, as in ROS 2.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ros: bool,
-    /// How many messages of the slot this client has lost since it taps the slot.
+    /// How many messages of the slot this client has lost since it began to tap the slot.
     pub dropped: u64,
     /// The message. A request and a reply begin with the envelope of `rc_middleware::rpc`.
     #[serde(serialize_with = "encode", deserialize_with = "decode")]

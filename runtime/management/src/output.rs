@@ -6,7 +6,7 @@ use std::time::Instant;
 
 /// The output queue of one connection. It has a bound in bytes, and a message may have a deadline.
 ///
-/// Nothing is dropped silently: after a message that found no room, or whose deadline has passed,
+/// Nothing is dropped silently: after a message without room, or whose deadline has passed,
 /// [`Output::write`] returns an error, and the connection is lost.
 #[derive(Debug)]
 pub struct Output {

@@ -41,7 +41,7 @@ pub struct Finding {
     /// Code, in kebab case.
     #[serde(deserialize_with = "foreign::text")]
     pub code: String,
-    /// How to mend it.
+    /// How to fix it.
     #[serde(default)]
     #[serde(deserialize_with = "foreign::optional")]
     pub help: Option<String>,
@@ -133,7 +133,7 @@ impl Call {
     }
 
     /// Decodes the request. `methods` pairs each method with a text of its parameters, for error
-    /// messages; `is_valid` judges what the types do not say.
+    /// messages; `is_valid` checks what the types do not express.
     pub(crate) fn decode<T: DeserializeOwned>(
         self,
         methods: &[(&str, &str)],
@@ -155,7 +155,7 @@ impl Call {
     }
 }
 
-/// Decodes the message that `method` and `params` stand for.
+/// Decodes the message of `method` and `params`.
 pub fn message<T: DeserializeOwned>(method: &str, params: Value) -> Result<T, serde_json::Error> {
     // A variant without fields is a text to serde, one with fields is a map of one entry.
     if let Ok(message) = T::deserialize(Value::from(method)) {
@@ -230,7 +230,7 @@ fn line(id: Option<u64>, message: &impl Serialize) -> Vec<u8> {
     })
 }
 
-/// A result as it stands in an answer.
+/// A result in the form of an answer.
 pub fn result(result: &impl Serialize) -> Result<Value, Error> {
     serde_json::to_value(result).map_err(|error| Error::new(Error::SYSTEM, error.to_string()))
 }

@@ -27,21 +27,21 @@ use std::time::{Duration, Instant};
 /// How many clients may be connected at once.
 pub const MAX_CLIENTS: usize = 32;
 /// How many bytes of output may wait for one client: the longest message that [`crate::Client`]
-/// takes, and an answer behind it.
+/// accepts, and an answer after it.
 const MAX_OUTPUT: usize = LONGEST + (1 << 20);
 /// How long a client may take to read an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How many requests of one client may wait for answers that take their time.
 const MAX_DEFERRED: usize = 16;
 
-/// A listening socket and its clients. `T` is what the owner remembers of a client.
+/// A listening socket and its clients. `T` is the state that the owner keeps for a client.
 ///
 /// In each turn of its loop, the owner polls [`Server::descriptors`] until [`Server::deadline`],
-/// passes what is ready to [`Server::turn`], serves [`Server::requests`], and calls
+/// passes the ready ones to [`Server::turn`], serves [`Server::requests`], and calls
 /// [`Server::check`].
 #[derive(Debug)]
 pub struct Server<T = ()> {
-    /// Dropped before the clients: one whose connection closes may listen at the same place.
+    /// Dropped before the clients: a client whose connection closes may listen at the same place.
     listeners: Vec<Listener>,
     clients: Vec<ServedClient<T>>,
     /// The number of the next client.
@@ -211,7 +211,7 @@ impl<T: Default> Server<T> {
         });
     }
 
-    /// Sets what the owner remembers of a client.
+    /// Sets the owner's state of a client.
     pub fn set_state(&mut self, client: u64, state: T) {
         self.with(client, |client| {
             client.state = state;
@@ -229,7 +229,7 @@ impl<T: Default> Server<T> {
         self.clients.iter_mut()
     }
 
-    /// Writes to all clients what they take at once.
+    /// Writes to each client as much as it accepts at once.
     pub fn flush(&mut self) {
         self.clients.retain_mut(ServedClient::write);
     }
@@ -348,7 +348,7 @@ impl<T> ServedClient<T> {
         !self.is_over()
     }
 
-    /// Writes what the client takes at once; false if it has not read in time.
+    /// Writes as much as the client accepts at once; false if it has not read in time.
     fn write(&mut self) -> bool {
         match self.output.write(&self.stream) {
             Ok(()) => true,

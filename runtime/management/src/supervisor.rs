@@ -264,8 +264,7 @@ pub struct ComponentStatus {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "foreign::optional")]
     pub process: Option<String>,
-    /// Of the proxy of a group, the components that it stands for. Its state is that of the worst of
-    /// them.
+    /// For the proxy of a group, the components behind it. Its state is the worst of theirs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub behind: Vec<String>,
@@ -302,11 +301,11 @@ pub struct ComponentStatus {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
-    /// What each slot of a component that forwards has forwarded, and its added delay.
+    /// The counts of forwarded messages of each slot, and its added delay.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]
     pub forwarded: BTreeMap<String, ForwardedStatus>,
-    /// What its slots have converted in this run; slots that convert nothing are left out.
+    /// The conversions of its slots in this run; slots that convert nothing are left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]
     pub converted: BTreeMap<String, ConvertedStatus>,

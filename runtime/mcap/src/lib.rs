@@ -1,7 +1,7 @@
 //! The records of an MCAP file as bytes, written and read. `https://mcap.dev/spec` describes them.
 //!
 //! A component writes its exact recording itself, and `rc-record` reads, cuts and converts
-//! recordings. This crate has no compression and no file: it makes records and takes them apart.
+//! recordings. This crate does no compression and opens no file: it makes records and parses them.
 
 pub mod read;
 pub mod write;

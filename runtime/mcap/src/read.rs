@@ -1,4 +1,4 @@
-//! Takes records apart. Nothing is trusted: what does not fit is an error.
+//! Parses records. Nothing is trusted: invalid data are an error.
 
 use crate::{Stamp, op};
 use std::collections::BTreeMap;
@@ -75,7 +75,7 @@ pub fn prefix(bytes: &[u8]) -> Option<(u8, u64)> {
     Some((*code, u64::from_le_bytes(length.try_into().ok()?)))
 }
 
-/// Size of the footer and the magic bytes behind it, which end a file.
+/// Size of the footer and the magic bytes after it, which end a file.
 pub const END: usize = PREFIX + 20 + crate::MAGIC.len();
 
 /// Where the summary begins, in the last [`END`] bytes of a file. `None` without a summary.
@@ -92,7 +92,7 @@ pub const LONGEST: u64 = 256 << 20;
 /// The longest table of texts, in bytes. Each entry takes many times its bytes in memory.
 const LONGEST_TABLE: usize = 1 << 20;
 
-/// What the summary of a file says: its times, and where its records are.
+/// The contents of the summary of a file: its times, and where its records are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// The first and the last time of recording.

@@ -12,7 +12,7 @@ pub fn record(out: &mut Vec<u8>, code: u8, content: impl FnOnce(&mut Vec<u8>)) {
     out[at..at + 8].copy_from_slice(&length.to_le_bytes());
 }
 
-/// Appends something behind its length.
+/// Appends data after its length.
 pub fn counted(out: &mut Vec<u8>, content: impl FnOnce(&mut Vec<u8>)) {
     let at = out.len();
     out.extend([0; 4]);

@@ -31,7 +31,7 @@ pub fn permits(priority: u8) -> Result<(), String> {
 /// Runs work that changes the scheduling of its thread.
 ///
 /// # Errors
-/// That of the work, or the system makes no thread.
+/// The error of the work, or of the system if it makes no thread.
 pub fn on_a_thread<T: Send>(work: impl FnOnce() -> Result<T, String> + Send) -> Result<T, String> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().spawn_scoped(scope, work);
@@ -102,7 +102,7 @@ fn set_priority(priority: u8) -> Result<(), String> {
 /// Advice about a priority that is not permitted.
 fn forbidden(priority: u8, limit: u64) -> String {
     let limits = if limit >= u64::from(priority) {
-        // The limit is not the reason, but a cgroup without real-time bandwidth, or a seccomp
+        // Not the limit is the reason, but a cgroup without real-time bandwidth, or a seccomp
         // filter.
         "its cgroup or its container has no real time (`cpu.rt_runtime_us`, seccomp)".to_owned()
     } else {
@@ -155,7 +155,7 @@ fn online() -> io::Result<BTreeSet<u16>> {
     read_list(text.trim()).ok_or_else(|| io::ErrorKind::InvalidData.into())
 }
 
-/// Parses a list such as `0-3,8`. `None` if the text is none.
+/// Parses a list such as `0-3,8`. `None` if the text is not such a list.
 pub fn read_list(text: &str) -> Option<BTreeSet<u16>> {
     let mut all = BTreeSet::new();
     for part in text.split(',') {

@@ -27,14 +27,15 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 pub(crate) struct Frames {
     source: Source,
     clock: Arc<dyn Clock>,
-    /// Ends the waits of this thread. `None` if the clock stands still meanwhile: then nothing waits.
+    /// Ends the waits of this thread. `None` if the clock stands still meanwhile: then nothing
+    /// waits.
     stop: Option<WakeEvent>,
     /// The longest time for all transforms of a message.
     limit: Duration,
     idle: IdleFlag,
 }
 
-/// Who knows it.
+/// The source of transforms.
 pub(crate) enum Source {
     /// A tree that is asked.
     Tree(Box<Tree>),
@@ -53,7 +54,7 @@ impl IdleFlag {
     }
 }
 
-/// Why there is no transform.
+/// The reason why there is no transform.
 #[derive(Debug)]
 pub(super) enum NoTransform {
     /// The time has not come.
@@ -81,7 +82,7 @@ impl fmt::Display for NoTransform {
 }
 
 impl Frames {
-    /// Looks there. `stop` ends waits; without it, nothing waits.
+    /// Asks the source. `stop` ends waits; without it, nothing waits.
     pub(crate) fn new(
         source: Source,
         limit: Duration,
@@ -134,7 +135,8 @@ impl Frames {
         let time = Time::from_nanos(u64::try_from(needed.time).unwrap_or(0));
         match &mut self.source {
             Source::Tf(tf) => {
-                // Nobody knows where frames are at a time that does not come before the deadline.
+                // No source knows where frames are at a time that does not come before the
+                // deadline.
                 let left = deadline.saturating_duration_since(Instant::now());
                 let comes = time - self.clock.now() <= left;
                 let stop = stop.filter(|_| comes);

@@ -12,7 +12,7 @@ use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The clients whose calls end in the loop, each with what the loop waits for.
+/// The clients whose calls end in the loop, each with the descriptor and time to wait for.
 pub(super) struct Calls {
     /// The number and the slot of each client.
     clients: Vec<(usize, Arc<OpenSlot>)>,
@@ -81,8 +81,8 @@ impl Calls {
 
 impl EventLoop<'_> {
     /// How many calls may end now, at most as many as handlers run in a turn. In lockstep, they end
-    /// when the turn has handled its samples and run `compute()`, and this is the bound of the whole
-    /// turn: otherwise the time of their replies would decide what comes first.
+    /// when the turn has handled its samples and run `compute()`, and this is the bound of the
+    /// whole turn: otherwise the arrival of their replies would decide the order.
     pub(super) fn ends_left(&self) -> usize {
         if !self.role.is_lockstep() {
             HANDLERS_A_TURN
@@ -111,9 +111,8 @@ impl EventLoop<'_> {
         self.count_handled();
     }
 
-    /// Ends calls in an order that is the same in each run, whenever their replies come: those of
-    /// the first slot, each in the order of its start, then those of the next slot. All run
-    /// meanwhile.
+    /// Ends calls in an order that is equal in each run, whenever their replies come: those of the
+    /// first slot, each in the order of its start, then those of the next slot. All run meanwhile.
     fn end_calls_in_order(&mut self, most: usize) {
         let mut left = most;
         let mut at = 0;

@@ -1,4 +1,4 @@
-//! The loop's part in the time of its network: whose turn it is, and what is due.
+//! The loop's part in the time of its network: whose turn it is, and which work is due.
 
 use super::EventLoop;
 use super::port::Port;
@@ -238,7 +238,7 @@ impl EventLoop<'_> {
             .collect()
     }
 
-    /// Tells the status what changes rarely.
+    /// Updates the rarely changing parts of the status.
     fn note_time(&mut self, now: Instant) {
         match &mut self.role {
             TimeRole::System => {}

@@ -1,4 +1,4 @@
-//! How many peers each slot has.
+//! The number of peers of each slot.
 
 use super::port::Port;
 use crate::clock::Time;
@@ -26,7 +26,7 @@ impl PeerInterval {
     }
 }
 
-/// Tells the status how many peers each slot has, and which peers do not match.
+/// Updates the status with the number of peers of each slot, and with peers that do not match.
 pub(super) fn note(counts: Vec<usize>, connections: &Connections, shared: &Shared) {
     let mismatches = connections.mismatches();
     let mut status = shared.status();

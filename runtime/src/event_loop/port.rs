@@ -12,7 +12,7 @@ use rc_middleware::{Gaps, Header, Message, Reply, Spin};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// So many samples after one wake-up are a burst.
+/// This many samples after one wake-up are a burst.
 const BURST: u32 = 2;
 /// After the last message of a burst, the loop looks so long for another one before it clears the
 /// wake-ups. A wake-up that is cleared costs the sender a kernel call at its next message: a fast
@@ -20,7 +20,7 @@ const BURST: u32 = 2;
 /// no such bursts.
 const BURST_WAIT: Duration = Duration::from_micros(5);
 
-/// A receiving end with what the loop knows of it.
+/// A receiving end with the state that the loop keeps for it.
 pub(super) struct Port {
     /// The number of its slot.
     pub(super) slot: usize,
@@ -91,8 +91,7 @@ impl Port {
         self.burst_until = None;
     }
 
-    /// Makes the loop look for messages that nothing has announced. Without one, no wake-up is
-    /// cleared.
+    /// Makes the loop look for messages without a wake-up. If there is none, no wake-up is cleared.
     pub(super) fn look(&mut self) {
         self.wake(false);
         self.is_look = true;
@@ -166,7 +165,7 @@ impl Port {
     }
 
     /// Logs that the state of the component refuses a request, at most once in `LOG_PAUSE`. This is
-    /// no error of the component.
+    /// not an error of the component.
     pub(super) fn log_refusal(&mut self, shared: &Shared, now: Instant, reason: &str) {
         let count = shared.status().slots[self.slot].refused;
         let message = format!("a request is refused, number {count}: {reason}");
@@ -283,7 +282,7 @@ mod tests {
         assert_eq!(rests(&mut port, now), (2, 1));
         port.look();
         assert_eq!(rests(&mut port, now), (1, 0));
-        // A message that nothing has announced: its wake-up may be set.
+        // A message without a wake-up so far: its wake-up may be set now.
         port.look();
         port.received(now);
         assert_eq!(rests(&mut port, now), (2, 1));
@@ -293,7 +292,7 @@ mod tests {
         port.received(now);
         assert_eq!(rests(&mut port, now), (10, 0));
         assert_eq!(rests(&mut port, now + BURST_WAIT), (2, 1));
-        // The next wake-up begins anew.
+        // The next wake-up starts again.
         port.wake(true);
         port.received(now);
         assert_eq!(rests(&mut port, now), (2, 1));

@@ -7,7 +7,7 @@ use std::time::Instant;
 /// which costs kernel calls: announcements without a message can be among them.
 const LOOKS_UNTIL_CLEARED: u32 = 20;
 
-/// The looks at all ports.
+/// The state of regular looks at all ports.
 pub(super) struct Sweep {
     last: Instant,
     /// Looks since wake-ups were cleared.

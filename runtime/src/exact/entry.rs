@@ -3,8 +3,8 @@
 use rc_middleware::{Cdr, DecodeError, Encoding, Header, Reader, Writer, cdr};
 use std::borrow::Cow;
 
-/// The definition of a turn and its entries, as ROS 2 writes messages: what tools read beside the
-/// recording.
+/// The definition of a turn and its entries, in the form of ROS 2 messages, which tools read with
+/// the recording.
 pub(super) const DEFINITION: &str = "\
 # One turn of the loop of a component, or a part of it.
 # The number of the turn, from 0.
@@ -77,7 +77,7 @@ kinds! {
     Finalize = 10 "finalize",
     /// A turn: the started call with the number `value` has ended. An answer follows.
     Ended = 11 "ended_call",
-    /// A turn of the event loop, beside handlers.
+    /// A turn of the event loop, in addition to handlers.
     Turn = 12 "turn",
     /// The state of the component is another one, `text`.
     State = 16 "state",
@@ -95,14 +95,14 @@ kinds! {
     Time = 22 "time",
     /// Result of a call. `operation` is the encoding of the reply or the number of an error.
     Answer = 23 "answer",
-    /// Sending failed; `operation` is the number of the error. Nothing is written about success.
+    /// Sending failed; `operation` is the number of the error. Success has no entry.
     Failed = 24 "failed",
     /// The state machine took an event of a tool, `value`.
     Fired = 25 "fired",
     /// The worker asked for a number that no other run has.
     Unique = 26 "unique",
-    /// The worker waits for the shared world: the time in `value`, what came in `type_hash`, and its
-    /// bytes.
+    /// The worker waits for the shared world: the time in `value`, the kind of the input in
+    /// `type_hash`, and its bytes.
     Awaited = 27 "awaited",
     /// The worker published a sample; `value` is its encoding.
     Publish = 32 "publish",
@@ -189,7 +189,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// The entry without what it borrows.
+    /// The entry without borrows.
     pub(super) fn into_owned(self) -> Entry<'static> {
         Entry {
             value: self.value,

@@ -1,9 +1,9 @@
 //! Exact recordings: everything that decides the life of a component, and the run that repeats it.
 //!
 //! The worker is a function of its inputs: which of its functions runs next, with which message,
-//! what the clock and the random numbers say, what calls return. With `--record FILE`,
-//! [`recorder::Recorder`] writes them in their order, and beside them all that the worker sends.
-//! With `--replay`, [`run::replay`] hands them to the worker again, without a middleware and
+//! the readings of the clock and of random numbers, and the results of calls. With `--record FILE`,
+//! [`recorder::Recorder`] writes them in their order, and with them everything that the worker
+//! sends. With `--replay`, [`run::replay`] gives them to the worker again, without a middleware and
 //! without waiting, and compares what it sends byte for byte. `docs/recording.md` describes the
 //! file.
 

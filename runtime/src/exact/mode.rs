@@ -24,7 +24,7 @@ pub(crate) enum Exact {
 }
 
 impl Exact {
-    /// A number that decides what the worker does: `real` finds it where nothing is repeated.
+    /// A number that influences the worker: `real` finds it if nothing is repeated.
     pub(crate) fn number(&self, kind: Kind, real: impl FnOnce() -> u64) -> u64 {
         match self {
             Self::Off => real(),
@@ -41,7 +41,7 @@ impl Exact {
         }
     }
 
-    /// What happens while the worker waits.
+    /// The next input while the worker waits.
     pub(crate) fn awaited(&self, real: impl FnOnce() -> Entry<'static>) -> Entry<'static> {
         match self {
             Self::Off => real(),
@@ -55,7 +55,7 @@ impl Exact {
         }
     }
 
-    /// A text that decides what the worker does.
+    /// A text that influences the worker.
     pub(crate) fn text(&self, kind: Kind, real: impl FnOnce() -> String) -> String {
         match self {
             Self::Off => real(),

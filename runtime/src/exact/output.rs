@@ -12,14 +12,14 @@ use std::time::Duration;
 const BLOCK: usize = 64 * 1024;
 /// The most bytes that wait for the disk.
 const QUEUE: usize = 64 * 1024 * 1024;
-/// How long something waits for more, at most.
+/// How long data wait for more, at most.
 const FLUSH: Duration = Duration::from_millis(500);
 /// The longest recording, in bytes.
 pub(super) const LONGEST: u64 = 4 << 30;
 
 /// The file of a recording.
 pub(super) trait Target: Write + Send + 'static {
-    /// Leaves the first bytes only. What is written next follows them.
+    /// Truncates to the first bytes. Later writes follow them.
     fn cut(&mut self, length: u64) -> io::Result<()>;
 }
 
@@ -174,16 +174,16 @@ mod tests {
     /// Only a fault lets it pass.
     const LIMIT: Duration = Duration::from_mins(1);
 
-    /// Tells what is written, and that it is cut.
-    struct Told(Sender<Vec<u8>>);
+    /// Reports the written data, and that they are cut.
+    struct ReportedWrites(Sender<Vec<u8>>);
 
-    impl Target for Told {
+    impl Target for ReportedWrites {
         fn cut(&mut self, _: u64) -> io::Result<()> {
             Ok(())
         }
     }
 
-    impl Write for Told {
+    impl Write for ReportedWrites {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             let sent = self.0.send(bytes.to_vec());
             sent.map_err(|_| io::Error::other("no test"))?;
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn a_few_bytes_are_written_although_no_more_follow() {
         let (told, written) = channel();
-        let output = Output::begin(Told(told), LONGEST, Disk::new(0), || 0, close);
+        let output = Output::begin(ReportedWrites(told), LONGEST, Disk::new(0), || 0, close);
         let output = output.expect("a thread");
         assert!(output.push(|out| out.extend(b"turn")));
         assert_eq!(written.recv_timeout(LIMIT).expect("to be written"), b"turn");
@@ -215,7 +215,7 @@ mod tests {
     fn a_recording_has_a_limit_and_an_end() {
         let (told, written) = channel();
         let longest = 2 * BLOCK as u64 + 1;
-        let output = Output::begin(Told(told), longest, Disk::new(0), || 0, close);
+        let output = Output::begin(ReportedWrites(told), longest, Disk::new(0), || 0, close);
         let output = output.expect("a thread");
         let block = || output.push(|out| out.resize(BLOCK, 7));
         for _ in 0..2 {
@@ -267,7 +267,7 @@ mod tests {
         };
         let output = Output::begin(target, LONGEST, Disk::new(0), || 0, close);
         let output = output.expect("a thread");
-        // What does not fit is no part of the file.
+        // Data without room are not part of the file.
         for expected in [BLOCK, BLOCK + 1] {
             assert!(output.push(|out| out.resize(BLOCK, 7)));
             let begun = Instant::now();
@@ -293,7 +293,7 @@ mod tests {
                 .pop_front()
                 .expect("it looks no more once it has ended")
         };
-        let output = Output::begin(Told(told), LONGEST, Disk::new(100), free, close);
+        let output = Output::begin(ReportedWrites(told), LONGEST, Disk::new(100), free, close);
         let output = output.expect("a thread");
         let begun = Instant::now();
         while output.push(|out| out.resize(out.len() + BLOCK, 7)) {

@@ -14,7 +14,7 @@ use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// A publisher. It lends no memory: what is sent has to be copied for the recording.
+/// A publisher. It lends no memory, because sent values have to be copied for the recording.
 pub(super) struct Publishing {
     recorder: Rc<Recorder>,
     slot: usize,

@@ -1,4 +1,4 @@
-//! Recording that a component repeats: what its worker gets, and what it must do.
+//! Recording that a component repeats: the inputs of its worker, and its expected outputs.
 
 use super::entry::{Entry, Kind};
 use super::error_codes;
@@ -155,7 +155,7 @@ impl Replay {
         self.pop().unwrap_or(recorded)
     }
 
-    /// Compares what the worker does with what it did.
+    /// Compares the worker's output with the recorded one.
     pub(super) fn compare(&self, entry: &Entry<'_>) {
         if !self.is_in_turn() {
             return;

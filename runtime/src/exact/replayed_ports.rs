@@ -136,7 +136,7 @@ impl Client for Calling {
         Some((sequence, Ok(())))
     }
 
-    /// A call that nobody has any more ended in no turn.
+    /// A forgotten call ended in no turn.
     fn forget(&mut self, _: u64) {}
 
     fn peers(&self) -> usize {

@@ -28,9 +28,8 @@ use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Repeats the recording that standard input has: parts of turns, each behind its length
-/// (`uint32`). Prints a report as JSON, and ends the process where the worker does something else
-/// than it did.
+/// Repeats the recording on standard input: parts of turns, each after its length (`uint32`).
+/// Prints a report as JSON, and ends the process at the first difference.
 pub(crate) fn replay<C: Component>(
     description: &'static Description,
     start: impl Start<C>,
@@ -134,7 +133,7 @@ fn run_turn(
             let slots = replay.slots();
             let of = slots.get(slot).filter(|of| operation < of.operations.len());
             let of = of.ok_or_else(|| "the recording is of other slots".to_owned())?;
-            // What the handler says is in the log; a value that cannot be read is the same again.
+            // Errors of the handler are in the log; an invalid value is invalid again.
             let header = turn.header(turn.value);
             let _ = receive(
                 component,

@@ -1,6 +1,6 @@
 //! Answers that come later than their requests: the worker or the life cycle decides them.
 
-use super::{AskedEmergency, Server};
+use super::{EmergencyRequest, Server};
 use crate::parameter_server::{Answer, Requester};
 use rc_management::component::Done;
 use rc_management::rpc::{self, Error};
@@ -13,12 +13,12 @@ impl Server {
     pub(super) fn answer_emergencies(&mut self, ends: bool) {
         let (_, executed) = self.commands.emergencies();
         let now = Instant::now();
-        let is_due = |one: &AskedEmergency| ends || executed >= one.number || now >= one.until;
+        let is_due = |one: &EmergencyRequest| ends || executed >= one.number || now >= one.until;
         let due: Vec<_> = self.emergencies.extract_if(.., |one| is_due(one)).collect();
         if !due.is_empty() {
             self.report_state();
         }
-        for AskedEmergency { requester, .. } in due {
+        for EmergencyRequest { requester, .. } in due {
             let (client, id) = requester;
             self.socket.settle(client);
             if let Some(id) = id {
@@ -27,8 +27,8 @@ impl Server {
         }
     }
 
-    /// Reports what a request has changed before the request is answered, so that it is in the next
-    /// status of the supervisor.
+    /// Reports the changes of a request before the request is answered, so that they are in the
+    /// next status of the supervisor.
     pub(super) fn report_changes(&mut self) {
         self.report_state();
         if let Some(link) = &mut self.link
@@ -38,7 +38,7 @@ impl Server {
         }
     }
 
-    /// Notes that the answer to a request comes later, or gives the error.
+    /// Notes that the answer to a request comes later, or returns the error.
     pub(super) fn deferred(
         &mut self,
         client: u64,

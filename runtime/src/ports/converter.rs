@@ -10,7 +10,7 @@ use std::fmt;
 
 /// The code by which slots convert.
 pub struct Converter {
-    /// Says what is wrong with the text of a plan.
+    /// Returns the error in the text of a plan.
     pub(crate) check: fn(&str) -> Result<(), String>,
     client:
         fn(&Connections, &OpenSlot, usize, Box<dyn Client>) -> Result<Box<dyn Client>, OpenError>,

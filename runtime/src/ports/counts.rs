@@ -1,4 +1,4 @@
-//! What ports count: messages sent, withheld and converted, queues, mismatches.
+//! The counts of ports: messages sent, withheld and converted, queues, mismatches.
 
 use super::Connections;
 use crate::converting::ConversionCounts;
@@ -22,7 +22,7 @@ impl Connections {
         self.converted.borrow().clone()
     }
 
-    /// What slots have forwarded, each with the index of its slot.
+    /// The forwarded messages of slots, each with the index of its slot.
     pub(crate) fn forwarded(&self) -> Vec<(usize, ForwardCounts)> {
         self.forwarded.borrow().clone()
     }
@@ -39,7 +39,7 @@ impl Connections {
         counts
     }
 
-    /// What went over each middleware of providers, each with the index of its slot.
+    /// The messages over each middleware of providers, each with the index of its slot.
     pub(crate) fn transports(&self) -> Vec<(usize, &'static str, Counter)> {
         self.transports.borrow().clone()
     }

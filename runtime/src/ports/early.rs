@@ -32,7 +32,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 const OVER: u64 = u64::MAX;
 
 impl Connections {
-    /// What a worker may await inside of a turn.
+    /// The messages that a worker may await inside of a turn.
     pub fn early_samples(&self) -> &EarlySamples {
         self.early.get_or_init(|| {
             let may_wait = matches!(self.clock, ClockKind::System | ClockKind::Nodes);
@@ -66,12 +66,12 @@ impl Connections {
 /// A port that the event loop and a waiting worker share.
 struct SharedPort {
     port: Box<dyn Subscriber>,
-    /// What the worker has got, and the event loop has not.
+    /// The messages that the worker has received, and the event loop has not.
     waiting: VecDeque<(Header, Vec<u8>)>,
     bytes: usize,
 }
 
-/// What a sample takes that waits.
+/// The memory of a waiting sample.
 fn size(body: &[u8]) -> usize {
     size_of::<(Header, Vec<u8>)>() + body.len()
 }
@@ -149,13 +149,13 @@ impl AwaitedPort {
     }
 }
 
-/// What happens while a worker waits.
+/// An input while a worker waits.
 #[derive(Debug, PartialEq)]
 pub struct Awaited {
     /// The time of the network.
     pub now: Time,
-    /// A sample: the number of its interface among those that may be awaited, that of its topic, and
-    /// its bytes. Without one, time has passed.
+    /// A sample: the number of its interface among those that may be awaited, that of its topic,
+    /// and its bytes. Without a sample, time has passed.
     pub sample: Option<(usize, usize, Vec<u8>)>,
 }
 
@@ -233,7 +233,7 @@ impl EarlySamples {
 }
 
 impl Early {
-    /// What happens next, as an entry of a recording: the time, and what came.
+    /// The next input as an entry of a recording: the time, and the message.
     fn entry(&self, until: Instant) -> Entry<'static> {
         let (code, data) = self.wait(until);
         Entry {

@@ -5,8 +5,9 @@ use rc_management::component::ClockKind;
 use rc_middleware::{Address, Endpoint, ExternalType, Linked, OpenError, TypeIdentity};
 use std::collections::BTreeSet;
 
-/// Whether a component opens a middleware beside its own one: for its slots, or for its clock. One
-/// without slots is a node of its middlewares; a source of time publishes over all of them.
+/// Whether a component opens a middleware in addition to its own one: for its slots, or for its
+/// clock. One without slots is a node of its middlewares; a source of time publishes over all of
+/// them.
 pub(super) fn is_needed(
     linked: &Linked,
     used: &BTreeSet<&str>,

@@ -21,7 +21,7 @@ impl Connections {
         self.idle.set(is_idle);
     }
 
-    /// What knows where frames are, for a slot that converts.
+    /// The source of transforms for a slot that converts.
     pub(super) fn frames(&self, slot: &str) -> Result<Frames, OpenError> {
         let wrong = |reason: String| OpenError::Backend {
             address: slot.to_owned(),
@@ -53,7 +53,7 @@ impl Connections {
         let mut slots = self.description.slots.iter();
         let at = slots.position(|own| own.name == tree && own.role == Role::Requires);
         let at = at.ok_or_else(|| {
-            format!("`{tree}` is no slot that requires a tree, or receives transforms")
+            format!("`{tree}` is not a slot that requires a tree, or receives transforms")
         })?;
         let opened = self.slot(at).and_then(|open| {
             let port = self.backend(&open)?.client(&call_endpoint(&open)?)?;
@@ -89,7 +89,7 @@ impl Connections {
             limit = limit.min(open.qos.timeout);
             let endpoint = self.topic_endpoint(&open, *operation, open.middleware())?;
             let port = self.backend(&open)?.subscriber(&endpoint)?;
-            // The event loop counts and reports what it converts.
+            // The event loop counts and reports its conversions.
             let port = match self.plan(&open.name)? {
                 Some(plan) => {
                     let address = endpoint.address.to_string();
@@ -110,8 +110,8 @@ impl Connections {
         Ok((Source::Tf(Tf(all)), limit))
     }
 
-    /// The history of a slot. What a publisher keeps for late subscribers holds for all times, as on
-    /// `/tf_static`.
+    /// The history of a slot. Samples that a publisher keeps for late subscribers hold for all
+    /// times, as on `/tf_static`.
     fn history(&self, slot: &OpenSlot) -> Shared {
         let mut all = self.histories.borrow_mut();
         let is_constant = slot.qos.durability == Durability::TransientLocal;

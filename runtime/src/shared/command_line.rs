@@ -8,8 +8,7 @@ use std::time::Duration;
 
 /// Begins the arguments of a component.
 const MEMBER: &str = "--member";
-/// How long the end of a component may take after another one has failed, unless it has its own
-/// limit.
+/// How long a component may take to end after another one has failed, unless it has its own limit.
 const STOP: Duration = Duration::from_secs(3);
 /// The longest such limit, in seconds.
 const LONGEST_STOP: f64 = 24.0 * 60.0 * 60.0;
@@ -27,9 +26,9 @@ pub(super) struct Member {
     pub(super) args: Vec<OsString>,
 }
 
-/// What the command line asks for.
+/// The request of the command line.
 #[derive(Debug)]
-pub(super) enum Wanted {
+pub(super) enum Invocation {
     Run(Vec<Member>),
     Help,
 }
@@ -38,12 +37,12 @@ pub(super) enum Wanted {
 pub(super) fn parse(
     types: &'static [ComponentType],
     args: impl IntoIterator<Item = OsString>,
-) -> Result<Wanted, String> {
+) -> Result<Invocation, String> {
     let mut members: Vec<Member> = Vec::new();
     let mut args = args.into_iter().peekable();
     while let Some(arg) = args.next() {
         if arg == "--help" || arg == "-h" {
-            return Ok(Wanted::Help);
+            return Ok(Invocation::Help);
         }
         if arg != MEMBER {
             return Err(format!(
@@ -76,7 +75,7 @@ pub(super) fn parse(
             "name its components: {MEMBER} COMPONENT …; see --help"
         ));
     }
-    Ok(Wanted::Run(members))
+    Ok(Invocation::Run(members))
 }
 
 fn text(option: &str, value: Option<OsString>) -> Result<String, String> {

@@ -1,5 +1,5 @@
-//! What a supervisor hands over to a process of several components: at standard input, one byte
-//! with two descriptors for each of them, its link and its log.
+//! The data that a supervisor passes to a process of several components: at standard input, one
+//! byte with two descriptors for each of them, its link and its log.
 
 use rustix::io::Errno;
 use rustix::net::{
@@ -16,14 +16,14 @@ use std::os::unix::net::UnixStream;
 /// once.
 pub(super) const MOST: usize = 100;
 
-/// What one component gets.
+/// The data for one component.
 #[derive(Debug)]
 pub(super) struct Handed {
     pub(super) link: UnixStream,
     pub(super) log: File,
 }
 
-/// The link of the process. It tells nothing but its end.
+/// The link of the process. It signals only its end.
 pub(super) struct ProcessLink(UnixStream);
 
 impl ProcessLink {
@@ -36,7 +36,7 @@ impl ProcessLink {
         Ok((Self(stream), handed))
     }
 
-    /// Whether the supervisor has closed it. What comes otherwise is of no meaning.
+    /// Whether the supervisor has closed it. Other data are ignored.
     pub(super) fn is_closed(&self) -> bool {
         let mut bytes = [0_u8; 256];
         match (&self.0).read(&mut bytes) {

@@ -1,12 +1,12 @@
 //! Several components in one process, each on a thread of its own.
 //!
-//! A component has here what it has in its own process: its name, its event loop, its parameters,
-//! its management socket, its link to the supervisor, its log. The process takes the signals. A
-//! component that ends in order ends alone. One that fails or panics ends the process: the others
-//! end in order, each within its limit.
+//! A component has here everything that it has in its own process: its name, its event loop, its
+//! parameters, its management socket, its link to the supervisor, its log. The process handles the
+//! signals. A component that ends without an error ends alone. One that fails or panics ends the
+//! process: the others end in order, each within its limit.
 //!
-//! What a process has once is shared: the environment, the working directory, the panic hook, and
-//! the log of threads that a worker starts itself, which is standard error.
+//! The unique resources of a process are shared: the environment, the working directory, the panic
+//! hook, and the log of threads that a worker starts itself, which is standard error.
 
 mod command_line;
 mod handover;
@@ -28,9 +28,9 @@ use crate::signals::Signals;
 use crate::stages::{Hosting, Prepared};
 use crate::status::DoneBeside;
 use crate::waker::{Waker, Wakeups, waker};
-use command_line::{Member, Wanted};
+use command_line::{Invocation, Member};
 use handover::{Handed, ProcessLink};
-use place::{Place, Report, Reports, What};
+use place::{MemberState, Place, Report, Reports};
 use rc_middleware::WakeEvent;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -119,8 +119,8 @@ fn run(
         std::hint::black_box(of.description.note);
     }
     let mut members = match command_line::parse(types, args).map_err(StartError::Usage)? {
-        Wanted::Run(members) => members,
-        Wanted::Help => {
+        Invocation::Run(members) => members,
+        Invocation::Help => {
             rc_diagnostics::print::data(&command_line::help(types));
             return Ok(printed(&name_of(program), 0));
         }
@@ -349,7 +349,7 @@ impl<'p> Process<'p> {
             });
             // The link is closed before the process knows of the end.
             drop(hosting);
-            reports.send(What::Ended(ended));
+            reports.send(MemberState::Ended(ended));
         });
         if let Err(error) = started {
             self.ended(at, Err(StartError::cannot_create("its thread", &error)));
@@ -437,7 +437,7 @@ impl<'p> Process<'p> {
         let limit = limit.and_then(|limit| Timespec::try_from(limit).ok());
         match poll(&mut polled, limit.as_ref()) {
             Err(Errno::INTR) | Ok(_) => {}
-            // Without memory for a moment, this thread must not spin.
+            // If memory is short for a moment, this thread must not spin.
             Err(_) => std::thread::sleep(Duration::from_millis(10)),
         }
         let mut ready = polled.iter().map(|one| !one.revents().is_empty());
@@ -461,9 +461,9 @@ impl<'p> Process<'p> {
             self.stop();
         }
         while let Ok(report) = self.reports.try_recv() {
-            match report.what {
-                What::Ready => self.members[report.member].phase = Phase::Ready,
-                What::Ended(result) => self.ended(report.member, result),
+            match report.state {
+                MemberState::Ready => self.members[report.member].phase = Phase::Ready,
+                MemberState::Ended(result) => self.ended(report.member, result),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The message and the place of a panic, for the last words of the component.
+//! The message and the place of a panic, for the final log line of the component.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -33,5 +33,5 @@ pub(super) fn taken(payload: &(dyn Any + Send)) -> String {
 fn message(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| payload.downcast_ref::<&str>().copied())
-        .unwrap_or("a value that is no text")
+        .unwrap_or("a value that is not text")
 }

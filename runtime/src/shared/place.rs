@@ -1,4 +1,4 @@
-//! What a component has of the process that it shares, and tells it.
+//! The connection between a component and the process that it shares.
 
 use crate::error::StartError;
 use crate::log::ComponentOutput;
@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
-/// What a component has of its process.
+/// What a component uses of its process.
 pub(crate) struct Place {
     pub(crate) program: PathBuf,
     pub(crate) link: Option<UnixStream>,
@@ -17,7 +17,7 @@ pub(crate) struct Place {
     pub(crate) done: DoneBeside,
 }
 
-/// Tells the first thread of the process about one component.
+/// Reports one component to the first thread of the process.
 #[derive(Clone)]
 pub(crate) struct Reports {
     pub(super) member: usize,
@@ -27,23 +27,23 @@ pub(crate) struct Reports {
 
 pub(super) struct Report {
     pub(super) member: usize,
-    pub(super) what: What,
+    pub(super) state: MemberState,
 }
 
-pub(super) enum What {
+pub(super) enum MemberState {
     Ready,
     Ended(Result<(), StartError>),
 }
 
 impl Reports {
     pub(crate) fn ready(&self) {
-        self.send(What::Ready);
+        self.send(MemberState::Ready);
     }
 
-    pub(super) fn send(&self, what: What) {
+    pub(super) fn send(&self, state: MemberState) {
         let member = self.member;
         // The process ends otherwise.
-        let _ = self.sender.send(Report { member, what });
+        let _ = self.sender.send(Report { member, state });
         self.waker.wake();
     }
 }

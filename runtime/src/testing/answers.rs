@@ -1,5 +1,5 @@
-//! How a fake answers an operation. The functions have the names of those of [`Request`] that serve
-//! the operation, so that one list of operations names both.
+//! The answer of a fake to an operation. The functions have the names of those of [`Request`] that
+//! serve the operation, so that one list of operations names both.
 
 use super::FakeServer;
 use rc_middleware::typed::{HandlerError, Operation, Request, Throws};
@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 type Read<A> = fn(&mut Reader<'_>) -> Result<A, DecodeError>;
 type Write<R> = fn(&R, &mut Writer<'_>);
 
-/// Answers an operation of a fake from now on with what a function of the test returns.
+/// Answers an operation of a fake from now on with the result of a function of the test.
 pub struct Answering<'s, T>(pub(super) &'s FakeServer<T>, pub(super) &'static Operation);
 
 impl<T: Clone + 'static> Answering<'_, T> {

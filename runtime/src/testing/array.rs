@@ -46,7 +46,7 @@ impl<F> Clone for FakeArray<F> {
 
 impl<F: Fake> Fake for FakeArray<F> {
     /// The peers of the members of the array `slot`, which are made as soon as the worker opens
-    /// them. A member is no array.
+    /// them. A member is not an array.
     fn new(bed: &TestBed, slot: usize, _member: Option<&str>) -> Self {
         let fakes = Rc::new(Fakes {
             slot,

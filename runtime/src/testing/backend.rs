@@ -67,7 +67,7 @@ impl Hub {
     }
 }
 
-/// Stands for one middleware of the component.
+/// Represents one middleware of the component.
 pub(super) struct FakeBackend {
     name: &'static str,
     hub: Rc<Hub>,

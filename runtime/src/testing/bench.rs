@@ -29,7 +29,7 @@ impl<C: WorkerContext> Bench<C> {
     /// A context with these parameters.
     ///
     /// # Errors
-    /// The context cannot be made of them, or the system has no descriptor left.
+    /// The context cannot be made of them, or the system has no free descriptor.
     pub fn new(description: &'static Description, values: &Values) -> Result<Self, StartError> {
         let Parts { bed, core, ports } = TestBed::parts(description)?;
         let ctx = C::open(core, &ports, values)?;
@@ -111,7 +111,7 @@ impl<C: WorkerContext> Bench<C> {
     /// only time passes.
     ///
     /// # Errors
-    /// That of `compute`.
+    /// The error of `compute`.
     pub fn run<W: 'static>(&mut self, worker: &mut W, time: Duration) -> Result<(), WorkerError>
     where
         C: Dispatch<W>,
@@ -155,7 +155,7 @@ impl<C: WorkerContext> Bench<C> {
 
     /// Lets the worker handle the calls that it started and that have ended, as its process does
     /// between two periods. Returns how many. A fake server answers a started call when it begins.
-    /// [`Bench::run`] does this behind each period.
+    /// [`Bench::run`] does this after each period.
     pub fn end_calls<W: 'static>(&mut self, worker: &mut W) -> usize
     where
         C: Dispatch<W>,

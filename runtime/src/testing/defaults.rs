@@ -43,7 +43,7 @@ impl DefaultingClient {
             profile: self.port.profile(),
         };
         let mut opened = Request::open(header, &request, &mut reply)?;
-        // What went wrong is in the reply.
+        // The error is in the reply.
         let _ = (self.reply)(&mut opened);
         opened.close();
         Ok(reply.body)
@@ -228,7 +228,7 @@ mod tests {
     fn a_server_comes_before_default_values() {
         assert_eq!(call(true), [7]);
         let reply = call(false);
-        // The body stands where the client of a middleware without envelopes looks for it.
+        // The body is where the client of a middleware without envelopes looks for it.
         assert_eq!(reply.len(), rpc::ENVELOPE + 4);
         assert_eq!(reply[rpc::ENVELOPE..], 9_i32.to_le_bytes());
     }

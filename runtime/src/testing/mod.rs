@@ -185,8 +185,8 @@ impl TestBed {
         }
     }
 
-    /// Moves time by a period, or by what is `left` if that is less, and takes it from there. The
-    /// worker of a source of time moves time itself.
+    /// Advances time by a period, or by `left` if that is less, and subtracts it. The worker of a
+    /// source of time advances time itself.
     pub fn end_period(&self, core: &mut Core, left: &mut Duration) {
         if let Some(period) = core.new_period.take() {
             self.shared.status().period = period.max(SHORTEST_PERIOD);
@@ -199,7 +199,7 @@ impl TestBed {
     }
 }
 
-/// The slots at addresses of their own names, since two slots may have one interface. Any member
+/// The slots at addresses of their own names, because two slots may have one interface. Any member
 /// may be opened.
 fn slots(description: &'static Description) -> Result<SlotTable, OpenError> {
     let own = |slot: &Slot| {
@@ -271,7 +271,7 @@ impl TestBed {
             Some(member) => self.slots.address(of.name, member).ok(),
             None => own(),
         };
-        // What has no address is not opened either.
+        // A slot without an address is not opened either.
         let address = address.map_or_else(String::new, |address| address.to_string());
         (of.operations, address)
     }

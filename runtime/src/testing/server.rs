@@ -15,7 +15,7 @@ use std::time::Duration;
 pub enum Fault {
     /// There is no server: `CallError::NoServer`, and `is_connected` is false.
     NoServer,
-    /// The server takes calls and does not reply: a query ends with `CallError::Deadline`, a
+    /// The server accepts calls and does not reply: a query ends with `CallError::Deadline`, a
     /// command is queued. The clock of the test stands meanwhile.
     Timeout,
     /// The server dies while it holds a query, `CallError::ServerDied`. For a command there is no
@@ -33,7 +33,7 @@ type Answered = Result<Vec<u8>, CallError>;
 /// The server at one address.
 pub(super) struct Calls {
     address: String,
-    /// Tells its client from those of other servers.
+    /// Distinguishes its client from those of other servers.
     number: u64,
     operations: &'static [Operation],
     answers: BTreeMap<i32, Answer>,
@@ -171,7 +171,7 @@ impl<T: Clone + 'static> FakeServer<T> {
         self.calls.borrow().clone()
     }
 
-    /// Takes them. A long test does so now and then, since all are kept until then.
+    /// Removes and returns them. A long test does so now and then, because all are kept until then.
     pub fn take_calls(&self) -> Vec<T> {
         self.calls.take()
     }
@@ -207,7 +207,7 @@ pub(super) struct EndedCall {
 }
 
 impl Port {
-    /// Lets the server answer a query, as its fault tells.
+    /// Lets the server answer a query, as its fault says.
     fn ask(
         &mut self,
         header: Header,
@@ -246,7 +246,7 @@ impl Port {
         let mut reply = Vec::new();
         let mut request = Request::open(header, body, &mut reply)?;
         if let Some(mut answer) = answer {
-            // What went wrong is in the reply.
+            // The error is in the reply.
             let _ = answer(&mut request);
             let mut calls = self.calls.borrow_mut();
             calls.answers.entry(operation).or_insert(answer);

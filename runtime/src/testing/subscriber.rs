@@ -1,4 +1,4 @@
-//! Fake subscribers: they keep what a worker under test publishes.
+//! Fake subscribers: they keep the publications of a worker under test.
 
 use super::{Fake, TestBed};
 use rc_middleware::{DecodeError, Header, Publisher, Reader, SendError};
@@ -79,7 +79,7 @@ impl<T: Clone + 'static> FakeSubscriber<T> {
         self.samples.borrow().clone()
     }
 
-    /// Takes them. A long test does so now and then, since all are kept until then.
+    /// Removes and returns them. A long test does so now and then, because all are kept until then.
     pub fn take_samples(&self) -> Vec<T> {
         self.samples.take()
     }

@@ -117,7 +117,7 @@ pub(crate) fn node_clock_subscriber(
 
 /// A receiving port, of the source or of a follower.
 pub(crate) trait Receiving {
-    /// Readable when something may be there.
+    /// Readable when a message may have arrived.
     fn descriptor(&self) -> BorrowedFd<'_>;
     /// Clears readiness, see [`Subscriber::acknowledge`].
     fn acknowledge(&mut self, woken: bool);
@@ -151,7 +151,7 @@ impl Receiving for Box<dyn Server> {
 
     fn receive(&mut self, take: &mut dyn FnMut(&mut Reader<'_>)) -> Result<bool, ReceiveError> {
         self.serve(&mut |header, body, reply| {
-            // What is no command of a follower is not for us.
+            // A message that is not a command of a follower is for others.
             if let Ok(mut request) = Request::open(header, body, reply) {
                 let _ = request.arguments(&DONE, |reader| {
                     take(reader);

@@ -11,13 +11,12 @@ use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a source may be silent. It says twice a second which tick it is, also while time
-/// stands.
+/// How long a source may be silent. It announces its tick twice a second, also while time stands.
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(3);
-/// How often a follower without a source looks for one, and repeats what was not accepted.
+/// How often a follower without a source searches one, and repeats what was not accepted.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// How time comes.
+/// The transport of time.
 enum Feed {
     /// From a source of ours, which gets acknowledgements.
     Source(TypedClient),
@@ -102,7 +101,7 @@ impl Follower {
         }
     }
 
-    /// Readable when a tick may be there.
+    /// Readable when a tick may have arrived.
     pub(crate) fn descriptor(&self) -> BorrowedFd<'_> {
         self.port.descriptor()
     }
@@ -127,8 +126,8 @@ impl Follower {
         self.turn.is_some()
     }
 
-    /// How long the source has been silent, if that is too long. A clock of nodes may stand in
-    /// silence; then its publisher has to be gone.
+    /// How long the source has been silent, if that is too long. A clock of ROS nodes may be
+    /// silent; then its publisher must be missing, too.
     pub(crate) fn silence(&self, now: Instant) -> Option<Duration> {
         let silence = now.saturating_duration_since(self.heard?);
         let is_lost = silence >= SILENCE_LIMIT
@@ -136,7 +135,7 @@ impl Follower {
         is_lost.then_some(silence)
     }
 
-    /// Takes the ticks that have come. Of several, the newest counts.
+    /// Takes the received ticks. Of several, the newest counts.
     pub(crate) fn receive(&mut self, now: Instant, sweep: bool) -> ClockChange {
         let mut change = ClockChange::default();
         let woken = std::mem::take(&mut self.woken);
@@ -178,7 +177,7 @@ impl Follower {
         let new_source = tick.epoch != self.epoch;
         if new_source {
             if self.epoch != 0 {
-                tracing::info!("the source of time has started anew");
+                tracing::info!("the source of time has restarted");
             }
             self.epoch = tick.epoch;
             self.turn = None;
@@ -219,7 +218,7 @@ impl Follower {
         }
     }
 
-    /// Acknowledges the present tick: what was due has run.
+    /// Acknowledges the present tick: all due work has run.
     pub(crate) fn finish(&mut self) {
         self.turn = None;
         self.done = Some((self.epoch, self.number));
@@ -227,7 +226,7 @@ impl Follower {
         self.tried = None;
     }
 
-    /// Sends what the source does not have yet.
+    /// Sends the acknowledgements that the source does not have yet.
     pub(crate) fn report(&mut self, now: Instant) {
         let pause = |tried: Instant| now.saturating_duration_since(tried) < RETRY;
         if (!self.unsent && self.epoch != 0) || self.tried.is_some_and(pause) {

@@ -58,7 +58,7 @@ pub(crate) struct State {
 #[derive(Debug)]
 pub(super) struct Entry {
     pub(super) name: String,
-    /// The place in the network's list; those that it does not list come behind, by name.
+    /// The place in the network's list; those that it does not list come after, by name.
     pub(super) place: usize,
     /// Whether it has said something in this run.
     pub(super) is_here: bool,

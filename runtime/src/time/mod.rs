@@ -1,8 +1,8 @@
 //! Simulated time: a component of the network publishes it, the others follow.
 //!
 //! The source numbers its ticks. The runtime of a follower, not its worker, acknowledges a tick
-//! when everything that was due has run: the samples that had come, then `compute()` if its period
-//! is over. So a source may wait for all.
+//! when all due work has run: the samples that had come, then `compute()` if its period is over. So
+//! a source may wait for all.
 //!
 //! | address | | |
 //! |---|---|---|

@@ -42,7 +42,7 @@ pub(crate) struct Tick {
     pub(crate) lockstep: bool,
 }
 
-/// A follower has done what was due in a tick, joins or leaves.
+/// A follower has done the work of a tick, joins or leaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Done {
     /// The run of the source; 0 if the follower knows none yet.

@@ -26,7 +26,7 @@ impl Schedule {
         Some(missed)
     }
 
-    /// Begins anew at the next tick: time has jumped back, or another source has begun.
+    /// Starts again at the next tick: time has jumped back, or another source has begun.
     pub(crate) fn restart(&mut self) {
         self.next = None;
     }

@@ -60,7 +60,7 @@ impl TimeSource {
         self.set(time)
     }
 
-    /// Sets time, possibly to an earlier one: followers begin their periods anew and report the
+    /// Sets time, possibly to an earlier one: followers begin their periods again and report the
     /// jump. Otherwise as [`TimeSource::advance`].
     pub fn set(&mut self, time: Time) -> Result<u64, TimeError> {
         let state = self.0.as_ref().ok_or(TimeError::Inactive)?;
@@ -87,9 +87,9 @@ impl TimeSource {
         }
     }
 
-    /// From the next tick on, `compute()` runs when every follower has done what was due in it, or
-    /// when none has for `limit`, to within 50 ms; then [`TimeSource::missing`] names who is
-    /// missing. A `compute()` that does not advance goes on waiting.
+    /// From the next tick on, `compute()` runs when every follower has done the work of the tick,
+    /// or when none has for `limit`, to within 50 ms; then [`TimeSource::missing`] names the
+    /// missing ones. A `compute()` that does not advance goes on waiting.
     pub fn wait_for_all(&mut self, limit: Duration) {
         self.with(|state| state.limit = Some(limit));
     }
@@ -104,8 +104,8 @@ impl TimeSource {
         self.with(|state| state.order = order);
     }
 
-    /// Whether `compute()` comes with its period, in real time (the default), or as soon as all
-    /// have done the tick. Without [`TimeSource::wait_for_all`] it always comes with its period.
+    /// Whether `compute()` runs with its period, in real time (the default), or as soon as all have
+    /// done the tick. Without [`TimeSource::wait_for_all`] it always runs with its period.
     pub fn set_paced(&mut self, paced: bool) {
         self.with(|state| state.paced = paced);
     }
@@ -249,13 +249,13 @@ impl Source {
         self.state.borrow().limit.is_some()
     }
 
-    /// Whether `compute()` comes with its period.
+    /// Whether `compute()` runs with its period.
     pub(crate) fn is_paced(&self) -> bool {
         let state = self.state.borrow();
         state.paced || state.limit.is_none()
     }
 
-    /// Whether it is this component's turn, behind all followers.
+    /// Whether it is this component's turn, after all followers.
     pub(crate) fn has_turn(&self) -> bool {
         self.has_turn
     }

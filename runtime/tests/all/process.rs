@@ -68,7 +68,7 @@ impl Supervised {
             assert!(start.elapsed() < LIMIT, "{messages:?}");
             let (lines, ended) = self.lines.read(&self.link);
             assert!(!ended, "the link has ended after {messages:?}");
-            // What filled the link is no message.
+            // What filled the link is not a message.
             let lines = lines.iter().filter_map(Line::bytes);
             messages.extend(lines.filter_map(|line| ComponentMessage::decode(line).ok()));
         }

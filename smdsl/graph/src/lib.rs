@@ -15,9 +15,9 @@ use std::collections::BTreeSet;
 /// A drawing that is a part of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Drawing {
-    /// How wide it is.
+    /// Its width.
     pub width: i32,
-    /// How high it is.
+    /// Its height.
     pub height: i32,
     elements: String,
 }

@@ -13,7 +13,7 @@ pub const NONE: u16 = u16::MAX;
 pub struct Range {
     /// The first index.
     pub start: u16,
-    /// The index behind the last one.
+    /// The index after the last one.
     pub end: u16,
 }
 
@@ -37,8 +37,8 @@ pub struct Chart {
     pub name: Cow<'static, str>,
     /// All states in document order, first the machine itself.
     pub states: Cow<'static, [State]>,
-    /// The transitions, those of one state one after the other in order of priority. Behind them
-    /// those that lead to the initial states, and those of history states.
+    /// The transitions, grouped by state, in order of priority. After them come those to the
+    /// initial states, and those of history states.
     pub transitions: Cow<'static, [Transition]>,
     /// The names of the events. First those that the worker can fire.
     pub events: Cow<'static, [Cow<'static, str>]>,
@@ -76,7 +76,7 @@ pub struct State {
     pub kind: Kind,
     /// The state that contains it; [`NONE`] for the machine.
     pub parent: u16,
-    /// The state behind its last descendant.
+    /// The state after its last descendant.
     pub end: u16,
     /// The transition to its initial states, or that of a history state; else [`NONE`].
     pub initial: u16,

@@ -165,8 +165,8 @@ impl Interpreter {
         self.macrostep(host)
     }
 
-    /// Handles the next event of the external queue, delayed ones included, and all that follows
-    /// from it. `None` if none waits, or if the machine has ended.
+    /// Handles the next event of the external queue, delayed ones included, and all steps that
+    /// follow from it. `None` if the queue is empty, or if the machine has ended.
     ///
     /// # Errors
     /// The machine does not come to rest.
@@ -187,8 +187,7 @@ impl Interpreter {
         Ok(Some(Step { event, taken }))
     }
 
-    /// Takes the transitions without events whose guards hold by now, as after an event that no
-    /// transition takes.
+    /// Takes the enabled transitions without events, as after an event that no transition takes.
     ///
     /// # Errors
     /// The machine does not come to rest.
@@ -259,7 +258,7 @@ impl Interpreter {
         }
         let now = host.now();
         while let Some(delayed) = self.delayed.front().copied() {
-            // Events that find no room are late, never lost.
+            // Events without room are late, never lost.
             if delayed.due > now || host.session().fire(delayed.event).is_err() {
                 break;
             }
@@ -479,7 +478,7 @@ impl Interpreter {
         if !it.through_history {
             return it.domain;
         }
-        // What a history state remembers, or its default, decides.
+        // The memory of a history state, or its default, decides.
         let inside = |state: u16| {
             let mut all = chart.list(it.targets).iter();
             all.all(|target| self.effective_targets_are_inside(*target, state))

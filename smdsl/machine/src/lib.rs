@@ -1,9 +1,9 @@
 //! The interpreter of state machines: the semantics of W3C's State Chart XML 1.0
 //! (<https://www.w3.org/TR/scxml/>, appendix D) over tables that are made at generation.
 //!
-//! A [`Chart`] is the machine as tables. A [`Session`] is what the worker sees of a running
-//! machine: the active states and the queue of events. An [`Interpreter`] takes the steps, and a
-//! [`Host`] runs the functions of the worker. No step allocates.
+//! A [`Chart`] is the machine as tables. A [`Session`] is the worker's view of a running machine:
+//! the active states and the queue of events. An [`Interpreter`] takes the steps, and a [`Host`]
+//! runs the functions of the worker. No step allocates.
 
 mod chart;
 mod interpreter;

@@ -10,7 +10,7 @@ use std::time::Duration;
 /// The longest delay of a `send`.
 const MAX_DELAY: Duration = Duration::from_hours(365 * 24);
 
-/// How a function of the worker is named.
+/// The form of the name of a worker's function.
 const FUNCTION_HELP: &str = "name a function, such as `battery_low`, and write it in the worker";
 
 impl ScxmlReader<'_> {

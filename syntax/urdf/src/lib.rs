@@ -10,7 +10,7 @@ use rc_xml::XmlSource;
 use roxmltree::{Document, Node as Xml};
 use std::collections::{BTreeMap, HashMap};
 
-/// How a joint moves.
+/// The kinds of motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointType {
     /// It does not move.
@@ -51,7 +51,7 @@ impl JointType {
     }
 }
 
-/// The text of a robot, and what is wrong in it.
+/// The parsed text of a robot, and the errors in it.
 pub struct Reader<'a> {
     /// The text.
     pub text: XmlSource<'a>,
@@ -71,7 +71,7 @@ pub struct Edge<'d> {
     pub child: Name,
 }
 
-/// What stands in a robot.
+/// The contents of a robot.
 pub struct Structure<'d> {
     /// The links by their names, which differ.
     pub links: BTreeMap<String, Xml<'d, 'd>>,
@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Parses the text. There is no document if it is no XML.
+    /// Parses the text. There is no document if the text is not XML.
     pub fn parse(&mut self) -> Option<Document<'a>> {
         match self.text.parse() {
             Ok(document) => Some(document),
@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The outermost element, unless it is no robot or has macros of xacro.
+    /// The outermost element, unless it is not a robot or has macros of xacro.
     pub fn robot<'d>(&mut self, document: &'d Document<'a>) -> Option<Xml<'d, 'd>> {
         let top = document.root_element();
         let tag = self.text.tag(top);

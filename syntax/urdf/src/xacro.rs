@@ -7,7 +7,7 @@ use roxmltree::Node as Xml;
 /// The error of the first macro in a robot. The declaration of their namespace alone, which `xacro`
 /// leaves in its output, is none.
 pub(crate) fn unexpanded(text: &XmlSource<'_>, top: Xml<'_, '_>) -> Option<Diagnostic> {
-    // What plugins of Gazebo get may look like anything.
+    // Elements for plugins of Gazebo may have any form.
     let is_of_plugin = |xml: Xml<'_, '_>| {
         let mut above = xml.ancestors().skip(1);
         above.any(|above| above.has_tag_name("gazebo"))

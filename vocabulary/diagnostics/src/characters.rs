@@ -1,8 +1,8 @@
-//! Characters that no language expects, and that a reader does not see or takes for others.
+//! Characters that no language expects, and that are invisible or easily mistaken for others.
 
 use crate::{Diagnostic, Span};
 
-/// The error about a character at `span` that a reader does not see or takes for another one. None
+/// The error about a character at `span` that is invisible or easily mistaken for another one. None
 /// for letters, digits and signs.
 pub fn stray_character(c: char, span: Span) -> Option<Diagnostic> {
     if matches!(c, ' '..='~' | '\t' | '\n' | '\r') {
@@ -14,11 +14,11 @@ pub fn stray_character(c: char, span: Span) -> Option<Diagnostic> {
     };
     if let Some((name, meant)) = mistaken(c) {
         let error = error(name).help(format!("write `{meant}`"));
-        return Some(error.mend(c, meant));
+        return Some(error.fix(c, meant));
     }
     let error = error(hidden(c)?).help("delete it, or write a space");
     Some(if c.is_whitespace() {
-        error.mend(c, " ")
+        error.fix(c, " ")
     } else {
         error
     })
@@ -43,7 +43,7 @@ fn mistaken(c: char) -> Option<(&'static str, char)> {
     })
 }
 
-/// The name of a character that nobody sees.
+/// The name of an invisible character.
 fn hidden(c: char) -> Option<&'static str> {
     Some(match c {
         '\0' => "a null character",

@@ -1,7 +1,7 @@
 //! A diagnostic, and the list of diagnostics of one run.
 
 use crate::foreign::without_number;
-use crate::{Mend, Span};
+use crate::{Fix, Span};
 use std::collections::HashSet;
 
 /// The most names that a wrong one is compared with.
@@ -56,10 +56,10 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// How to solve the problem, in the imperative.
     pub help: Option<String>,
-    /// The change of the text that solves it, where there is one.
+    /// The change of the text that solves the problem, if there is one.
     ///
     /// In a box: recursive parsers return diagnostics, and their frames have a limit.
-    pub mend: Option<Box<Mend>>,
+    pub fix: Option<Box<Fix>>,
     /// Locations of secret values. Renderers replace them by asterisks.
     pub secrets: Vec<Span>,
 }
@@ -74,7 +74,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
-            mend: None,
+            fix: None,
             secrets: Vec::new(),
         }
     }
@@ -112,10 +112,10 @@ impl Diagnostic {
         self
     }
 
-    /// Sets the mend of which only this one is right: `new` instead of `old` at the location.
+    /// Sets a certain fix: `new` instead of `old` at the location.
     #[must_use]
-    pub fn mend(mut self, old: impl Into<String>, new: impl Into<String>) -> Self {
-        self.mend = Some(Box::new(Mend {
+    pub fn fix(mut self, old: impl Into<String>, new: impl Into<String>) -> Self {
+        self.fix = Some(Box::new(Fix {
             old: old.into(),
             new: new.into(),
             certain: true,
@@ -127,7 +127,7 @@ impl Diagnostic {
     #[must_use]
     pub fn did_you_mean(mut self, name: &str, near: Option<&str>) -> Self {
         let Some(near) = near else { return self };
-        self.mend = Some(Box::new(Mend {
+        self.fix = Some(Box::new(Fix {
             old: name.to_owned(),
             new: near.to_owned(),
             certain: false,
@@ -139,7 +139,7 @@ impl Diagnostic {
     /// than 1,000 nothing is looked for: a text may have as many wrong names.
     #[must_use]
     pub fn suggest<'a>(self, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
-        // One more than are compared: no finding looks at all names of a large file.
+        // One more than the limit of comparisons: no finding compares all names of a large file.
         let candidates = candidates.into_iter().take(MOST_CANDIDATES + 1);
         let candidates: Vec<&str> = candidates.collect();
         if candidates.len() > MOST_CANDIDATES {

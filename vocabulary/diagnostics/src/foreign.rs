@@ -1,7 +1,7 @@
 //! Text from outside: other programs, other components, the network.
 //!
-//! The reader of such a text passes it through [`clean`] where it enters, so that no message, log,
-//! terminal or JSON holds a forged line, or more of the text than its reader needs.
+//! The receiver of such a text passes it through [`clean`] where it enters. Then no message, log,
+//! terminal or JSON contains a forged line, or more of the text than it needs.
 
 use std::borrow::Cow;
 
@@ -37,7 +37,7 @@ pub fn clean_to(text: &str, most: usize) -> String {
     shown(text, most, colour)
 }
 
-/// Shows control characters as escapes. `removed` is the length in bytes of what is left out at the
+/// Shows control characters as escapes. `removed` is the number of bytes that are left out at the
 /// start of a text.
 fn shown(text: &str, most: usize, removed: fn(&str) -> Option<usize>) -> String {
     let mut out = String::with_capacity(text.len().min(most));
@@ -128,7 +128,7 @@ pub fn is_hidden(c: char) -> bool {
         )
 }
 
-/// A message of the system without its number, which says nothing to a reader: `No such file or
+/// A message of the system without its error number, which is useless to a reader: `No such file or
 /// directory (os error 2)`.
 pub fn without_number(text: &str) -> Cow<'_, str> {
     const BEFORE: &str = " (os error ";

@@ -6,8 +6,8 @@
 
 mod characters;
 mod diagnostic;
+pub mod fix;
 pub mod foreign;
-pub mod mend;
 mod nearest;
 pub mod print;
 pub mod render;
@@ -15,7 +15,7 @@ mod source;
 
 pub use characters::stray_character;
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};
-pub use mend::{Edit, Mend};
+pub use fix::{Edit, Fix};
 pub use nearest::nearest;
 pub use render::{Format, render, render_for};
 pub use source::{Name, Position, SourceId, SourceMap, Span};

@@ -2,7 +2,7 @@
 //!
 //! Text for people ([`line`], [`error`]) shows control characters instead of sending them to the
 //! terminal, and is ASCII where the locale is not UTF-8. Data ([`data`], [`Output`]) are written as
-//! they are. What standard output refuses is remembered for the exit code ([`exit_code`]).
+//! they are. A failure of standard output is remembered for the exit code ([`exit_code`]).
 
 use crate::foreign::{clean_lines, without_number};
 use crate::{Diagnostics, Format, SourceMap, render_for};
@@ -46,7 +46,7 @@ impl std::str::FromStr for ColorChoice {
 static COLOR: OnceLock<ColorChoice> = OnceLock::new();
 static REFUSED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Sets what the command line says. Only the first call has an effect.
+/// Sets the options of the command line. Only the first call has an effect.
 pub fn choose_color(choice: ColorChoice) {
     let _ = COLOR.set(choice);
 }
@@ -114,7 +114,7 @@ impl Write for Output {
 }
 
 fn write(bytes: &[u8]) {
-    // The flush reports what the last line had to say.
+    // The flush reports an error of the last line.
     let _ = output().write_all(bytes).and_then(|()| output().flush());
 }
 
@@ -128,11 +128,10 @@ fn remember(error: io::Error) -> io::Error {
     error
 }
 
-/// How a command ends that ends with `code` and `message`, if there is one, which is not printed
-/// yet.
+/// How a command ends with `code`, and with `message` if there is one that is not printed yet.
 ///
-/// If standard output is a closed pipe, the reader has what it wants: a failure (`refused`, the
-/// code for what the system refuses) that follows from it is none. If standard output cannot be
+/// If standard output is a closed pipe, the reader has read enough: a failure that results from it
+/// (`refused`, the code for what the system refuses) is not an error. If standard output cannot be
 /// written otherwise, the exit code is `refused`, and the message says so.
 pub fn exit_code(code: u8, message: Option<String>, refused: u8) -> (u8, Option<String>) {
     let _ = output().flush();

@@ -11,7 +11,7 @@ use serde_json::json;
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
 
-/// How many diagnostics are printed. Of more, errors come first, and the rest is counted.
+/// How many diagnostics are printed. If there are more, errors come first, and the rest is counted.
 pub const MOST: usize = 200;
 
 /// How many labels of a diagnostic are printed.
@@ -76,7 +76,7 @@ pub fn render_for(
     out
 }
 
-/// What is printed, each with bounded texts.
+/// The diagnostic as it is printed, each text with a bound.
 fn printed(sources: &SourceMap, diagnostics: &Diagnostics) -> Vec<Diagnostic> {
     let all = unique(sources, diagnostics);
     let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
@@ -220,8 +220,8 @@ fn json_line(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
             place
         })
         .collect();
-    let mend = diagnostic.mend.as_ref();
-    let edit = mend.and_then(|mend| Some((mend.edit(sources, diagnostic.span)?, mend.certain)));
+    let fix = diagnostic.fix.as_ref();
+    let edit = fix.and_then(|fix| Some((fix.edit(sources, diagnostic.span)?, fix.certain)));
     object["mend"] = json!(edit.map(|(edit, certain)| {
         let mut place = range(edit.span);
         place["text"] = json!(edit.text);

@@ -208,7 +208,7 @@ impl SourceMap {
         (start, text.len().max(start))
     }
 
-    /// The byte range of a line, from 0, without its end. `None` behind the last line.
+    /// The byte range of a line, from 0, without its end. `None` after the last line.
     pub fn line(&self, source: SourceId, line: usize) -> Option<(usize, usize)> {
         let start = *self.sources[source.0 as usize].line_starts.get(line)?;
         Some(self.lines(Span::new(source, start, start)))

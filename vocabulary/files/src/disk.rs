@@ -73,8 +73,8 @@ impl Disk {
         })
     }
 
-    /// Asks the disk for room for the bytes `at..at + length` of a file, before they are written.
-    /// The size of the file stays. Where a disk cannot reserve, nothing is promised.
+    /// Reserves room on the disk for the bytes `at..at + length` of a file before they are written.
+    /// The size of the file stays. If the file system cannot reserve, this does nothing.
     ///
     /// # Errors
     /// The disk or the user's share of it is full, or a file of this process must not have this

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// The largest file that [`read`] and [`replace`] accept, in bytes.
 pub const LARGEST: u64 = 64 << 20;
 
-/// A word of a command line, with `~` expanded where shells do not: behind `=` of an option, or in
+/// A word of a command line, with `~` expanded where shells do not: after `=` of an option, or in
 /// quotes. Nobody means a folder of this name.
 pub fn home_expanded(word: OsString, home: Option<&OsStr>) -> OsString {
     let (Some(text), Some(home)) = (word.to_str(), home) else {

@@ -1,11 +1,11 @@
-//! What a path that leads nowhere was most likely meant to be.
+//! Suggests the most likely path for one that does not exist.
 
 use rc_diagnostics::nearest;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
-/// How many entries of a folder are looked at for a suggestion.
+/// How many entries of a folder are compared for a suggestion.
 const MOST_ENTRIES: usize = 2000;
 
 /// The error of a file that does not exist. Only who shows it looks for a suggestion.

@@ -7,7 +7,7 @@ use std::path::Path;
 /// Writes a file atomically. A device, a pipe or a mounted file is written directly.
 ///
 /// # Errors
-/// That of the system; then the file is unchanged.
+/// The error of the system. The file is unchanged then.
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     if path.metadata().is_ok_and(|file| !file.is_file()) {
         return std::fs::write(path, content);

@@ -1,5 +1,5 @@
-//! Texts that an editor has not saved yet. On this thread, [`read`](crate::read) gives them instead
-//! of what is on disk.
+//! Texts that an editor has not saved yet. On this thread, [`read`](crate::read) returns them
+//! instead of the files on disk.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

@@ -108,7 +108,7 @@ impl LifecycleState {
         )
     }
 
-    /// The state in which the hook of `transition` runs; none where the transition is not possible.
+    /// The state in which the hook of `transition` runs. `None` if the transition is not possible.
     pub fn begin(self, transition: Transition) -> Option<Self> {
         Some(match (self, transition) {
             (Self::Unconfigured, Transition::Configure) => Self::Configuring,
@@ -143,8 +143,8 @@ impl LifecycleState {
         }
     }
 
-    /// The next transition on the way to `goal`, a primary state; none where the component is
-    /// there, or no way leads there.
+    /// The next transition on the way to `goal`, a primary state. `None` if the component is there,
+    /// or cannot get there.
     pub fn towards(self, goal: Self) -> Option<Transition> {
         match (self, goal) {
             (Self::Unconfigured, Self::Inactive | Self::Active) => Some(Transition::Configure),

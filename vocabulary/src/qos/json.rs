@@ -1,7 +1,7 @@
 //! The quality of service of an endpoint as JSON, as components describe themselves to tools.
 //!
-//! Durations are milliseconds, and left out where there is no limit. The timeout of calls and
-//! polling concern the component alone, so they are not part of it.
+//! Durations are milliseconds, and left out if there is no limit. The timeout of calls and polling
+//! concern the component alone, so they are not part of it.
 
 use super::{Policy, PolicyName, PolicyValue, Qos};
 use crate::duration;
@@ -44,7 +44,7 @@ fn write(policy: Policy) -> Option<Written> {
     })
 }
 
-/// The policy with this value. A duration that is none, from another program, is no limit.
+/// The policy with this value. An invalid duration of another program counts as no limit.
 fn read(name: PolicyName, value: &Read) -> Option<Policy> {
     let time = |ms: f64| {
         let nanoseconds = duration::from_fractional_milliseconds(ms);
@@ -106,7 +106,7 @@ mod tests {
         };
         let text = serde_json::to_string(&qos).expect("JSON");
         assert_eq!(read(&text), Ok(qos));
-        // A duration that is none is no limit.
+        // An invalid duration counts as no limit.
         let endless = text.replace(":20.0", ":null");
         assert_ne!(endless, text);
         assert_eq!(read(&endless), Ok(Qos::PUBLISHER));

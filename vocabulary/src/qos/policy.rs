@@ -157,8 +157,8 @@ impl PolicyName {
         }
     }
 
-    /// The policy with this value, if it is allowed. An integer counts milliseconds where a
-    /// duration is expected; `none` stands for no limit.
+    /// The policy with this value, if it is allowed. An integer counts milliseconds if a duration
+    /// is expected; `none` means no limit.
     pub fn read(self, scalar: Scalar<'_>) -> Option<Policy> {
         let time = || {
             let nanoseconds = match scalar {
@@ -198,7 +198,7 @@ impl PolicyName {
         Policy::new(self, value)
     }
 
-    /// The word for which the policy is `true` in JSON. `None` if its values are no words.
+    /// The word for which the policy is `true` in JSON. `None` if its values are not words.
     pub(super) fn flag(self) -> Option<&'static str> {
         match self {
             Self::Reliability => Some(Reliability::Reliable.word()),
@@ -212,7 +212,7 @@ impl PolicyName {
         }
     }
 
-    /// The word that JSON `true` or `false` stands for.
+    /// The word that JSON `true` or `false` represents.
     pub(super) fn chosen(self, choice: bool) -> Option<PolicyValue> {
         let Values::Words(words) = self.values() else {
             return None;
@@ -280,7 +280,7 @@ impl Policy {
         }
     }
 
-    /// Its duration, which may be without a limit. `None` if its value is no duration.
+    /// Its duration, which may be without a limit. `None` if its value is not a duration.
     pub fn time(&self) -> Option<Option<Duration>> {
         match self.kind() {
             PolicyValue::Limit(limit) => Some(limit),

@@ -108,7 +108,7 @@ impl Rule {
         })
     }
 
-    /// A rule of its parts. The error says what is allowed.
+    /// Makes a rule of its parts. The error says what is allowed.
     pub fn new(target: &str, policy: &str, value: Scalar<'_>) -> Result<Self, String> {
         if !is_target(target) {
             return Err(format!("`{target}` is neither SLOT nor SLOT/operation"));
@@ -151,8 +151,8 @@ pub fn policies(rules: &[Rule], slot: &str, operation: &str) -> Vec<Policy> {
     found
 }
 
-/// Help for a rule whose target is no slot of topics and no topic. `slots` are the slots of
-/// topics with their topics. `None` if the target exists.
+/// Help for a rule whose target is neither a topic nor a slot with topics. `slots` are the slots
+/// with their topics. `None` if the target exists.
 pub fn unknown_topic_help(target: &str, slots: &[(&str, Vec<&str>)]) -> Option<String> {
     let allowed = "allowed is a slot that publishes or subscribes, or SLOT/operation; calls have no other quality";
     unknown_target_help(target, slots, allowed)

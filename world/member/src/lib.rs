@@ -1,9 +1,9 @@
 //! Joins a replica of the shared world with the slots of a component.
 //!
-//! A component with a world publishes and subscribes to `World` and `WorldStream`: all replicas of a
-//! network meet at these topics. [`Member`] publishes what the replica has to say and hands it what
-//! arrives. Generated code opens it in the context, calls [`Member::turn`] in each turn of the event
-//! loop, and [`Member::leave`] at the end.
+//! A component with a world publishes and subscribes to `World` and `WorldStream`: all replicas of
+//! a network meet at these topics. [`Member`] publishes the messages of the replica and passes it
+//! the received ones. Generated code opens it in the context, calls [`Member::turn`] in each turn
+//! of the event loop, and [`Member::leave`] at the end.
 
 mod slot;
 
@@ -30,7 +30,7 @@ const MOST_A_TURN: usize = 64;
 /// The longest time for which a worker waits for a change.
 const LONGEST_WAIT: Duration = Duration::from_hours(1);
 
-/// How often the log says at most that messages were refused.
+/// The shortest pause between two log lines about refused messages.
 const REPORTS: Duration = Duration::from_secs(10);
 
 /// A replica of the shared world in a component, and what drives it. It dereferences to the replica.
@@ -43,10 +43,10 @@ pub struct Driver {
     /// The time of the replica's protocol.
     steady: Steady,
     due: Duration,
-    /// What has come since the last turn: no more than the event loop hands out in one.
+    /// The messages since the last turn: at most as many as the event loop passes on in one.
     waiting: Vec<Message>,
     shown: u64,
-    /// How many refused messages the log knows of.
+    /// How many refused messages are logged already.
     refused: u64,
     /// When it may say so again.
     says_next: Duration,
@@ -128,15 +128,14 @@ impl Driver {
     ) -> Result<(), HandlerError> {
         let topic = topic.ok_or_else(|| HandlerError("a world has no such topic".to_owned()))?;
         let message = Message::decode(*topic, reader)?;
-        // A turn in which nothing is done is not recorded: only the time of the next one is known when a
-        // recording lives again.
+        // A turn without work is not recorded: at a replay, only the time of the next one is known.
         self.waiting.push(message);
         self.due = Duration::ZERO;
         Ok(())
     }
 
-    /// Does what is due at a time of the network, and sends what the replica has to say. Returns
-    /// whether anything was done.
+    /// Does the work that is due at a time of the network, and sends the messages of the replica.
+    /// Returns whether there was any.
     pub fn turn(&mut self, now: rc_runtime::Time, send: Send<'_>) -> bool {
         let now = now.as_nanos();
         self.time.store(now, Ordering::Relaxed);
@@ -158,9 +157,9 @@ impl Driver {
         told || is_new || is_due
     }
 
-    /// Waits until this replica has a change, at most for `limit` of the system's time, and for an hour.
-    /// Returns whether it has it. Meanwhile the replica gets what others send, and no handler runs. In simulated time it
-    /// does not wait, for nothing arrives within a turn.
+    /// Waits until this replica has a change, at most for `limit` of the system's time, and for an
+    /// hour. Returns whether it has it. Meanwhile the replica receives, and no handler runs. In
+    /// simulated time it does not wait, because nothing arrives within a turn.
     pub fn wait_for(
         &mut self,
         token: Token,
@@ -169,7 +168,7 @@ impl Driver {
         send: Send<'_>,
     ) -> bool {
         let until = Instant::now() + limit.min(LONGEST_WAIT);
-        // The next turn of the loop shows what is new.
+        // The next turn of the loop shows the changes.
         let shown = self.shown;
         while !self.world.has(token) {
             let Some(came) = early.next(until) else {
@@ -177,7 +176,7 @@ impl Driver {
             };
             if let Some((interface, topic, bytes)) = came.sample {
                 let topics: &[Topic] = if interface == 0 { &STATE } else { &STREAM };
-                // What is no message, the event loop says later.
+                // The event loop reports invalid messages later.
                 let _ = self.receive(topics.get(topic), &mut Reader::new(&bytes));
             }
             self.turn(came.now, send);
@@ -201,19 +200,19 @@ impl Driver {
         self.says_next = self.steady.time().saturating_add(REPORTS);
     }
 
-    /// What has changed since the last call. `None` if nothing has.
+    /// The changes since the last call. `None` if there are none.
     pub fn news(&mut self) -> Option<News> {
         self.world.news(&mut self.news)
     }
 
-    /// Says goodbye, so that nobody waits for this replica.
+    /// Announces the end, so that no other replica waits for this one.
     pub fn leave(&mut self, send: Send<'_>) {
         self.world.leave();
         self.send(send);
     }
 
-    /// For tests: another replica, which is empty and may write everything. [`World::meet`] gives both what
-    /// the other one has.
+    /// For tests: another replica, which is empty and may write everything. [`World::meet`]
+    /// synchronizes both.
     pub fn others(&self) -> World {
         let schema = Arc::clone(self.world.snapshot().schema());
         let time = Arc::clone(&self.time);
@@ -226,7 +225,7 @@ impl Driver {
         self.world.status(self.steady.time())
     }
 
-    /// Sends what the replica has to say. What cannot be sent is repaired later.
+    /// Sends the messages of the replica. A message that cannot be sent is repaired later.
     fn send(&mut self, send: Send<'_>) -> bool {
         let mut failed = None;
         let messages = std::iter::from_fn(|| self.world.take()).take(MOST_A_TURN);
@@ -243,7 +242,7 @@ impl Driver {
     }
 }
 
-/// What a component tells its supervisor of its replica.
+/// The report of a component about its replica to its supervisor.
 fn status_of(seen: Seen) -> WorldStatus {
     WorldStatus {
         behind: seen.health.behind,
@@ -319,7 +318,7 @@ impl Member {
         self.change_with(make).map(|((), token)| token)
     }
 
-    /// The same, with a result.
+    /// As above, with a result.
     ///
     /// # Errors
     /// Those of [`World::change`].
@@ -345,14 +344,14 @@ impl Member {
         self.driver.wait_for(token, limit, &self.early, send)
     }
 
-    /// Does what is due at the time of the network. Returns whether anything was done.
+    /// Does the work that is due at the time of the network. Returns whether there was any.
     pub fn turn(&mut self, core: &Core) -> bool {
         let (state, stream) = (&mut self.state, &mut self.stream);
         self.driver
             .turn(core.now(), &mut |message| publish(state, stream, message))
     }
 
-    /// Says goodbye, so that nobody waits for this replica.
+    /// Announces the end, so that no other replica waits for this one.
     pub fn leave(&mut self) {
         let (state, stream) = (&mut self.state, &mut self.stream);
         self.driver

@@ -1,4 +1,4 @@
-//! Questions for what a replica lacks, and their answers in chunks.
+//! Questions about missing changes, and their answers in chunks.
 
 use crate::content::Content;
 use crate::core::Core;
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// After so long without a chunk, a replica asks again.
 const RETRY: Duration = Duration::from_millis(300);
-/// How often a replica asks one other one again for the same.
+/// How often a replica repeats a question to the same other one.
 const MOST_TRIES: u32 = 10;
 /// How many chunks are on the way at most.
 const WINDOW: usize = 8;
@@ -21,7 +21,7 @@ const WINDOW: usize = 8;
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
 const KEPT_FOR: Duration = Duration::from_secs(5);
-/// How long a replica is not answered anew.
+/// How long a replica is not answered again.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// A question of another replica.
@@ -76,7 +76,7 @@ impl Answer {
 }
 
 impl Answers {
-    /// Drops the answers that nobody asks for any more.
+    /// Drops the answers that no replica asks for any more.
     pub(crate) fn expire(&mut self, now: Duration) {
         self.kept
             .retain(|answer| now.saturating_sub(answer.asked) < KEPT_FOR);
@@ -96,7 +96,7 @@ impl Answers {
 }
 
 impl Core {
-    /// Asks what is due to be asked. Returns when to look again.
+    /// Asks the questions that are due. Returns when to look again.
     pub(crate) fn ask(&mut self, now: Duration) -> Option<Duration> {
         if let Some(asked) = &mut self.protocol.answers.asked {
             let due = asked.heard.saturating_add(RETRY);
@@ -106,7 +106,7 @@ impl Core {
             asked.tries += 1;
             let is_there = self.protocol.peers.all.get(&asked.to);
             let is_there = is_there.is_some_and(crate::peers::Peer::is_live);
-            // Nobody else is asked for an answer of which parts are here.
+            // No other replica is asked for an answer of which parts are here.
             let most = if asked.chunks.is_empty() {
                 1
             } else {

@@ -1,4 +1,4 @@
-//! Shows in the graph what the replica has: what changed alone, where that is enough.
+//! Shows the contents of the replica in the graph: only the changed elements, if that is enough.
 
 use crate::core::Core;
 use crate::local::attributes;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 enum Refused {
     /// The graph shows it already.
     Equal,
-    /// Something else decides what is shown.
+    /// Something else decides which elements are shown.
     NotWhole,
     Wrong,
 }

@@ -1,4 +1,4 @@
-//! What no replica of this schema sends.
+//! Messages that no replica of this schema sends.
 
 use crate::core::{Core, MOST_ELEMENTS};
 use graph_merge::{Delta, Record, Replica, allows, has_attribute, missing};
@@ -10,7 +10,7 @@ use std::collections::{BTreeSet, HashMap};
 /// How long a name is at most, in bytes.
 const MOST_NAME: usize = 256;
 
-/// What a replica takes.
+/// The limits of a replica.
 pub(crate) struct Check<'c> {
     schema: &'c Schema,
     replica: &'c Replica,
@@ -24,8 +24,8 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// Refuses a delta that breaks the schema by itself. Two that are sound by themselves may break it
-    /// together, which is no fault of anybody.
+    /// Refuses a delta that breaks the schema by itself. Two that are sound by themselves may break
+    /// it together, which is not a fault of anybody.
     pub(crate) fn delta(&self, delta: &Delta) -> Result<(), String> {
         let mut kinds: HashMap<Id, &str> = HashMap::new();
         let (mut set, mut unset) = (BTreeSet::new(), BTreeSet::new());

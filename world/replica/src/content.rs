@@ -7,25 +7,25 @@ use property_graph::Time;
 /// A topic of the interfaces of worlds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
-    /// What one change has done.
+    /// The steps of one change.
     Change,
     /// Values of streams.
     Samples,
-    /// What a replica has.
+    /// The state of a replica.
     Digest,
-    /// What a replica lacks.
+    /// The missing changes of a replica.
     Ask,
     /// A part of what another one lacks.
     Chunk,
 }
 
-/// What a message says.
+/// The content of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Content {
     Change {
         schema: u64,
         time: Time,
-        /// Of the sender alone.
+        /// Changes of the sender only.
         delta: Delta,
     },
     Samples {
@@ -54,7 +54,7 @@ pub(crate) enum Content {
     },
 }
 
-/// What a replica has.
+/// The state of a replica.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct DigestOf {
     pub(crate) schema: u64,

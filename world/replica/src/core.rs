@@ -25,7 +25,7 @@ pub(crate) struct Core {
     pub(crate) is_whole: bool,
     /// Whether the whole replica is to be shown at the next turn.
     pub(crate) is_stale: bool,
-    /// What stays out of the graph, and what a change does to it.
+    /// The hidden elements, and the effect of a change on them.
     pub(crate) hidden: Hidden,
     pub(crate) conflicts: Vec<Conflict>,
     pub(crate) fault: Option<String>,

@@ -1,4 +1,4 @@
-//! What a replica tells others about its state.
+//! The announcement of a replica's state.
 
 use graph_merge::Replica;
 use graph_schema::Schema;
@@ -31,7 +31,7 @@ pub(crate) fn one(ranges: &[u64]) -> u64 {
     ranges.iter().fold(0, |sum, range| sum.wrapping_add(*range))
 }
 
-/// Equal for schemas that declare the same: FNV-1a with 64 bits over their declarations.
+/// Equal for schemas with equal declarations: FNV-1a with 64 bits over these.
 pub(crate) fn of_schema(schema: &Schema) -> u64 {
     let all = Schema::default().differences(schema);
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;

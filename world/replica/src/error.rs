@@ -21,7 +21,7 @@ pub enum Error {
     /// The world has too many elements.
     #[error("a world has at most {0} elements")]
     TooMany(usize),
-    /// A token is no token.
+    /// The text is not a token.
     #[error("expected a token like `1f:42`, found `{0}`")]
     Token(String),
     /// Replicas of different schemas do not meet.

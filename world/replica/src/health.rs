@@ -1,4 +1,4 @@
-//! What is wrong with a replica, in words for people.
+//! Problems of a replica, in words for people.
 
 use crate::core::Core;
 use crate::peers::missing;
@@ -7,19 +7,19 @@ use property_graph::{Id, NodeRef, Snapshot};
 use rc_diagnostics::foreign::clean_to;
 use std::collections::BTreeSet;
 
-/// How many conflicts are told.
+/// How many conflicts are listed.
 const MOST_TOLD: usize = 8;
-/// How many characters of a name are told.
+/// How many characters of a name are listed.
 const MOST_NAME: usize = 64;
 
-/// What is wrong with a replica. It takes no time in proportion to the world.
+/// The problems of a replica. Reading them takes no time in proportion to the world.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Health {
     /// How many changes it has not seen, of those that another replica has.
     pub behind: u64,
     /// How many elements are not shown.
     pub conflicts: usize,
-    /// The first of them, each with what it loses against.
+    /// The first of them, each with the element that hides it.
     pub first_conflicts: Vec<String>,
     /// Why the newest changes are not shown.
     pub fault: Option<String>,
@@ -55,7 +55,7 @@ impl Health {
 }
 
 impl Core {
-    /// A conflict in words: what is not shown, and against what it loses.
+    /// A conflict in words: the hidden element, and the one that hides it.
     pub(crate) fn words_of(&self, conflict: &Conflict, now: &Snapshot) -> String {
         let Some(loser) = self.replica.element(&self.schema, conflict.id) else {
             return "an element that was removed".to_owned();
@@ -88,7 +88,7 @@ impl Core {
         format!("{what}: {against}")
     }
 
-    /// The name of a node, or what it is.
+    /// The name of a node, or its kind.
     fn name(&self, id: Id) -> String {
         match self.replica.element(&self.schema, id) {
             Some(shown) => {

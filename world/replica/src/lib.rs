@@ -1,11 +1,11 @@
 //! The shared world: a replica of one property graph in every component of a network.
 //!
-//! A [`World`] is read without a lock and changed without asking anybody; what it changes goes to
-//! the other replicas as messages of the topics of `World.idsl`. The protocol has neither a clock
-//! nor a middleware: time and messages are handed in ([`World::receive`], [`World::turn`]) and
-//! messages are taken out ([`World::take`]). Replicas converge whatever the network loses, repeats or
-//! reorders: each tells once a second what it has seen, one that lacks something asks, and one that
-//! has it answers.
+//! A [`World`] is read without a lock and changed independently of others; its changes go to the
+//! other replicas as messages of the topics of `World.idsl`. The protocol has neither a clock nor a
+//! middleware: the caller passes time and messages in ([`World::receive`], [`World::turn`]) and
+//! takes messages out ([`World::take`]). Replicas converge whatever the network loses, repeats or
+//! reorders: each announces once a second what it has seen, one that lacks something asks, and one
+//! that has it answers.
 //!
 //! ```
 //! use property_graph::Schema;

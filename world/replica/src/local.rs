@@ -11,7 +11,7 @@ use graph_merge::{Delta, Replica};
 use property_graph::{Change, Edit, Element, Graph, Id, MOST_STEPS, Snapshot, Time, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a change has done, in the order in which the replica notes it.
+/// The steps of a change, in the order in which the replica notes them.
 #[derive(Default)]
 struct Steps {
     /// New elements by the numbers in their ids: type and ends.
@@ -28,7 +28,7 @@ impl Core {
         time: Time,
         make: impl FnOnce(&mut Edit) -> Result<T, Error>,
     ) -> Result<(T, Token), Error> {
-        // What others have changed since the last turn may have a later time.
+        // Changes of others since the last turn may have a later time.
         let time = between(time, graph.snapshot().time(), time);
         if self.is_stale {
             self.show_all(graph, time);
@@ -92,7 +92,7 @@ impl Core {
             let new = attributes(after, element)?;
             // The element is not in the earlier version if it is new.
             let old = attributes(before, element).unwrap_or_default();
-            // First what is gone: it may be one value with what is set.
+            // Removals first: a removed attribute may be one value with one that is set.
             let gone = old.keys().filter(|name| !new.contains_key(*name));
             let gone = gone.map(|name| (id, (*name).to_owned(), None));
             steps.set.extend(gone);
@@ -105,7 +105,7 @@ impl Core {
         Ok(steps)
     }
 
-    /// Notes a change in the replica, and what it streams beside it.
+    /// Notes a change in the replica, and its streamed values.
     fn note(&mut self, graph: &Graph, time: Time, mut steps: Steps) -> Result<(), Error> {
         let now = graph.snapshot();
         let mut streamed = Vec::new();
@@ -132,7 +132,8 @@ impl Core {
             }
             each.is_none()
         });
-        // While a fault keeps the newest changes from being shown, an end may be no more. Then nothing is noted.
+        // While a fault keeps the newest changes from being shown, an end may be missing. Then
+        // nothing is noted.
         let ends = steps.made.values().filter_map(|(_, ends)| *ends);
         let mut ends = ends.flat_map(|(from, to)| [from, to]);
         if let Some(end) = ends.find(|end| self.replica.is_removed(*end)) {
@@ -143,7 +144,7 @@ impl Core {
         let set = steps.set.iter();
         let set = set.map(|(id, name, value)| (*id, name.as_str(), value.as_ref()));
         if let Err(refused) = self.replica.check_change(kinds, set) {
-            // The graph has shown what the replica cannot take.
+            // The graph has shown something that the replica cannot take.
             self.show_all(graph, time);
             return Err(refused.into());
         }
@@ -158,7 +159,7 @@ impl Core {
             let delta = match delta {
                 Ok(delta) => delta,
                 Err(error) => {
-                    // The graph has shown what the replica cannot take.
+                    // The graph has shown something that the replica cannot take.
                     self.show_all(graph, time);
                     return Err(error);
                 }
@@ -172,8 +173,8 @@ impl Core {
         Ok(())
     }
 
-    /// Adds what a graph has as the start of the world: changes of the writer [`START`], which are
-    /// the same in every replica.
+    /// Adds the contents of a graph as the start of the world: changes of the writer [`START`],
+    /// which are equal in every replica.
     pub(crate) fn start_with(
         &mut self,
         graph: &Graph,
@@ -183,7 +184,7 @@ impl Core {
         let delta = start_delta(start)?;
         Check::of(self).delta(&delta).map_err(Error::Start)?;
         let touched = self.replica.merge(&delta)?;
-        // It is no replica for which removals wait.
+        // It is not a replica for which removals wait.
         self.replica.forget(START);
         self.protocol.digests.clear();
         self.show(graph, time, &touched);
@@ -197,7 +198,7 @@ impl Core {
     }
 }
 
-/// The writer of what a world starts with.
+/// The writer of the initial contents of a world.
 pub(crate) const START: u64 = 1;
 
 fn start_delta(start: &Snapshot) -> Result<Delta, Error> {

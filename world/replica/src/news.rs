@@ -1,11 +1,11 @@
-//! What has changed since somebody last looked.
+//! The changes since a reader last looked.
 
 use crate::rights::type_of;
 use property_graph::{Change, Element, Snapshot, Symbol};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What has changed between two versions.
+/// The changes between two versions.
 #[derive(Clone, Debug)]
 pub struct News {
     /// The earlier version.
@@ -16,15 +16,14 @@ pub struct News {
     pub changes: Vec<Change>,
 }
 
-/// What has changed of one type, and of those that inherit from it. Elements that are added are not
-/// also changed.
+/// The changes of one type, and of those that inherit from it. Added elements are not also changed.
 #[derive(Clone, Debug, Default)]
 pub struct NewsOf {
     /// New elements, of the later version.
     pub added: Vec<Element>,
     /// Elements with other attributes, and which these are.
     pub changed: BTreeMap<Element, Vec<Symbol>>,
-    /// Elements that are gone, of the earlier version.
+    /// Removed elements, of the earlier version.
     pub removed: Vec<Element>,
 }
 
@@ -36,7 +35,7 @@ impl NewsOf {
 }
 
 impl News {
-    /// What has changed of a type, and of those that inherit from it.
+    /// The changes of a type, and of those that inherit from it.
     pub fn of(&self, kind: &str) -> NewsOf {
         let mut news = NewsOf::default();
         let is_wanted = |of: &Snapshot, element: Element| {
@@ -83,7 +82,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// What has changed until this version since the last call. `None` if nothing has.
+    /// The changes until this version since the last call. `None` if there are none.
     pub(crate) fn until(&mut self, now: Arc<Snapshot>) -> Option<News> {
         if now.version() == self.seen.version() {
             return None;

@@ -7,10 +7,10 @@ use crate::world::World;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// How many answers are put together at once.
+/// How many answers are assembled at once.
 const MOST_AT_ONCE: usize = 256;
 
-/// Puts chunks of answers together.
+/// Assembles chunks of answers.
 #[derive(Debug, Default)]
 pub struct Overheard {
     /// By who answers, who has asked, and the number of the question.

@@ -7,8 +7,8 @@ use property_graph::{Id, Value};
 /// How many are kept until the component takes them.
 const MOST_KEPT: usize = 256;
 
-/// Another replica gave an attribute a value at the same time as this one, whose value is shown. The
-/// component may decide otherwise by a change.
+/// Another replica gave an attribute a value at the same time as this one, whose value is shown.
+/// The component may change its decision by a change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overruled {
     /// The element.

@@ -1,4 +1,4 @@
-//! The other replicas, as far as they have told.
+//! The other replicas, as far as they have announced themselves.
 
 use crate::content::DigestOf;
 use crate::digest;
@@ -9,9 +9,9 @@ use std::time::Duration;
 
 /// How many other replicas are known at most.
 pub(crate) const MOST_PEERS: usize = 1024;
-/// How many numbers of writers all of them tell at most.
+/// How many numbers of writers all of them announce at most.
 const MOST_SEEN: usize = 1 << 18;
-/// After so long without a message, nobody waits for a replica.
+/// After this time without a message, a replica is no longer waited for.
 pub(crate) const SILENT: Duration = Duration::from_secs(5);
 /// After so long, it is no longer listed.
 const UNLISTED: Duration = Duration::from_mins(1);
@@ -81,8 +81,8 @@ impl Peers {
         Some(peer)
     }
 
-    /// Notes what a replica has told. Returns whether it was not known before. `None` if that is too
-    /// much, with what others have told.
+    /// Notes the announcement of a replica. Returns whether it was not known before. `None` if that
+    /// is too much, with the announcements of others.
     pub(crate) fn tell(
         &mut self,
         digest: &DigestOf,
@@ -125,7 +125,7 @@ impl Peers {
         all.map(|(writer, peer)| (*writer, peer))
     }
 
-    /// The replicas for which nobody waits from now on.
+    /// The replicas that are no longer waited for.
     pub(crate) fn sweep(&mut self, now: Duration) -> Vec<u64> {
         let mut gone = Vec::new();
         for (writer, peer) in &mut self.all {

@@ -1,5 +1,5 @@
-//! What replicas tell each other, and when. Each tells once a second what it has; one that lacks
-//! something asks one that has it, and gets it in chunks.
+//! The messages of replicas, and their times. Each announces its state once a second; one that
+//! lacks something asks one that has it, and gets it in chunks.
 
 use crate::answers::{Answers, Question};
 use crate::check::Check;
@@ -20,11 +20,12 @@ use rc_diagnostics::foreign;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// How often a replica tells what it has.
+/// How often a replica announces its state.
 const PERIOD: Duration = Duration::from_secs(1);
 /// How long a replica waits for what is late before it asks.
 const PATIENCE: Duration = Duration::from_millis(30);
-/// Before, a replica has not joined: another one that has everything may not have told so yet.
+/// Before that time, a replica has not joined: one that has everything may not have announced
+/// itself yet.
 const JOINING: Duration = Duration::from_millis(2500);
 /// How many bytes wait at most to be sent.
 const MOST_QUEUED: usize = 16 << 20;
@@ -75,7 +76,7 @@ impl Protocol {
         }
     }
 
-    /// Whether there is room for what others have asked.
+    /// Whether there is room for the requests of others.
     pub(crate) fn has_room(&self) -> bool {
         self.outbox_bytes < MOST_QUEUED / 2
     }
@@ -84,7 +85,7 @@ impl Protocol {
         let message = Message(message);
         self.outbox_bytes += message.size();
         self.outbox.push_back(message);
-        // What is dropped is repaired by digests.
+        // Digests repair dropped messages.
         while self.outbox_bytes > MOST_QUEUED {
             let Some(dropped) = self.outbox.pop_front() else {
                 break;
@@ -94,7 +95,7 @@ impl Protocol {
         }
     }
 
-    /// Sends a change, or tells that there is one if it is too large for one message.
+    /// Sends a change, or announces it if it is too large for one message.
     pub(crate) fn send_change(&mut self, time: Time, delta: Delta) {
         self.counts.made += 1;
         if wire::size(&delta.records) > MOST_CHUNK {
@@ -295,13 +296,13 @@ impl Core {
         }
     }
 
-    /// What a replica lacks that has seen this, and the values of streams.
+    /// The changes that a replica with this state lacks, and the values of streams.
     pub(crate) fn told(&self, seen: &graph_merge::Vector) -> (Delta, Vec<Sample>) {
         let delta = self.replica.delta_since(seen);
         (delta, self.streams.all())
     }
 
-    /// Takes what another replica has told in a test.
+    /// Takes the messages of another replica in a test.
     pub(crate) fn be_told(&mut self, graph: &Graph, time: Time, delta: &Delta, samples: &[Sample]) {
         let time = between(time, graph.snapshot().time(), time);
         self.merge(graph, time, delta);
@@ -380,7 +381,7 @@ impl Core {
         self.streams.digest()
     }
 
-    /// Does what is due, and returns when something is due next.
+    /// Does the work that is due, and returns when more is due.
     pub(crate) fn turn(&mut self, graph: &Graph, time: Time, now: Duration) -> Duration {
         if self.is_stale {
             self.show_all(graph, between(time, graph.snapshot().time(), time));
@@ -404,7 +405,7 @@ impl Core {
         next.unwrap_or_else(|| now.saturating_add(PERIOD))
     }
 
-    /// What is done once a second.
+    /// The work of each second.
     fn tick(&mut self, now: Duration) {
         self.protocol.ticks = self.protocol.ticks.wrapping_add(1);
         for gone in self.protocol.peers.sweep(now) {
@@ -466,8 +467,8 @@ impl Core {
     }
 }
 
-/// The time of a change of another replica, not before the present version and not far ahead of
-/// this clock. If this clock was set back, it counts.
+/// The time of a change of another replica, not before the present version and at most slightly
+/// ahead of this clock. If this clock was set back, it counts.
 pub(crate) fn between(made: Time, present: Time, now: Time) -> Time {
     let last = now.saturating_add(AHEAD);
     if present > last {

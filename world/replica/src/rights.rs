@@ -1,4 +1,4 @@
-//! What a component writes, and which attributes are streams.
+//! The types and attributes that a component writes, and the attributes that are streams.
 
 use crate::error::Error;
 use graph_schema::Schema;
@@ -6,7 +6,8 @@ use property_graph::{Change, Element, Id, Snapshot};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-/// What a component writes. A right for a type also holds for those that inherit from it.
+/// The types and attributes that a component writes. A right for a type also holds for those that
+/// inherit from it.
 #[derive(Clone, Debug, Default)]
 pub struct Rights {
     everything: bool,
@@ -44,8 +45,8 @@ impl Rights {
         self
     }
 
-    /// Also changes an attribute as a stream: others get the newest value, without repair of what is
-    /// lost on the way. It is sent at most once in this time; with 0, at each change.
+    /// Also changes an attribute as a stream: others get the newest value, without repair of lost
+    /// ones. It is sent at most once in this time; with 0, at each change.
     #[must_use]
     pub fn with_stream(mut self, kind: &str, attribute: &str, at_most_each: Duration) -> Self {
         let right = (kind.to_owned(), attribute.to_owned());
@@ -78,8 +79,8 @@ impl Rights {
             })
     }
 
-    /// Refuses changes that the component does not write, and ids that it has not from the replica.
-    /// `is_own` says which ids these are.
+    /// Refuses changes that the component does not write, and ids that do not come from its
+    /// replica. `is_own` says which ids do.
     pub(crate) fn check(
         &self,
         before: &Snapshot,

@@ -1,4 +1,4 @@
-//! What a world starts with, as changes that are the same in every replica.
+//! The initial contents of a world, as changes that are equal in every replica.
 
 use crate::error::Error;
 use crate::local::attributes;

@@ -1,17 +1,17 @@
-//! What a replica tells a tool about itself.
+//! The report of a replica to a tool.
 
 use crate::core::Core;
 use crate::digest;
 use std::time::Duration;
 
-/// What a replica has counted.
+/// The counts of a replica.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Changes of this replica.
     pub made: u64,
     /// Changes of others that arrived as they were made.
     pub received: u64,
-    /// Changes that arrived behind a gap: something before them was lost, or is late.
+    /// Changes that arrived after a gap: something before them was lost, or is late.
     pub gaps: u64,
     /// Values of streams that were sent.
     pub samples_sent: u64,
@@ -36,11 +36,11 @@ pub struct PeerStatus {
     pub writer: u64,
     /// Name of the instance.
     pub name: String,
-    /// How many changes it had not seen when it last told.
+    /// How many changes it had not seen at its last announcement.
     pub lag: u64,
-    /// How long nothing was heard of it.
+    /// How long ago it was last heard.
     pub silent: Duration,
-    /// Its digest when it last told.
+    /// Its digest at its last announcement.
     pub digest: u64,
     /// How many elements it had.
     pub elements: u64,
@@ -81,7 +81,7 @@ pub struct Status {
     pub is_behind: bool,
     /// Why the newest changes are not shown.
     pub fault: Option<String>,
-    /// What it has counted.
+    /// Its counts.
     pub counts: Counts,
     /// The other replicas.
     pub peers: Vec<PeerStatus>,

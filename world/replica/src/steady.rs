@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A time that goes forward only, made of a clock that may be set back.
+/// A time that only goes forward, made of a clock that may be set back.
 #[derive(Clone, Copy, Debug)]
 pub struct Steady {
     reading: Duration,
@@ -10,7 +10,7 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Starts with what the clock says.
+    /// Starts with the reading of the clock.
     pub fn new(reading: Duration) -> Self {
         Self {
             reading,

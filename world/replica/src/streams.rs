@@ -1,5 +1,5 @@
-//! Values of streams: the newest one counts, and what is lost is not repaired, but the last value
-//! of each stream arrives in the end.
+//! Values of streams: the newest one counts, and lost ones are not repaired, but the last value of
+//! each stream arrives in the end.
 
 use property_graph::{Id, Value};
 use std::collections::BTreeMap;

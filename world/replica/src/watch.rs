@@ -1,4 +1,4 @@
-//! Looks for what a supervisor reports of a replica.
+//! Watches a replica for its supervisor.
 
 use crate::health::Health;
 use crate::world::World;
@@ -7,9 +7,9 @@ use std::time::Duration;
 
 /// How often it looks.
 const PERIOD: Duration = Duration::from_millis(500);
-/// How many names are told.
+/// How many names are listed.
 const MOST_NAMES: usize = 32;
-/// How many silent instances are remembered: whoever sends may invent names.
+/// How many silent instances are remembered: a sender may invent names.
 const MOST_SILENT: usize = 1024;
 
 /// Looks at a replica twice a second.
@@ -21,10 +21,10 @@ pub struct Watch {
     known: BTreeSet<String>,
 }
 
-/// What a [`Watch`] has seen.
+/// The state of a [`Watch`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen {
-    /// What is wrong with the replica.
+    /// The problems of the replica.
     pub health: Health,
     /// For how long it has lacked changes.
     pub behind_for: Duration,

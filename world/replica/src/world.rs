@@ -21,17 +21,17 @@ use std::time::Duration;
 /// The time at which changes are made, by the clock of the network.
 type Clock = Arc<dyn Fn() -> Time + Send + Sync>;
 
-/// What a replica needs to start.
+/// The settings of a replica at its start.
 pub struct Setup {
     /// Name of the instance in its network.
     pub name: String,
     /// The schema. Replicas of one world have equal ones.
     pub schema: Arc<Schema>,
-    /// What the component writes.
+    /// Its rights to write.
     pub rights: Rights,
     /// The clock of changes.
     pub clock: Clock,
-    /// The writer. No two replicas have the same, and neither have two runs of one component.
+    /// The writer. No two replicas have the same one, and no two runs of one component.
     pub writer: u64,
 }
 
@@ -48,21 +48,21 @@ impl Setup {
         }
     }
 
-    /// The same, with this clock.
+    /// Sets the clock.
     #[must_use]
     pub fn with_clock(mut self, clock: impl Fn() -> Time + Send + Sync + 'static) -> Self {
         self.clock = Arc::new(clock);
         self
     }
 
-    /// The same, with these rights.
+    /// Sets the rights.
     #[must_use]
     pub fn with_rights(mut self, rights: Rights) -> Self {
         self.rights = rights;
         self
     }
 
-    /// The same, with this writer.
+    /// Sets the writer.
     #[must_use]
     pub fn with_writer(mut self, writer: u64) -> Self {
         self.writer = writer;
@@ -101,7 +101,7 @@ impl World {
     }
 
     fn core(&self) -> MutexGuard<'_, Core> {
-        // What a thread has done before it panicked is whole: a change is noted in one step.
+        // The state of a thread that panicked is consistent: a change is noted in one step.
         self.core.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -128,8 +128,8 @@ impl World {
         self.graph.keep(keep);
     }
 
-    /// A graph of its own that starts with the present version, to try something. What is changed
-    /// there stays there.
+    /// An independent graph that starts with the present version, to try something. Changes there
+    /// stay there.
     pub fn fork(&self) -> Graph {
         self.graph.fork(unique_writer())
     }
@@ -137,8 +137,8 @@ impl World {
     /// Makes several changes. All readers get them in one version, here and in other replicas.
     ///
     /// # Errors
-    /// The closure fails, the schema does not allow the change, or the component does not write
-    /// what is changed. Nothing has changed then.
+    /// The closure fails, the schema does not allow the change, or the component may not write an
+    /// element. Nothing has changed then.
     pub fn change(
         &self,
         make: impl FnOnce(&mut Edit) -> Result<(), Error>,
@@ -146,7 +146,7 @@ impl World {
         self.change_with(make).map(|((), token)| token)
     }
 
-    /// The same, with a result.
+    /// As [`Self::change`], with a result.
     ///
     /// # Errors
     /// Those of [`World::change`].
@@ -165,12 +165,12 @@ impl World {
         self.core().has(token)
     }
 
-    /// Waits until this replica has a change, at most for `limit`. Returns whether it has it. Another thread
-    /// hands in what arrives: one that waits for itself waits in vain. A worker uses the function of its
-    /// context.
+    /// Waits until this replica has a change, at most for `limit`. Returns whether it has it.
+    /// Another thread passes messages in: a thread that does so itself would wait without effect. A
+    /// worker uses the function of its context.
     pub fn wait_for(&self, token: Token, limit: Duration) -> bool {
         let core = self.core();
-        // Others look at the number behind the lock, so none of them misses this thread.
+        // Others read the number while holding the lock, so none of them misses this thread.
         self.waiting.fetch_add(1, Ordering::Relaxed);
         let waited = self
             .changed
@@ -189,7 +189,7 @@ impl World {
         }
     }
 
-    /// Whether all other replicas had a change when they last told what they have.
+    /// Whether all other replicas had a change at their last announcement.
     pub fn all_have(&self, token: Token) -> bool {
         self.core().all_have(token)
     }
@@ -201,23 +201,23 @@ impl World {
         }
     }
 
-    /// What has changed since the reader last asked. `None` if nothing has.
+    /// The changes since the reader last asked. `None` if there are none.
     pub fn news(&self, reader: &mut Reader) -> Option<News> {
         reader.until(self.snapshot())
     }
 
-    /// What is not shown because another replica made something against which it loses.
+    /// The hidden elements, which contradict elements of other replicas.
     pub fn conflicts(&self) -> Vec<Conflict> {
         self.core().conflicts.clone()
     }
 
-    /// The next value that another replica gave an attribute at the same time as this one, whose value
-    /// is shown. Of more than 256 that nobody takes, the oldest are forgotten.
+    /// The next value that another replica gave an attribute at the same time as this one, whose
+    /// value is shown. If more than 256 are not taken, the oldest are dropped.
     pub fn overruled(&self) -> Option<Overruled> {
         self.core().overruled.pop_front()
     }
 
-    /// What is wrong with the replica.
+    /// The problems of the replica.
     pub fn health(&self) -> Health {
         let now = self.snapshot();
         Health::of(&self.core(), &now)
@@ -229,8 +229,8 @@ impl World {
         self.core().fault.clone()
     }
 
-    /// Adds what a graph has as the start of this world. Each replica that starts with an equal graph
-    /// has the same elements: they are there once.
+    /// Adds the contents of a graph as the start of this world. Each replica that starts with an
+    /// equal graph has the same elements, so they exist once.
     ///
     /// # Errors
     /// The graph breaks the schema.
@@ -243,16 +243,16 @@ impl World {
         self.core().seen(START) > 0
     }
 
-    /// Takes a message of another replica, at this time of a clock that only goes forward. What is
-    /// wrong with it is counted in [`Status`]; nothing is changed then. While there are conflicts, the
-    /// changes that it brings are shown at the next [`World::turn`].
+    /// Takes a message of another replica, at this time of a clock that only goes forward. Errors
+    /// of the message are counted in [`Status`]; nothing is changed then. While there are
+    /// conflicts, its changes are shown at the next [`World::turn`].
     pub fn receive(&self, now: Duration, message: Message) {
         let mut core = self.core();
         core.receive(&self.graph, (self.clock)(), now, message);
         self.wake(core);
     }
 
-    /// Gives two replicas of one schema what the other one has, at once and without messages: for tests.
+    /// Synchronizes two replicas of one schema at once and without messages: for tests.
     ///
     /// # Errors
     /// The replicas have different schemas.
@@ -278,7 +278,7 @@ impl World {
         self.wake(core);
     }
 
-    /// Does what is due, and returns when something is due next, by the same clock.
+    /// Does the work that is due, and returns when more is due, by the same clock.
     pub fn turn(&self, now: Duration) -> Duration {
         let mut core = self.core();
         let next = core.turn(&self.graph, (self.clock)(), now);
@@ -296,8 +296,8 @@ impl World {
         self.core().leave();
     }
 
-    /// Whether the replica has what the others had when it joined, or is alone. It takes 2.5 s at least
-    /// to know that.
+    /// Whether the replica has the changes that the others had when it joined, or is alone. It
+    /// takes at least 2.5 s to know that.
     pub fn has_joined(&self) -> bool {
         self.core().has_joined()
     }

@@ -1,4 +1,4 @@
-//! What has changed of one type.
+//! The changes of one type.
 
 use crate::kind::Kind;
 use crate::view::View;
@@ -7,7 +7,7 @@ use rc_world::{News, NewsOf};
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// What has changed of one type, and of those that inherit from it, between two versions.
+/// The changes of one type, and of those that inherit from it, between two versions.
 #[derive(Clone, Debug)]
 pub struct Change<K> {
     /// The earlier version.
@@ -19,7 +19,7 @@ pub struct Change<K> {
 }
 
 impl<K: Kind> Change<K> {
-    /// What has changed of the type. `None` if nothing has.
+    /// The changes of the type. `None` if there are none.
     pub fn of(news: &News) -> Option<Self> {
         let of_type = news.of(K::NAME);
         (!of_type.is_empty()).then(|| Self {
@@ -49,7 +49,7 @@ impl<K: Kind> Change<K> {
         all.map(|symbol| self.after.text(*symbol))
     }
 
-    /// Elements that are gone, as they were.
+    /// Removed elements, as they were.
     pub fn removed(&self) -> impl Iterator<Item = K::In<'_>> {
         let all = self.news.removed.iter();
         all.filter_map(|element| K::of(&self.before, *element))

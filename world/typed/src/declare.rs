@@ -17,8 +17,8 @@ macro_rules! world {
             /// Makes several changes, which others see as one. The token names them.
             ///
             /// # Errors
-            /// The closure fails, the schema does not allow the change, or the component does not write what
-            /// is changed. Nothing has changed then.
+            /// The closure fails, the schema does not allow the change, or the component may not
+            /// write an element. Nothing has changed then.
             pub fn change(
                 &mut self,
                 make: impl ::core::ops::FnOnce(
@@ -32,8 +32,8 @@ macro_rules! world {
             /// network's clock. Between two changes of a pose, it is interpolated.
             ///
             /// # Errors
-            /// A name is none of one node, no edges with poses connect the nodes, the history begins later,
-            /// or the newest change is older than `time`.
+            /// A name does not denote exactly one node, no edges with poses connect the nodes, the
+            /// history begins later, or the newest change is older than `time`.
             pub fn transform(
                 &self,
                 to: impl $crate::End,
@@ -183,7 +183,7 @@ macro_rules! element {
     };
 }
 
-/// Declares what a component changes of nodes or edges of a type.
+/// Declares the changes that a component may make to nodes or edges of a type.
 #[macro_export]
 macro_rules! edit_element {
     ($(#[$doc:meta])* $name:ident, $id:ident) => {

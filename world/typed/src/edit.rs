@@ -33,7 +33,7 @@ pub fn added(edit: &mut Edit, kind: &'static str, name: Option<&str>) -> Result<
 /// its parent then.
 ///
 /// # Errors
-/// A name is none of one node, or the schema does not allow the edge.
+/// A name does not denote exactly one node, or the schema does not allow the edge.
 pub fn edge(
     edit: &mut Edit,
     kind: &'static str,
@@ -65,7 +65,7 @@ pub fn edge(
 /// The edge of a type between two nodes.
 ///
 /// # Errors
-/// A name is none of one node, or there is no such edge.
+/// A name does not denote exactly one node, or there is no such edge.
 pub fn existing_edge(
     edit: &Edit,
     kind: &'static str,

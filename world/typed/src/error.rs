@@ -1,4 +1,4 @@
-//! What a world does not do.
+//! Errors of a world.
 
 use property_graph::Time;
 use thiserror::Error;
@@ -35,7 +35,7 @@ pub enum Error {
     /// The history begins later.
     #[error("the history begins later")]
     TooEarly,
-    /// Nothing is known of the time yet.
+    /// Nothing is known about the time yet.
     #[error("the newest change is of {newest:?}, before the wanted time")]
     TooLate {
         /// The time of the newest change.

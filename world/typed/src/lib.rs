@@ -1,9 +1,9 @@
-//! A world with the types of its schema: what the code that `rcgen` generates for a clause `world` is
-//! made of.
+//! A world with the types of its schema: the parts of the code that `rcgen` generates for a clause
+//! `world`.
 //!
 //! Generated code declares a type for each type of the schema ([`node!`], [`edge!`]) with its
-//! attributes, and what the component writes ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
-//! which never changes. A [`Change`] is what has changed of one type between two versions.
+//! attributes, and the writable parts ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
+//! which never changes. A [`Change`] has the changes of one type between two versions.
 
 mod change;
 mod declare;

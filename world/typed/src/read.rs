@@ -45,7 +45,7 @@ pub fn integers(value: &Value) -> Option<&[i64]> {
     }
 }
 
-/// So many numbers.
+/// This many numbers.
 pub fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
     let all = value.numbers()?;
     all.as_ref().try_into().ok()

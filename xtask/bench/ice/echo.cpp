@@ -56,7 +56,7 @@ int ask(const shared_ptr<Ice::Communicator>& communicator, const string& address
         size_t count = 0;
         if (!(words >> kind >> size >> count) || kind != "query")
         {
-            cerr << "echo: `" << line << "` is no order" << endl;
+            cerr << "echo: `" << line << "` is not an order" << endl;
             return 3;
         }
         const RcBench::Bytes data(size, 7);

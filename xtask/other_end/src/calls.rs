@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::Duration;
 
-/// What the mirror does beside throwing the exceptions.
+/// What the mirror does besides throwing the exceptions.
 const REFUSES: i32 = 4;
 const IS_SLOW: i32 = 5;
 /// Milliseconds of a call of `wait` that only the end of the component ends.
@@ -140,7 +140,7 @@ fn answer(header: Header, body: &[u8], reply: &mut dyn Reply) {
             std::thread::sleep(Duration::from_millis(300));
             request.reply_with(0, |writer| typed::reply(&(), writer))
         }
-        which => panic!("{which} is no number of the mirror"),
+        which => panic!("{which} is not a number of the mirror"),
     };
     request.close();
 }
@@ -150,7 +150,7 @@ fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool, idle: &A
     while !ends.load(Ordering::Relaxed) {
         let woken = wait(&[server.descriptor()], LOOK) != 0;
         if dies.load(Ordering::Relaxed) {
-            // What woke it for an earlier call is over when nothing wakes it.
+            // A wake-up of an earlier call is over when nothing wakes it.
             if woken && idle.load(Ordering::Relaxed) {
                 return;
             }
@@ -161,7 +161,7 @@ fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool, idle: &A
     }
 }
 
-/// The component calls this test, and says what it got.
+/// The component calls this test, and reports the result.
 pub(crate) fn calls_are_made(other: &OtherEnd) {
     let backend = other.network.join("asker");
     let mut client = client(other, &*backend);

@@ -13,7 +13,7 @@ pub struct Package {
     pub command: Command,
     /// Its slots, as it hands them over to the runtime.
     pub slots: Value,
-    /// What is removed with it.
+    /// Files that are removed with it.
     pub folder: Option<tempfile::TempDir>,
 }
 
@@ -29,7 +29,7 @@ impl Package {
 #[derive(Debug)]
 pub struct OtherEnd {
     process: Child,
-    /// What it says, which is shown if a test fails.
+    /// Its output, which is shown if a test fails.
     said: File,
     pub(crate) package: Package,
     /// The network in which both ends are.
@@ -70,7 +70,7 @@ impl OtherEnd {
         let _ = self.process.wait();
     }
 
-    /// What the component has said so far.
+    /// The output of the component so far.
     pub fn said(&mut self) -> String {
         let mut said = String::new();
         let _ = self.said.rewind();

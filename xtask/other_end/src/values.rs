@@ -259,7 +259,7 @@ pub(crate) fn sample(which: i32) -> Everything {
     }
 }
 
-/// The exceptions of `thrown` in Python, but for `Gone`.
+/// The exceptions of `thrown` in Python, except `Gone`.
 pub(crate) fn broken() -> Broken {
     Broken::default()
 }

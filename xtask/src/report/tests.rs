@@ -82,11 +82,11 @@ fn a_test_passes_the_second_time_only_if_it_ran() {
     let first = report(FAILED);
     let block = first.failed().expect("a list of targets")[1].clone();
     let test = "network::stops".to_owned();
-    assert!(report(AGAIN).mends(&block, &test));
+    assert!(report(AGAIN).passes_again(&block, &test));
     // Another test was selected, or none.
     let fewer = AGAIN.replacen("2 passed", "1 passed", 1);
-    assert!(!report(&fewer).mends(&block, &test));
+    assert!(!report(&fewer).passes_again(&block, &test));
     let other = AGAIN.replacen("all-f4cc411b73949162", "all-0", 1);
-    assert!(!report(&other).mends(&block, &test));
-    assert!(!first.mends(&block, &test));
+    assert!(!report(&other).passes_again(&block, &test));
+    assert!(!first.passes_again(&block, &test));
 }

@@ -1,4 +1,4 @@
-//! Which runs a second run of the failed tests mends.
+//! When the repetition of failed tests turns a run into a pass.
 
 use super::*;
 

@@ -225,7 +225,7 @@ def shapes():
         "pose": both(client, "/newFullPose", "/newFullPose/_pose"),
         "transform": both(client, "/newFullPose", "/newFullPose/_transform"),
     }
-    # NaN and infinity are no JSON; a scan has an infinity where nothing was measured.
+    # NaN and infinity are not JSON; a scan has an infinity where nothing was measured.
     print(json.dumps(finite(found), allow_nan=False))
 
 

@@ -107,7 +107,7 @@ fn unpacked(package: &str, endings: &[&str]) -> Result<PathBuf, String> {
     made.map(|()| place)
 }
 
-/// Returns an interpreter of the environment `name` with packages, for programs that are no tests.
+/// Returns an interpreter of the environment `name` with packages, for programs that are not tests.
 ///
 /// # Errors
 /// There is no Python, or no way to the packages.
@@ -208,7 +208,7 @@ for distribution in importlib.metadata.distributions():
             pass
 ";
 
-/// Makes an environment, or finds it complete. An installation that was killed begins anew.
+/// Makes an environment, or finds it complete. An installation that was killed begins again.
 fn install(
     name: &str,
     requirements: &str,

@@ -1,6 +1,6 @@
-//! `cargo xtask bench convert`: printed functions beside the same by hand, the programs of
-//! connections beside printed functions, the check of a network that converts, connections that
-//! convert beside plain ones and beside a relay of ROS 2, and what a component links of all this.
+//! `cargo xtask bench convert`: printed functions compared with hand-written ones, the programs of
+//! connections with printed functions, the check of a network that converts, connections that
+//! convert with plain ones and with a relay of ROS 2, and the size of the linked code.
 
 use crate::figure::{BUILD, mark};
 use crate::pair::{Pair, Row, Times};
@@ -29,7 +29,7 @@ const END: Duration = Duration::from_secs(5);
 const BLOCKS: usize = 40;
 /// Points in millimetres (right, ahead, up) become metres (ahead, left, up).
 const PLAN: &str = "Clouds=0i:q[{3f!|d@1&1e3;n@0;d$1&1e3;d@2&1e3;=$0&$2&$3}]";
-/// The same for a relay of ROS 2.
+/// The expression of a relay of ROS 2.
 const EXPRESSION: &str =
     "Polygon(points=[Point32(x=p.y / 1000, y=-p.x / 1000, z=p.z / 1000) for p in m.points])";
 const DOMAIN: &str = "93";
@@ -123,8 +123,7 @@ fn connection(
     Ok(times.each_mut().map(|times| times.quantile(0.5)))
 }
 
-/// The median from publishing in rclpy until a subscriber has what a relay sends on, in
-/// microseconds.
+/// The median from publishing in rclpy until a subscriber has the relayed message, in microseconds.
 fn relay(python: &Path, count: usize) -> Result<f64, Failure> {
     let network = format!("relay_{}", std::process::id());
     let start = |program: &str, args: &[&str]| {

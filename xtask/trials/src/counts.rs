@@ -1,5 +1,5 @@
-//! `cargo xtask bench counts`: what a message costs in units that do not depend on the speed of the
-//! machine: kernel calls, user instructions, context switches, and bytes copied.
+//! `cargo xtask bench counts`: the cost of a message in units that do not depend on the speed of
+//! the machine: kernel calls, user instructions, context switches, and bytes copied.
 //!
 //! `strace` counts kernel calls, `valgrind` counts instructions (callgrind) and copied bytes
 //! (dhat), the kernel counts context switches. The command reports which tool is missing.
@@ -272,8 +272,8 @@ fn all_traced(pid: u32) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Counts instructions of all rows, of one program after the other: beside a slow one, the other
-/// one would look for messages in vain.
+/// Counts instructions of all rows, of one program after the other: next to a slow one, the other
+/// one would poll without effect.
 fn instructions(
     start: Start<'_>,
     share: f64,

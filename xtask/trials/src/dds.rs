@@ -1,5 +1,5 @@
-//! `cargo xtask bench dds`: generated components over DDS beside the same by hand on the C
-//! library's calls, and beside ddsperf, the library's own tool, as Debian has it.
+//! `cargo xtask bench dds`: generated components over DDS compared with hand-written programs on
+//! the C library's calls, and with ddsperf, the library's own tool, as Debian has it.
 
 use crate::bench::machine;
 use crate::compare::{Peer, met};

@@ -1,7 +1,7 @@
 //! `cargo xtask bench deploy`: the time until many small programs run and have ended, and the
-//! memory of their supervisor: rcdeploy beside supervisord, with a shell script as the lower bound.
-//! All three start the same executable with the same addresses. Then half of a network is killed at
-//! once, see `mass_kill`.
+//! memory of their supervisor: rcdeploy compared with supervisord, with a shell script as the lower
+//! bound. All three start the same executable with the same addresses. Then half of a network is
+//! killed at once, see `mass_kill`.
 
 mod mass_kill;
 
@@ -26,8 +26,8 @@ const PROGRAM: &str = "speech_server";
 /// How many programs run at once.
 const SIZES: [usize; 2] = [20, 100];
 const ROUNDS: usize = 7;
-/// How many programs run at once in a few rounds more, without supervisord, and within how many
-/// times the time of the shell script they are to run and have ended.
+/// How many programs run at once in a few more rounds, without supervisord, and the limit for
+/// starting and ending them, as a multiple of the time of the shell script.
 const LARGE: (usize, f64) = (300, 1.5);
 const LARGE_ROUNDS: usize = 3;
 /// How many of how many are killed at once.

@@ -36,7 +36,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     write(folder.path(), interfaces, components)?;
     let mut editor = Editor::start(&target()?.join(profile).join("rcgen"), folder.path())?;
     let begun = Instant::now();
-    // All files are checked before the symbols of all are told.
+    // All files are checked before the symbols of all are listed.
     let known = editor.ask("workspace/symbol", &json!({ "query": "c0" }))?;
     let opened = begun.elapsed();
     if known.as_array().is_none_or(Vec::is_empty) {

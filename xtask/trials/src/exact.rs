@@ -56,7 +56,7 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
                 }
             }
         }
-        // What waits for the disk is written after half a second.
+        // Data that wait for the disk are written after half a second.
         std::thread::sleep(Duration::from_secs(1));
         let after = sizes(&files)?;
         let messages = f64::from(blocks) * row.count as f64;

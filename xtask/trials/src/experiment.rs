@@ -16,7 +16,7 @@ use tasks::{Step, Task, Typed};
 
 /// The limit of a command. The first one that builds compiles the framework.
 const LIMIT: Duration = Duration::from_mins(20);
-/// How long a component may take until its log shows what a task has made.
+/// How long a component may take until its log shows the result of a task.
 const SHOWN: Duration = Duration::from_mins(1);
 /// How many lines of a log are read: all of this minute.
 const LINES: &str = "100000";
@@ -81,12 +81,12 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// Does a task. Returns what was typed, and the time of the tools.
+    /// Does a task. Returns the typed lines, and the time of the tools.
     fn perform(&self, task: &Task) -> Result<(Typed, Duration), Failure> {
         let mut typed = Typed::default();
         let mut took = Duration::ZERO;
         let shown_by = task.shows.map(|(component, _)| component);
-        // A log begins with what earlier tasks have printed; before the first one, there is none.
+        // A log begins with the output of earlier tasks; before the first one, there is none.
         let before = shown_by.map(|component| self.log(component).unwrap_or_default().len());
         for step in &task.steps {
             typed.add(step);
@@ -136,7 +136,7 @@ impl Workspace {
         Ok(took)
     }
 
-    /// Runs a tool with these words. Returns what it prints.
+    /// Runs a tool with these words. Returns its output.
     fn run(&self, words: &[&str]) -> Result<String, Failure> {
         let folder = if self.root.exists() {
             &self.root
@@ -205,7 +205,7 @@ impl Workspace {
         self.run(&["rcdeploy", "logs", "-n", LINES, &self.network, component])
     }
 
-    /// Waits until the log of a component contains `text` behind its first `before` bytes.
+    /// Waits until the log of a component contains `text` after its first `before` bytes.
     fn wait_for(&self, component: &str, text: &str, before: usize) -> Result<(), Failure> {
         let end = Instant::now() + SHOWN;
         loop {

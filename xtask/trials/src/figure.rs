@@ -1,4 +1,4 @@
-//! Goals beside their measurements, as rows of Markdown.
+//! Goals and their measurements, as rows of Markdown.
 
 use std::time::Duration;
 

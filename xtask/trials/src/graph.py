@@ -94,7 +94,7 @@ def with_ladybug(graph, expected):
 
     import real_ladybug
 
-    # Preparing apart is what is measured.
+    # Only the separate preparation is measured.
     warnings.simplefilter("ignore", DeprecationWarning)
     peer = real_ladybug.Connection(real_ladybug.Database(":memory:"))
     peer.execute("CREATE NODE TABLE thing(name STRING PRIMARY KEY, x DOUBLE, y DOUBLE)")

@@ -1,5 +1,5 @@
-//! `cargo xtask bench graph`: the property graph beside petgraph and InnerModel, and beside networkx, grafeo,
-//! real-ladybug, loro and `json.load` of Python, with the goals.
+//! `cargo xtask bench graph`: the property graph compared with petgraph and InnerModel, and with
+//! networkx, grafeo, real-ladybug, loro and `json.load` of Python, with the goals.
 
 use crate::figure::{Figure, table};
 use crate::programs::{Failure, cargo, output, target};

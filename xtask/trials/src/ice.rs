@@ -1,4 +1,4 @@
-//! `cargo xtask bench ice`: a query beside the same query over Ice in C++, RoboComp's own
+//! `cargo xtask bench ice`: a query compared with the same query over Ice in C++, RoboComp's own
 //! middleware.
 
 use crate::bench::{BLOCKS, machine};

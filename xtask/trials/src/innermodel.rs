@@ -1,5 +1,6 @@
 //! `cargo xtask bench innermodel`: tests that compare URDF files with `urdf-rs`; then transforms,
-//! loading, versions and rays, beside `k` with `urdf-rs`, and beside Pinocchio and trimesh of `PyPI`.
+//! loading, versions and rays, compared with `k` with `urdf-rs`, and with Pinocchio and trimesh of
+//! `PyPI`.
 
 use crate::programs::{Failure, cargo, finish, output, target};
 use crate::pypi;
@@ -9,7 +10,7 @@ use std::time::Duration;
 /// The limit for a build and a run.
 const LIMIT: Duration = Duration::from_mins(15);
 
-/// Prints the same figures of Pinocchio and trimesh. Argument: the folder with chains and mesh.
+/// Prints these figures of Pinocchio and trimesh. Argument: the folder with chains and mesh.
 const PEERS: &str = include_str!("innermodel.py");
 
 pub(crate) fn run() -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! `cargo xtask bench machine`: a step of a state machine, beside the crate `statig`.
+//! `cargo xtask bench machine`: a step of a state machine, compared with the crate `statig`.
 
 use crate::programs::{Failure, cargo, output};
 use std::time::Duration;

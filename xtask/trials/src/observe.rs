@@ -1,5 +1,5 @@
-//! `cargo xtask bench observe`: what a tool that observes a topic adds to the latency of its
-//! samples, and what `rcdeploy echo` costs at 10 kHz beside a subscriber that was written by hand.
+//! `cargo xtask bench observe`: the latency that a tool adds to the samples of an observed topic,
+//! and the cost of `rcdeploy echo` at 10 kHz compared with a hand-written subscriber.
 
 use crate::bench::{BLOCKS, GOAL, machine};
 use crate::compare::{Peer, met};

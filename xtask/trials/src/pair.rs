@@ -131,7 +131,7 @@ impl Pair {
         Self::generated_under([&[], &[]])
     }
 
-    /// The generated components in a network of their own, beside others.
+    /// The generated components in a network of their own, next to others.
     pub(crate) fn generated_in(what: &str) -> Result<Self, Failure> {
         Self::generated_with(what, Profile::Release, [&[], &[]])
     }

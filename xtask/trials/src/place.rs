@@ -1,6 +1,6 @@
-//! `cargo xtask bench place`: the same two components, of the same program, as threads of one process,
-//! as two processes, and on two hosts; the copies of a message; a chain of ten components as one
-//! process and as ten; what a proxy adds.
+//! `cargo xtask bench place`: two components of one program, as threads of one process, as two
+//! processes, and on two hosts; the copies of a message; a chain of ten components as one process
+//! and as ten; the cost of a proxy.
 
 mod copies;
 mod pipeline;

@@ -148,7 +148,7 @@ impl Program {
     }
 
     /// Starts it in a process group of its own: signals of the terminal to this process do not
-    /// reach it. It must end by itself when nobody reads its output.
+    /// reach it. It must end by itself when its output has no reader.
     pub(crate) fn start_apart(path: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         let mut command = Command::new(path);
         command.args(arguments).process_group(0);

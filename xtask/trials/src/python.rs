@@ -1,6 +1,6 @@
-//! `cargo xtask bench python`: components in Python beside the same by hand with the packages
-//! `iceoryx2` and `cyclonedds` of `PyPI` and with rclpy, and the start of a component beside that of
-//! Python with `NumPy`.
+//! `cargo xtask bench python`: components in Python compared with hand-written programs with the
+//! packages `iceoryx2` and `cyclonedds` of `PyPI` and with rclpy, and the start of a component
+//! compared with that of Python with `NumPy`.
 
 use crate::bench::{BLOCKS, machine};
 use crate::compare::{Peer, Ratio, met};
@@ -108,7 +108,7 @@ fn over_iceoryx2(
     let name = "PyPI iceoryx2";
     let peer = Peer { name, goal: GOAL };
     let mut ratios = peer.table(&rows, &mut ours, &mut theirs, blocks, share)?;
-    // From 64 KiB on, the pause before a value is the same.
+    // From 64 KiB on, the pause before a value has the same length.
     let rows = [64 * KIB, KIB * KIB].map(|size| row("lend", "lend", size, 30));
     let mut medians = [Vec::new(), Vec::new()];
     for _ in 0..blocks {
@@ -177,7 +177,7 @@ fn over_ros2(
     Ok(())
 }
 
-/// What lets programs find their interpreter and the protocol.
+/// The environment in which programs find their interpreter and the protocol.
 fn environment(python: &Path) -> Result<[String; 4], Failure> {
     let place = python
         .parent()
@@ -226,7 +226,7 @@ fn by_hand(
     )
 }
 
-/// Prints how long a component takes from its start until its worker is initialized, beside Python
+/// Prints how long a component takes from its start until its worker is initialized, and Python
 /// until `NumPy` is imported.
 fn start(python: &Path, program: &Path, count: usize) -> Result<Ratio, Failure> {
     let environment = environment(python)?;

@@ -1,4 +1,5 @@
-//! `cargo xtask bench rcis`: sensors and robots of simulated worlds, beside ray casts of `MuJoCo`.
+//! `cargo xtask bench rcis`: sensors and robots of simulated worlds, compared with ray casts of
+//! `MuJoCo`.
 
 use crate::programs::{Failure, cargo, output, target};
 use crate::pypi;

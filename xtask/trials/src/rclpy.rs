@@ -1,6 +1,6 @@
-//! A component beside ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on `PyPI`, with
-//! its default settings. `bench rclpy` compares round trips with those of rclpy alone and counts
-//! images; `soak rclpy` publishes images while peers come and go.
+//! A component compared with ROS 2 itself: rclpy on Fast DDS, of the wheels of ROS 2 Jazzy on
+//! `PyPI`, with its default settings. `bench rclpy` compares round trips with those of rclpy alone
+//! and counts images; `soak rclpy` publishes images while peers come and go.
 
 use crate::pair::{Network, quantile};
 use crate::programs::{Failure, Program, root};
@@ -87,7 +87,7 @@ fn component(path: &Path, network: &Network) -> Result<Program, Failure> {
     Ok(program)
 }
 
-/// Microseconds of round trips, by what was sent.
+/// Microseconds of round trips, by the kind of message.
 type Times = BTreeMap<String, Vec<u64>>;
 
 /// Measures all sizes with a partner that is there.
@@ -179,8 +179,8 @@ fn first_calls(python: &Path, program: &Path, count: usize) -> Result<(), Failur
     Ok(())
 }
 
-/// Prints round trips of rclpy with a component beside those of rclpy with rclpy, measured in
-/// turns, first calls, and how many images arrive.
+/// Prints round trips of rclpy with a component and those of rclpy with rclpy, measured in turns,
+/// first calls, and how many images arrive.
 pub(crate) fn bench(blocks: usize, rounds: usize) -> Result<(), Failure> {
     let Some(python) = python::ros("round trips with rclpy") else {
         return Ok(());

@@ -1,5 +1,5 @@
-//! `cargo xtask bench record`: what `rcdeploy record` loses and costs at ten topics of 1 kHz and
-//! two of 30 images a second, beside `cat` of the same bytes.
+//! `cargo xtask bench record`: the losses and costs of `rcdeploy record` at ten topics of 1 kHz and
+//! two of 30 images a second, compared with `cat` of the same bytes.
 
 use crate::bench::machine;
 use crate::figure::BUILD;
@@ -159,7 +159,7 @@ fn cat(folder: &Path, bytes: u64) -> Result<Duration, Failure> {
     let mut command = Command::new("sh");
     command.args(["-c", script, "sh"]).args([from, to]);
     let stat = output(command, RECORDER)?;
-    // Behind the name: the times of children are the 14th and the 15th.
+    // After the name: the times of children are the 14th and the 15th.
     let rest = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
     let times = rest.split_whitespace().skip(13).take(2);
     let ticks: u64 = times.filter_map(|time| time.parse::<u64>().ok()).sum();

@@ -1,5 +1,5 @@
 //! `cargo xtask soak replay`: the patrol in simulated time is recorded exactly for an hour of its
-//! own time, and each component lives again by its recording. All runs must be the same.
+//! own time, and each component is replayed from its recording. All runs must be equal.
 
 use crate::figure::BUILD;
 use crate::programs::{Failure, cargo, finish, output, root, target};

@@ -1,5 +1,5 @@
-//! `cargo xtask bench ros2`: generated components over ROS 2 beside the same by hand on
-//! ros2-client, and beside the same components over DDS.
+//! `cargo xtask bench ros2`: generated components over ROS 2 compared with hand-written programs on
+//! ros2-client, and with the same components over DDS.
 
 use crate::bench::machine;
 use crate::compare::{Peer, met};
@@ -11,7 +11,7 @@ use crate::variant::{self, DDS, ROS2};
 use rc_cdsl::model::Middleware;
 use rc_deploy_network::Profile;
 
-/// At p50 a generated component may take so many times what the hand-written program takes, or the
+/// The limit of a generated component at p50, as a multiple of the hand-written program, or of the
 /// same component over DDS.
 const GOAL: f64 = 1.10;
 /// The size of a query.

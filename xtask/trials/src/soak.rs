@@ -176,7 +176,7 @@ impl Soak {
         let sink = Program::start_apart(sink, &arguments("warn"))?;
         // The sink starts first: a subscriber that is there before the publisher loses nothing.
         let came = counts(&sink.read_line(COUNTS)?)?;
-        // Its computes are sometimes longer than a period, because it catches up; that is no
+        // Its computes are sometimes longer than a period, because it catches up; that is not a
         // warning.
         let mut command = Command::new(source);
         command.args(arguments("error")).process_group(0);

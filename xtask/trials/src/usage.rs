@@ -21,7 +21,7 @@ pub(crate) fn processor_time(pid: u32) -> Result<Duration, Failure> {
 /// Processor time of all processes that this one has started and waited for, in steps of a tick of
 /// the clock.
 pub(crate) fn processor_time_of_children() -> Result<Duration, Failure> {
-    // The fields `cutime` and `cstime` of proc(5), behind the name, which may have spaces.
+    // The fields `cutime` and `cstime` of proc(5), after the name, which may have spaces.
     let stat = fs::read_to_string("/proc/self/stat")?;
     let fields = stat.rsplit(')').next().unwrap_or_default();
     let ticks = fields.split_ascii_whitespace().skip(13).take(2);

@@ -103,7 +103,7 @@ pub(crate) fn proxy(
             .args(["--profile", profile.word()]);
         finish(cargo, BUILD)?;
     }
-    // Not that beside this program, which has no optimised code.
+    // Not the one next to this program, which is not optimised.
     let program = target()?.join(profile.folder()).join("rcforward");
     check_built(&program)?;
     let path = root()
@@ -121,7 +121,7 @@ pub(crate) fn proxy(
     Ok((program, description))
 }
 
-/// Builds what the tests start, before they run.
+/// Builds the programs that tests start, before they run.
 pub(crate) fn build_for_tests() -> Result<(), Failure> {
     build_interop(Profile::Dev)?;
     for middleware in [Middleware::Dds, Middleware::Ros2] {

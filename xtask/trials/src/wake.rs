@@ -1,6 +1,6 @@
-//! `cargo xtask bench wake`: what `wake spin` gains where each end has a processor, and what it costs
-//! where both ends share one. One pair of components has two slots of one interface, one of which
-//! polls; blocks of both are measured in turns.
+//! `cargo xtask bench wake`: the gain of `wake spin` if each end has a processor, and its cost if
+//! both ends share one. One pair of components has two slots of one interface, one of which polls;
+//! blocks of both are measured in turns.
 
 use crate::bench::machine;
 use crate::compare::{Ratio, met};

@@ -1,5 +1,5 @@
-//! `cargo xtask bench world`: a world beside topics with the same bytes. `cargo xtask soak world`:
-//! twenty agents on two hosts, of which some are killed, paused and cut off.
+//! `cargo xtask bench world`: a world compared with topics with the same bytes. `cargo xtask soak
+//! world`: twenty agents on two hosts, of which some are killed, paused and cut off.
 
 use crate::programs::{Failure, cargo, output};
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Layout and mends of an open text.
+//! Layout and fixes of an open text.
 
 use super::editor::{Document, Editor};
 use super::findings::{Findings, Place, together};
@@ -7,7 +7,7 @@ use rc_diagnostics::SourceMap;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The edit that lays out an open file. Nothing if it has errors, as with `rcgen fmt`.
+/// The edit that formats an open file. Nothing if it has errors, as with `rcgen fmt`.
 pub(super) fn format(editor: &Editor, uri: &str) -> Value {
     let Some(Document { path, text, .. }) = editor.at(uri) else {
         return Value::Null;
@@ -23,7 +23,7 @@ pub(super) fn format(editor: &Editor, uri: &str) -> Value {
     }
 }
 
-/// The mends of the findings in a range, and one for all that are certain.
+/// The fixes of the findings in a range, and one for all that are certain.
 pub(super) fn actions(
     findings: &Findings,
     uri: &str,
@@ -42,23 +42,23 @@ pub(super) fn actions(
     let edit = |edits: Vec<Value>| json!({ "changes": { uri: edits } });
     let mut actions = Vec::new();
     let mut certain = Vec::new();
-    for (diagnostic, mend) in findings.mends(path) {
-        if mend.certain {
-            certain.push(mend.edit.clone());
+    for (diagnostic, fix) in findings.fixes(path) {
+        if fix.certain {
+            certain.push(fix.edit.clone());
         }
         if wanted("quickfix") && Place::meet(&diagnostic["range"], range) {
             actions.push(json!({
-                "title": mend.title,
+                "title": fix.title,
                 "kind": "quickfix",
                 "diagnostics": [diagnostic],
-                "isPreferred": mend.certain,
-                "edit": edit(vec![mend.edit]),
+                "isPreferred": fix.certain,
+                "edit": edit(vec![fix.edit]),
             }));
         }
     }
     if wanted("source.fixAll") && !certain.is_empty() {
         actions.push(json!({
-            "title": "Make all certain mends",
+            "title": "Apply all certain fixes",
             "kind": "source.fixAll",
             "edit": edit(together(certain)),
         }));

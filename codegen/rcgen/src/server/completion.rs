@@ -161,7 +161,7 @@ impl Completion<'_> {
             };
             Some(Item::new(FILE, label, ""))
         });
-        // A component lies in a folder of its own, which nobody likes to type.
+        // A component has a folder of its own, whose name nobody likes to type.
         let known = endings
             .iter()
             .flat_map(|ending| self.files.with_ending(ending));

@@ -1,4 +1,4 @@
-//! The texts and files that an editor tells of: open ones, folders, and what other programs change.
+//! The texts and files of an editor: open ones, folders, and changes of other programs.
 
 use super::file_key::key;
 use super::workers::component_of;
@@ -54,7 +54,7 @@ impl Server {
                 for change in changes {
                     if let Some(path) = change["uri"].as_str().and_then(place::path) {
                         self.changed(&key(&path));
-                        // Not its text alone: it has come or gone.
+                        // Not its text alone: it was created or deleted.
                         if change["type"] != CHANGED {
                             self.check_all();
                         }
@@ -78,7 +78,8 @@ impl Server {
         }
     }
 
-    /// A folder has come or gone: what was read in it, and what is there now, is checked.
+    /// A folder was created or deleted: the files that were read in it, and those that exist now,
+    /// are checked.
     fn moved(&mut self, folder: &Path) {
         let moved = key(folder);
         self.folders.forget(&moved);

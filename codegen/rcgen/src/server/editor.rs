@@ -120,7 +120,7 @@ impl Editor {
                 continue;
             };
             let range = document.text.bytes(self.encoding, &change["range"]);
-            // A range without numbers is none, and no wish to replace the whole text.
+            // An incomplete range is invalid, not a request to replace the whole text.
             if range.is_none() && !change["range"].is_null() {
                 continue;
             }
@@ -128,7 +128,7 @@ impl Editor {
                 Some((start, end)) => {
                     let old = document.text.as_str();
                     let text = [&old[..start], new, &old[end..]].concat();
-                    // A client without a limit gets no memory without one.
+                    // A client cannot make the server allocate memory without a limit.
                     if text.len() > LONGEST {
                         old.to_owned()
                     } else {

@@ -14,7 +14,7 @@ const LONGEST: usize = 4_000;
 
 /// The edit that solves a finding.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mend {
+pub(super) struct Fix {
     pub(super) title: String,
     /// `range` and `newText`.
     pub(super) edit: Value,
@@ -25,7 +25,7 @@ pub(super) struct Mend {
 #[derive(Clone, Debug, PartialEq)]
 struct Finding {
     diagnostic: Value,
-    mend: Option<Mend>,
+    fix: Option<Fix>,
 }
 
 /// The result of one check.
@@ -131,7 +131,7 @@ impl Findings {
         }
     }
 
-    /// A file has another text: what was found in the one before has no places any more.
+    /// A file has another text: the findings in the previous text have no places any more.
     pub(super) fn forget(&mut self, path: &Path) {
         self.shown.remove(path);
         for checked in self.checks.values_mut() {
@@ -170,10 +170,10 @@ impl Findings {
         all.map(|finding| finding.diagnostic.clone()).collect()
     }
 
-    /// The findings about a file that can be mended.
-    pub(super) fn mends(&self, path: &Path) -> Vec<(Value, Mend)> {
+    /// The findings about a file that can be fixed.
+    pub(super) fn fixes(&self, path: &Path) -> Vec<(Value, Fix)> {
         let all = self.about(path).into_iter();
-        all.filter_map(|finding| Some((finding.diagnostic.clone(), finding.mend.clone()?)))
+        all.filter_map(|finding| Some((finding.diagnostic.clone(), finding.fix.clone()?)))
             .collect()
     }
 }
@@ -236,23 +236,23 @@ impl Finding {
         if diagnostic.code.starts_with("unused-") {
             value["tags"] = json!([1]);
         }
-        let mend = diagnostic.mend.as_ref().and_then(|mend| {
-            let edit = mend.edit(sources, diagnostic.span)?;
+        let fix = diagnostic.fix.as_ref().and_then(|fix| {
+            let edit = fix.edit(sources, diagnostic.span)?;
             let new = text(&edit.text);
-            let title = match mend.old.as_str() {
+            let title = match fix.old.as_str() {
                 "" => format!("Add `{new}`"),
                 _ => format!("Write `{new}`"),
             };
             let range = encoding.range(sources, edit.span);
-            Some(Mend {
+            Some(Fix {
                 title,
                 edit: json!({ "range": range, "newText": edit.text }),
-                certain: mend.certain,
+                certain: fix.certain,
             })
         });
         Self {
             diagnostic: value,
-            mend,
+            fix,
         }
     }
 }

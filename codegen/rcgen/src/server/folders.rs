@@ -32,13 +32,13 @@ impl Folders {
         self.left.push_back(folder.to_path_buf());
     }
 
-    /// A file is gone, or all files of a folder may be.
+    /// A file was deleted, or perhaps all files of a folder.
     pub(super) fn forget(&mut self, path: &Path) {
         self.found.retain(|found| !found.starts_with(path));
     }
 
     /// Finds the description files of the next folder, as `rcgen check` does: the path of each, and
-    /// where it was found. What cannot be read is left out.
+    /// where it was found. Unreadable folders are left out.
     pub(super) fn look_into_next(&mut self) -> Vec<(PathBuf, PathBuf)> {
         let folder = self.left.pop_front();
         let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok());

@@ -1,4 +1,4 @@
-//! Hints behind names, and lenses above declarations.
+//! Hints after names, and lenses above declarations.
 
 use super::editor::Editor;
 use super::known_files::KnownFiles;
@@ -14,8 +14,8 @@ use std::path::Path;
 /// The most hints of an answer.
 const MOST: usize = 5_000;
 
-/// The hints in a range of an open file: sizes and types on the wire in interfaces, the quality of
-/// service that a slot has by default, and in networks what a connection passes over, with its address.
+/// The hints in a range of an open file: sizes and types on the wire in interfaces, the default
+/// quality of service of a slot, and in networks the middleware and address of a connection.
 pub(super) fn hints(
     files: &KnownFiles,
     networks: &Networks,
@@ -44,7 +44,7 @@ pub(super) fn hints(
     json!(hints.collect::<Vec<_>>())
 }
 
-/// Behind each `bind` of a network, the middleware and the address of the connection.
+/// After each `bind` of a network, the middleware and the address of the connection.
 fn connections_of(names: &Names, wired: &Wired) -> Vec<(usize, String)> {
     let binds = names.binds.iter();
     binds
@@ -58,7 +58,7 @@ fn connections_of(names: &Names, wired: &Wired) -> Vec<(usize, String)> {
         .collect()
 }
 
-/// The lenses of an open file: what may be done with it, and what is known of its declarations.
+/// The lenses of an open file: actions, and facts about its declarations.
 pub(super) fn lenses(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
     let Some(names) = files.get(path) else {
         return Value::Null;

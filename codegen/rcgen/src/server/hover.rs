@@ -1,5 +1,5 @@
-//! What the thing at a position is: its declaration, the size of a type, the peers of a slot, where a
-//! parameter is read, and the pages of findings.
+//! Information about the symbol at a position: its declaration, the size of a type, the peers of a
+//! slot, where a parameter is read, and the pages of findings.
 
 use super::Server;
 use super::file_key::key;
@@ -166,8 +166,8 @@ pub(super) fn worker_files(src: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Whether a line of code reads a parameter: a field with its name behind a `.`, of a group the field of
-/// the group before it.
+/// Whether a line of code reads a parameter: a field with its name after a `.`, for a group the
+/// field of the group before it.
 fn reads(line: &str, parameter: &str) -> bool {
     let wanted = format!(".{parameter}");
     let code = line.split("//").next().unwrap_or(line);

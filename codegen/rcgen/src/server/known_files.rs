@@ -51,8 +51,8 @@ impl KnownFiles {
         FileLoader::new(&self.include)
     }
 
-    /// Reads a file with all that it names. A file that is gone, or no text, has no findings and no
-    /// names.
+    /// Reads a file with all that it names. A file that was deleted, or is not text, has no
+    /// findings and no names.
     pub(super) fn look_at(&self, path: &Path) -> Looked {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
@@ -92,7 +92,7 @@ impl KnownFiles {
         }
     }
 
-    /// Forgets a file that is gone.
+    /// Forgets a deleted file.
     pub(super) fn remove(&mut self, path: &Path) {
         self.checked.remove(path);
         self.last.remove(path);

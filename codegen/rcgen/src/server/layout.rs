@@ -9,11 +9,11 @@ use rc_diagnostics::SourceMap;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The signs behind which an editor asks for layout.
+/// The signs after which an editor asks for layout.
 pub(super) const SIGNS: [&str; 2] = [";", "}"];
 
-/// The edits that lay out a range of an open file, as `rcgen fmt` does the whole of it. Nothing if the
-/// file has errors.
+/// The edits that format a range of an open file, as `rcgen fmt` formats the whole of it. Nothing
+/// if the file has errors.
 pub(super) fn format_range(editor: &Editor, path: &Path, range: &Value) -> Value {
     let Some(document) = editor.document(path) else {
         return Value::Null;
@@ -55,8 +55,8 @@ fn format_between(editor: &Editor, path: &Path, text: &Text, start: usize, end: 
     json!(edits.collect::<Vec<_>>())
 }
 
-/// The changes of white space between the words of a part of a text, and before it: bytes, and what is there
-/// then. None where the words are not the same.
+/// The changes of white space between the words of a part of a text, and before it: bytes, and the
+/// new text. None if the words differ.
 fn changes(old: &str, new: &str, start: usize, end: usize) -> Vec<(usize, usize, String)> {
     let (before, after) = (rc_syntax::tokens(old), rc_syntax::tokens(new));
     let same = before.len() == after.len()

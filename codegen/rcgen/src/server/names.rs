@@ -1,4 +1,4 @@
-//! The names in a file, and what they mean: of the models that checks build, and of nothing else.
+//! The names in a file and their meanings, only from the models that checks build.
 
 mod libraries;
 mod networks;
@@ -17,8 +17,8 @@ use rc_vocabulary::qos::{PolicyName, Qos};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// How many bytes the names of a file take. A path of parameters names each step with all earlier
-/// ones, so a text of 1 MB could name more than a machine has.
+/// The limit of memory for the names of a file, in bytes. A path of parameters names each step with
+/// all earlier ones, so a text of 1 MB could name more than a machine holds.
 const MOST_BYTES: usize = 32 << 20;
 
 /// The kind of a symbol.
@@ -129,7 +129,7 @@ pub(super) struct Names {
     pub(super) text: Text,
     /// The places, in the order of the text.
     pub(super) places: Vec<Place>,
-    /// Whether the text has an error, which may hide what a word names.
+    /// Whether the text has an error, which may hide the meaning of a word.
     pub(super) has_mistake: bool,
     /// Each declared symbol with the index of its place.
     declared: HashMap<(Kind, String), usize>,
@@ -149,7 +149,7 @@ pub(super) struct Names {
     pub(super) networks: Vec<PathBuf>,
     /// The sizes of types, for people.
     pub(super) sizes: HashMap<String, String>,
-    /// Hints, each behind a byte: sizes, numbers of enumerators, quality of service.
+    /// Hints, each after a byte: sizes, numbers of enumerators, quality of service.
     pub(super) hints: Vec<(usize, String)>,
 }
 
@@ -223,8 +223,8 @@ impl Names {
         modules
     }
 
-    /// What the file declares of a kind: name, the declaration as it is written without its block, and
-    /// its documentation.
+    /// The declarations of a kind in the file: name, the declaration as written without its block,
+    /// and its documentation.
     pub(super) fn declarations(&self, kind: Kind) -> Vec<(String, String, String)> {
         let trivia = Trivia::new(self.text.as_str());
         let places = self.places.iter().filter(|place| place.declares);
@@ -256,7 +256,7 @@ impl Names {
         let comment = comment.checked_sub(1).map_or(0, |at| comments[at].1);
         let start = before.max(comment);
         let start = place.start - text[start..place.start].trim_start().len();
-        // The choices of a parameter stand in braces, and are no block.
+        // The choices of a parameter are in braces, but not a block.
         let word = text[start..].split_whitespace().next().unwrap_or_default();
         let is_block = matches!(word.to_ascii_lowercase().as_str(), "group" | "list");
         let ends: &[char] = match kind {
@@ -343,7 +343,7 @@ impl Collector<'_> {
         self.left == 0
     }
 
-    /// Says something behind a place of this file that its text does not say.
+    /// Adds information after a place of this file that its text does not contain.
     fn hint(&mut self, span: Span, text: String) {
         let is_own = self.files.get(&span.source).is_some_and(|f| f == self.path);
         let Some(left) = self.left.checked_sub(text.len()).filter(|_| is_own) else {

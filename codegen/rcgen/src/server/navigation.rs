@@ -33,7 +33,7 @@ impl Server {
         )
     }
 
-    /// The declaration of the symbol at a position. Of a declaration, the code that implements it.
+    /// The declaration of the symbol at a position. For a declaration, the code that implements it.
     pub(super) fn definition(&mut self, path: &Path, position: &Value) -> Value {
         let mut locations = Vec::new();
         let places = self.files.places(path, position, self.editor.encoding());

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// What a proxy may have different on its two sides. `rcdeploy check` knows.
+/// Differences that a proxy may have between its two sides. `rcdeploy check` checks them.
 const BRIDGED: [&str; 4] = [
     "domain-mismatch",
     "middleware-mismatch",
@@ -69,7 +69,7 @@ pub(super) struct Wired {
     pub(super) ends: Vec<End>,
 }
 
-/// The networks: those whose components are being read, and what was found last.
+/// The networks: those whose components are being read, and the last findings.
 #[derive(Default)]
 pub(super) struct Networks {
     wirings: VecDeque<Wiring>,
@@ -221,7 +221,8 @@ impl Wiring {
         let mut found = Diagnostics::new();
         found.extend(self.found.iter().cloned());
         let mut deployment = self.deployment.clone();
-        // The editor makes no components of proxies: what is behind one is connected itself.
+        // The editor makes no components for proxies: the slots behind a proxy are connected
+        // directly.
         let proxies = deployment.groups.iter_mut();
         let has_proxies = proxies.filter_map(|group| group.proxy.take()).count() > 0;
         let peers: Vec<Option<&Component>> = self.peers.iter().map(Option::as_deref).collect();
@@ -273,7 +274,7 @@ impl Wiring {
                 slot.path()
             ))
         };
-        // The file has no adaptors: behind one is the provider that the file names.
+        // The file has no adaptors: the provider that the file names is behind one.
         let behind = |end: Endpoint| {
             let mut all = network.connections.iter();
             let is_adaptor = deployment.instances[end.instance].adaptor.is_some();

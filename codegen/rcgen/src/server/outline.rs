@@ -1,4 +1,4 @@
-//! The symbols of a file and of all files, what may be folded, and the ranges around a position.
+//! The symbols of a file and of all files, foldable ranges, and the ranges around a position.
 
 use super::editor::Editor;
 use super::known_files::KnownFiles;
@@ -20,7 +20,7 @@ const MOST_POSITIONS: usize = 100;
 /// The most symbols of one file.
 const MOST_SYMBOLS: usize = 2_000;
 
-/// How deep symbols and ranges lie in each other: both become values that are written by recursion.
+/// The greatest nesting of symbols and ranges: both become values that are written by recursion.
 const MOST_DEPTH: usize = 32;
 
 /// A symbol of a file.

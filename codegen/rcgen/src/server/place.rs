@@ -83,7 +83,7 @@ impl Text {
         self.sources.text(self.source)
     }
 
-    /// The byte at a position. Behind the end of a line, the end of the line.
+    /// The byte at a position. After the end of a line, the end of the line.
     pub(super) fn byte(&self, encoding: Encoding, position: &Value) -> Option<usize> {
         let line = usize::try_from(position["line"].as_u64()?).ok()?;
         let character = usize::try_from(position["character"].as_u64()?).ok()?;
@@ -97,8 +97,8 @@ impl Text {
         Some(before.map_or(end, |(at, _)| start + at))
     }
 
-    /// The bytes of a range. What is out of the text ends with it; a range that ends before it starts
-    /// is taken the other way round.
+    /// The bytes of a range. A part outside the text is cut off; a range that ends before it starts
+    /// is reversed.
     pub(super) fn bytes(&self, encoding: Encoding, range: &Value) -> Option<(usize, usize)> {
         let place = |position: &Value| {
             position["line"].as_u64()?;
@@ -134,7 +134,7 @@ impl Text {
 /// The path of a file by its address, `file://…`.
 pub(super) fn path(uri: &str) -> Option<PathBuf> {
     let rest = uri.strip_prefix("file://")?;
-    // A host stands before the path; only the own one has files.
+    // A host comes before the path; only the own one has files.
     let rest = rest.strip_prefix("localhost").unwrap_or(rest);
     if !rest.starts_with('/') {
         return None;

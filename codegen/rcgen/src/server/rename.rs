@@ -20,7 +20,7 @@ const MOST_TOLD: usize = 20;
 /// How the protocol numbers a message that only informs.
 const INFORMATION: u8 = 3;
 
-/// An edit of a file: bytes, and what stands there then.
+/// An edit of a file: bytes, and the new text.
 type Edit = (usize, usize, String);
 
 impl Server {
@@ -51,7 +51,7 @@ impl Server {
         let new = new.as_str().unwrap_or_default();
         if !is_name(new) {
             let message = format!(
-                "`{new}` is no name: a letter or `_` comes first, then letters, digits and `_`"
+                "`{new}` is not a name: a letter or `_` comes first, then letters, digits and `_`"
             );
             return Ok(Err((INVALID_PARAMETERS, message)));
         }
@@ -69,7 +69,7 @@ impl Server {
         }
         if let Some(file) = self.unreadable_with(&old) {
             let message = format!(
-                "{} has `{old}` and a mistake that hides what it means: mend it first",
+                "{} has `{old}` and a mistake that hides what it means: fix it first",
                 self.path_shown(&file)
             );
             return Ok(Err((REQUEST_FAILED, message)));
@@ -136,7 +136,7 @@ impl Server {
         }
     }
 
-    /// A file that has a word of which, because of a mistake, nobody knows what it names.
+    /// A file that has a word whose target is unknown because of a mistake.
     fn unreadable_with(&self, word: &str) -> Option<PathBuf> {
         let mut files = self.files.iter();
         let found = files.find(|(_, names)| {
@@ -294,7 +294,8 @@ impl Server {
             unsaved::set(file, &text);
         }
         let broken = files.iter().zip(&before).find_map(|(file, before)| {
-            // Its message may name what is renamed, so an error is known by its place and its code.
+            // Its message may contain the renamed word, so an error is identified by its place and
+            // its code.
             let mut after = self.errors(file).into_iter();
             let new = after.find(|(error, _)| !before.contains_key(error));
             new.map(|((place, _), message)| format!("{place}: {message}"))
@@ -405,7 +406,7 @@ fn part(written: &str, symbol: &Symbol, old: &str) -> Option<(usize, usize)> {
                 .filter(|(_, step)| *step == old)
                 .or(steps.last())
         }
-        // A member of an array stands behind the array.
+        // A member of an array comes after the array.
         Kind::Slot => steps.first(),
         _ => steps.last(),
     };
@@ -413,7 +414,7 @@ fn part(written: &str, symbol: &Symbol, old: &str) -> Option<(usize, usize)> {
     (*step == old).then_some((*start, start + step.len()))
 }
 
-/// The place for the name of a slot: behind its interface, `[]` and a middleware.
+/// The place for the name of a slot: after its interface, `[]` and a middleware.
 fn behind_interface(text: &str, end: usize) -> usize {
     let mut at = end;
     for (open, close) in [('[', ']'), ('(', ')')] {
@@ -437,7 +438,7 @@ fn has_word(line: &str, word: &str) -> bool {
     words(line, word).next().is_some()
 }
 
-/// Where a word stands in a text.
+/// The places of a word in a text.
 fn words(text: &str, word: &str) -> impl Iterator<Item = usize> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let found = text.match_indices(word).filter(move |(at, word)| {

@@ -43,7 +43,7 @@ const REQUESTS: [(&str, Needs); 19] = [
 
 /// The capabilities of this server.
 pub(super) fn capabilities(encoding: Encoding) -> Value {
-    // Of a folder that comes, moves or goes, a watcher of files hears nothing.
+    // A watcher of files gets no events about folders that are created, moved or deleted.
     let folders_only = json!({ "filters": [
         { "scheme": "file", "pattern": { "glob": "**/*", "matches": "folder" } },
     ] });
@@ -90,7 +90,7 @@ pub(super) fn capabilities(encoding: Encoding) -> Value {
 pub(super) type Answer = Result<Value, (i64, String)>;
 
 impl Server {
-    /// Answers a request. What it is about is checked first.
+    /// Answers a request, after checking the files that it concerns.
     pub(super) fn request(&mut self, method: &str, parameters: &Value) -> io::Result<Answer> {
         if method == "workspace/symbol" {
             self.settle()?;

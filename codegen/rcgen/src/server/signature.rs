@@ -14,7 +14,7 @@ const MOST: usize = 20;
 const CONSUMER: &str = "CONSUMER.SLOT";
 const PROVIDER: &str = "PROVIDER.SLOT";
 
-/// The form of `bind` around a position of an open network, with the slots that may stand there.
+/// The form of `bind` around a position of an open network, with the slots that are allowed there.
 pub(super) fn signature(
     files: &KnownFiles,
     editor: &Editor,

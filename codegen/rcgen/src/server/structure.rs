@@ -130,7 +130,7 @@ impl<'a> Structure<'a> {
                     last = close;
                     next = close + 1;
                     match self.tokens.get(next).map(|token| token.text) {
-                        // The choices of a parameter are no block.
+                        // The choices of a parameter are not a block.
                         Some(text) if !matches!(text, ";" | "}" | ",") && !self.is_block(close) => {
                         }
                         Some(";") if !commas => {
@@ -154,7 +154,7 @@ impl<'a> Structure<'a> {
         let Some(at) = self.at(byte) else {
             return (byte, byte);
         };
-        // The one before a `;` may be the end of the block that the statement has.
+        // The token before a `;` may be the end of the block of the statement.
         let mut last = at;
         if self.tokens[at].text == ";"
             && let Some(before) = at.checked_sub(1)

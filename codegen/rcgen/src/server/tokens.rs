@@ -76,7 +76,7 @@ pub(super) fn words(files: &KnownFiles, editor: &Editor, path: &Path) -> Value {
             if start >= stop {
                 continue;
             }
-            // Counted from the word before: a line may be long.
+            // Counted from the previous word, because a line may be long.
             let from = if line == line_before {
                 start_before.max(first)
             } else {

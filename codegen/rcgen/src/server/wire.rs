@@ -1,7 +1,7 @@
 //! Messages of the Language Server Protocol (3.17, base protocol): a header with a length, then JSON.
 //!
-//! The crate `lsp-server` was tried: it allocates what the header says, so one line of a client ends
-//! the server.
+//! The crate `lsp-server` was tried: it allocates as much as the header says, so one line of a
+//! client can end the server.
 
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Write};

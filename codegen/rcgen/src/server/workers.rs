@@ -144,7 +144,7 @@ fn read_handlers(cdsl: &Path, loader: &FileLoader) -> (Vec<Handler>, Vec<PathBuf
     (pieces.collect(), read)
 }
 
-/// The component whose worker a file of Rust belongs to: the `.cdsl` beside its folder `src`.
+/// The component whose worker a file of Rust belongs to: the `.cdsl` next to its folder `src`.
 pub(super) fn component_of(path: &Path) -> Option<PathBuf> {
     if !["rs", "py"]
         .iter()

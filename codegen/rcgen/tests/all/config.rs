@@ -128,7 +128,7 @@ fn an_ambiguous_rename_stays_an_error_until_the_user_decides() {
     let changes = "etc/config.toml: leave `max_speed` to you: it is not a parameter; \
         rename it if it is `top_speed` (300.0 by default) now, or remove it\n\
         etc/config.toml: add `mass` = 1\n";
-    let output = "etc/config.toml: what is left to you stays an error; put it right, then: \
+    let output = "etc/config.toml: the remaining errors are left to you; correct them, then: \
         rcgen config --update etc/config.toml\n";
     let (code, out, err) = rcgen(folder, &["config", "--update", "c.cdsl"]);
     assert_eq!((code, out.as_str(), err.as_str()), (1, changes, output));

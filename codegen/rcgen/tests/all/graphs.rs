@@ -403,7 +403,7 @@ Domain seeing
     let (code, out, err) = run(&["query", "twice.graph", query]);
     let expected = "s.place[0] [m]  s.raw[0] [mm]\n2.0             1500.0\n";
     assert_eq!((code, out.as_str()), (0, expected), "{err}");
-    let expected = "twice.graph: no value of Sighting is converted, since one is wrong or said twice; \
+    let expected = "twice.graph: no value of Sighting is converted, since one is wrong or given twice; \
                     `rcgen check` names it\n";
     assert_eq!(err, expected);
     let (code, json, err) = run(&["view", "seeing.gdsl"]);

@@ -239,7 +239,7 @@ fn what_is_typed_is_checked_with_all_that_read_it() {
 }
 
 #[test]
-fn findings_are_mended_explained_and_texts_laid_out() {
+fn findings_are_fixed_explained_and_texts_laid_out() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut editor = Editor::open_folder(folder.path());
     let document = json!({ "uri": editor.uri("m.idsl") });
@@ -265,7 +265,7 @@ fn findings_are_mended_explained_and_texts_laid_out() {
         .collect();
     assert_eq!(
         titles,
-        ["Write `string`", "Add `;`", "Make all certain mends"]
+        ["Write `string`", "Add `;`", "Apply all certain fixes"]
     );
     assert_eq!(all[0]["isPreferred"], false);
     assert_eq!(all[1]["isPreferred"], true);
@@ -491,7 +491,7 @@ fn hostile_input_ends_the_server_without_a_panic() {
         assert_eq!(output.status.code(), Some(3), "{text}");
         assert!(text.starts_with("rcgen: error: "), "{text}");
     }
-    // What is no JSON, or too long, is answered; the next message is read.
+    // What is not JSON, or too long, is answered; the next message is read.
     let long = "a".repeat(17 << 20);
     let exit = "Content-Length: 17\r\n\r\n{\"method\":\"exit\"}";
     for input in [
@@ -597,7 +597,7 @@ fn neovim(place: Option<&Path>) -> Command {
 
 /// The client of Neovim with the lines of the documentation.
 #[test]
-fn neovim_shows_mends_lays_out_and_navigates() {
+fn neovim_shows_fixes_lays_out_and_navigates() {
     let runs = |place: Option<&Path>| {
         let mut command = neovim(place);
         let quit = [
@@ -612,7 +612,7 @@ fn neovim_shows_mends_lays_out_and_navigates() {
         let output = command.args(quit).output();
         output.is_ok_and(|output| output.status.success() && output.stderr.is_empty())
     };
-    let test = "neovim_shows_mends_lays_out_and_navigates";
+    let test = "neovim_shows_fixes_lays_out_and_navigates";
     let place = match debian::provided("neovim --no-install-recommends", &runs) {
         Ok(place) => place,
         Err(reason) => return skipped(test, &reason),
@@ -645,9 +645,9 @@ fn neovim_shows_mends_lays_out_and_navigates() {
         .expect("Neovim");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    let mended = std::fs::read_to_string(&file).expect("a file");
+    let fixed = std::fs::read_to_string(&file).expect("a file");
     assert_eq!(
-        mended,
+        fixed,
         "module M\n{\n    struct S\n    {\n        string a; /* é😀 */\n        int b;\n    };\n};\n"
     );
 }

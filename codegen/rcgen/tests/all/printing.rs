@@ -40,7 +40,7 @@ fn what_cannot_be_printed_is_a_failure() {
         let wanted = "cannot write to standard output: No space left on device";
         assert!(err.contains(wanted), "{args:?}: {err}");
     }
-    // A reader that has enough is no failure.
+    // A reader that has enough is not a failure.
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
     let (code, err) = run(command(folder.path(), &["explain"]).stdout(writer));

@@ -122,7 +122,7 @@ fn an_environment_is_made_on_request() {
     needs(folder, ">=3.11", "\"--index-url=http://elsewhere\"");
     let (code, said) = venv(folder, &path, &[]);
     assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("is no list of requirements"), "{said}");
+    assert!(said.contains("is not a list of requirements"), "{said}");
 
     // An interpreter that is too old, or none.
     fs::remove_dir_all(folder.join(".venv")).expect("to remove");
@@ -140,7 +140,7 @@ fn an_environment_is_made_on_request() {
     assert!(said.contains("`nowhere/python` does not exist"), "{said}");
     assert!(!folder.join(".venv").exists());
 
-    // One that fails leaves nothing; one that was killed is made anew; another folder is kept.
+    // One that fails leaves nothing; one that was killed is made again; another folder is kept.
     let own = folder.join(".venv");
     let lame = folder.join("lame/python3");
     let fails = "mkdir -p .venv/bin; touch .venv/bin/python; echo 'install venv'; exit 1";
@@ -162,7 +162,7 @@ fn an_environment_is_made_on_request() {
     fs::write(own.join("mine"), "").expect("a file");
     let (code, said) = venv(folder, &path, &[]);
     assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("is no virtual environment"), "{said}");
+    assert!(said.contains("is not a virtual environment"), "{said}");
     assert!(own.join("mine").exists());
     fs::remove_dir_all(&own).expect("to remove");
 
@@ -254,7 +254,7 @@ fn a_check_warns_of_an_interpreter_that_cannot_run_the_component() {
     script(&own.join("bin/python"), "#!/bin/sh\nexit 1\n");
     fs::create_dir_all(own.join("lib/python3.999/site-packages")).expect("a folder");
     fs::write(own.join("pyvenv.cfg"), "version = 3.999.0\n").expect("a file");
-    // A folder of this name where `rcgen` runs is no package of the component.
+    // A folder of this name where `rcgen` runs is not a package of the component.
     fs::create_dir(folder.join("numpy")).expect("a folder");
     let said = check();
     assert!(

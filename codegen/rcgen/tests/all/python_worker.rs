@@ -129,7 +129,7 @@ fn a_worker_that_does_not_fit_is_reported() {
         src/specific_worker.py:15:5: error[handler-signature]: `initialize` takes other arguments: (self) (needed now: `def initialize(self, ctx: Context) -> None`)
         src/specific_worker.py:21:5: error[handler-signature]: `watch_look` has the type `str` where `float` is needed (needed now: `def watch_look(self, ctx: Context, care: float) -> LookAnswer`)
         src/specific_worker.py:24:5: note[stale-handler]: `watch_forgot` serves nothing: no slot or state has a function of this name (is it `watch_forget` now?)
-        src/specific_worker.py:27:5: error[handler-signature]: `others_raised` is a coroutine, which nobody awaits (needed now: `def others_raised(self, ctx: Context, picture: Picture) -> None`)
+        src/specific_worker.py:27:5: error[handler-signature]: `others_raised` is a coroutine, which is never awaited (needed now: `def others_raised(self, ctx: Context, picture: Picture) -> None`)
     "]]
     .assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
     let (code, out, err) = rcgen(guard.path(), &["stubs", "--format", "short", "guard.cdsl"]);
@@ -283,7 +283,7 @@ fn a_worker_that_is_no_python_is_reported_with_its_line() {
     assert_eq!(code, 1);
     assert!(said.starts_with("src/specific_worker.py:18:"), "{said}");
     assert!(
-        said.contains("error[python-syntax]: this is no Python: "),
+        said.contains("error[python-syntax]: this is not Python: "),
         "{said}"
     );
     assert_eq!(guard.run(&["stubs", "guard.cdsl"]).0, 1);

@@ -191,7 +191,7 @@ fn usage_errors_and_system_errors_have_exit_codes() {
     assert_eq!(files(folder).len(), 1);
 }
 
-/// The same files by two paths are checked, formatted and reported once.
+/// Files that are named by two paths are checked, formatted and reported once.
 #[test]
 fn files_that_are_named_twice_count_once() {
     let folder = folder(&CDSL.replace("Laser;", "Lasr;"));

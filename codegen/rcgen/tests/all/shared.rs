@@ -434,7 +434,7 @@ fn a_module_is_regenerated_after_a_change_of_its_imports() {
     write(&robot.join("interfaces/Scan.idsl"), "module Scan {");
     let before = files(&robot);
     let (code, _, err) = rcgen(&robot, &[&b]);
-    let wanted = "a module that `Scan` imports changed, and rcgen cannot print it anew";
+    let wanted = "a module that `Scan` imports changed, and rcgen cannot print it again";
     assert!(code == 1 && err.contains(wanted), "{code} {err}");
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);
 }

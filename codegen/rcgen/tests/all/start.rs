@@ -347,7 +347,7 @@ fn a_copied_component_needs_a_name_of_its_own() {
     assert!(copied.is_ok_and(|status| status.success()));
     let (code, _, err) = rcgen(&robot, &[".", "--format", "short"]);
     assert_eq!(code, 1, "{err}");
-    let wanted = "./components/other/mover.cdsl:3:11: error[copied-component]: component `mover` stands in two folders of the workspace; first declared here at ./components/mover/mover.cdsl:3:11 (give the copy a name of its own";
+    let wanted = "./components/other/mover.cdsl:3:11: error[copied-component]: component `mover` is in two folders of the workspace; first declared here at ./components/mover/mover.cdsl:3:11 (give the copy a name of its own";
     assert!(err.contains(wanted), "{err}");
     // So it is where only one of them is read.
     for (args, place, other) in [
@@ -374,7 +374,7 @@ fn a_copied_component_needs_a_name_of_its_own() {
             format!(", also in `components/{other}` (give the copy a name of its own")
         });
         let wanted = format!(
-            "{place}/mover.cdsl:3:11: error[copied-component]: component `mover` stands in two folders of the workspace{also}"
+            "{place}/mover.cdsl:3:11: error[copied-component]: component `mover` is in two folders of the workspace{also}"
         );
         assert!(err.contains(&wanted), "{args:?}: {err}");
         assert_eq!(err.matches("copied-component").count(), 1, "{err}");
@@ -392,7 +392,7 @@ fn a_copied_component_needs_a_name_of_its_own() {
     std::fs::write(&path, manifest).expect("to write");
     std::fs::remove_dir_all(robot.join("components/other")).expect("a folder");
     succeeds(&robot, &["check", "."]);
-    // Another description of the same folder is no copy.
+    // Another description of the same folder is not a copy.
     let mover = robot.join("components/mover");
     std::fs::copy(mover.join("mover.cdsl"), mover.join("old.cdsl")).expect("to copy");
     succeeds(&robot, &["check", "."]);

@@ -1,4 +1,4 @@
--- A session without a screen: it opens a file with two mistakes, mends them, lays the file out, and writes it;
+-- A session without a screen: it opens a file with two mistakes, fixes them, lays the file out, and writes it;
 -- then it goes from a component to its interface, lists where that is named, completes a word, and renames.
 local function fail(why)
   io.stderr:write(why .. "\n")

@@ -287,7 +287,7 @@ fn a_long_prediction_takes_several_short_requests() {
         };
     let parts = refused(&mut worker, ctx, 0.1, 199);
     assert_eq!(parts, whole);
-    // Another motion, and another world, begin anew.
+    // Another motion, and another world, begin again.
     for _ in 0..100 {
         assert_eq!(reason(predict(&mut worker, ctx, 0.2)), Reason::Busy);
     }

@@ -1,4 +1,4 @@
-//! From the network to the clients: what it offers now, and the messages that they have subscribed to.
+//! From the network to the clients: the present channels, and the messages of their subscriptions.
 
 use super::Bridge;
 use crate::delivery::deliver;
@@ -16,7 +16,7 @@ impl Bridge {
     pub(super) fn update(&mut self, snapshot: &Snapshot) {
         let processes = Processes::of(&snapshot.network);
         if self.processes != processes {
-            // What could not be opened may be there now.
+            // A source that could not be opened may be available now.
             self.refused.clear();
         }
         if self.processes.were_replaced_by(&processes) {
@@ -71,8 +71,8 @@ impl Bridge {
         }
     }
 
-    /// Opens what clients have subscribed to, and closes what they want no longer. A tap whose
-    /// connection has ended is opened anew.
+    /// Opens the subscribed sources, and closes unused ones. A tap whose connection has ended is
+    /// opened again.
     pub(super) fn follow(&mut self) {
         let subscribed = self.clients.values();
         let subscribed = subscribed.flat_map(|client| client.subscriptions.channels());

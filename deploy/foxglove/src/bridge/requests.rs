@@ -33,7 +33,7 @@ impl Bridge {
                             self.call(id, &call);
                             Ok(())
                         }
-                        None => Err("the binary message is no call".to_owned()),
+                        None => Err("the binary message is not a call".to_owned()),
                     },
                     _ => Ok(()),
                 };
@@ -210,7 +210,7 @@ impl Bridge {
         }
     }
 
-    /// Tells those that watch these parameters their values, all but one client.
+    /// Sends the values of these parameters to those that watch them, except to one client.
     pub(super) fn tell_parameters(&mut self, names: &BTreeSet<String>, but: Option<u64>) {
         let others = self.clients.iter_mut();
         let others = others.filter(|(id, client)| client.is_open() && but != Some(**id));

@@ -85,7 +85,7 @@ fn optical() -> [f64; 4] {
     Quaternion::of_matrix(&Axes::ROS_OPTICAL.matrix_to(Axes::ROS)).to_xyzw()
 }
 
-/// The pose of what stands at the origin of its frame.
+/// The pose of an object at the origin of its frame.
 fn at_origin(writer: &mut Writer<'_>) {
     floats(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], writer);
 }

@@ -1,5 +1,5 @@
-//! Checks the chains of a network: finds their messages, and reports those that are not there or
-//! may be late.
+//! Checks the chains of a network: finds their messages, and reports those that do not exist or may
+//! be late.
 
 use super::flow::{Flow, nanoseconds};
 use super::report::{self, slow_chain, stale_chain};
@@ -14,7 +14,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// Finds the chains, and reports those that are not there, or may be late.
+/// Finds the chains, and reports those that do not exist or may be late.
 pub(crate) fn check(network: &Network, found: &mut Diagnostics) -> Vec<CheckedChain> {
     let all_read = network.projects.iter().all(Option::is_some);
     let projects = network.projects.iter().flatten();
@@ -364,7 +364,7 @@ impl ChainCheck<'_> {
             let links = path.links.iter().zip(1..);
             links
                 .map(|(link, next)| {
-                    // What a later period sends is older than what the handler sends.
+                    // The output of a later period is older than that of the handler.
                     let is_last = next == path.links.len() && path.sent.is_none();
                     let way = if oldest && !is_last && self.flow.has_compute_way(link.to) {
                         Way::Compute
@@ -398,7 +398,7 @@ impl ChainCheck<'_> {
         let mut assumed: Vec<usize> = Vec::new();
         for link in &path.links {
             let at = link.to.instance;
-            // All that a component does may stand before a message.
+            // All work of a component may precede a message.
             let mut handlers = self.flow.components[at].handlers.iter();
             let is_assumed = self.flow.compute_budget(at).1
                 || handlers.any(|port| self.flow.is_reached(*port) && self.flow.budget(*port).1);
@@ -433,7 +433,7 @@ impl ChainCheck<'_> {
         }
     }
 
-    /// Reports a chain that may be late, and what makes it so.
+    /// Reports a chain that may be late, with the causes.
     fn report_late(&self, checked: &CheckedChain, found: &mut Diagnostics) {
         let chain = &self.network.deployment.chains[checked.declared];
         if let (Some(limit), Some(costs)) = (chain.within, &checked.costs) {

@@ -17,7 +17,7 @@ pub(crate) enum Direction {
 }
 
 impl Direction {
-    /// Whether a component receives what it sees on a slot of this role.
+    /// Whether a component receives the messages of a slot of this role.
     fn of(role: Role) -> Self {
         match role {
             Role::Implements | Role::SubscribesTo => Self::In,
@@ -137,8 +137,8 @@ impl Flow {
         handlers.binary_search(&port).unwrap_or(0)
     }
 
-    /// What a component sends after it has received a message, and how it comes to it. What a
-    /// handler sends stands first.
+    /// The output of a component after it has received a message, and the way to it. Output of the
+    /// handler comes first.
     pub(crate) fn effects(&self, port: Port) -> Vec<(Port, Way)> {
         let component = &self.components[port.instance];
         let Some(reactions) = &component.reactions else {
@@ -239,7 +239,7 @@ impl Flow {
         has_cycle
     }
 
-    /// The ports that receive what the handler of a message sends.
+    /// The ports that receive the output of a message's handler.
     fn direct(&self, port: Port) -> Vec<Port> {
         let effects = self.effects(port).into_iter();
         let sent = effects.filter(|(_, way)| *way == Way::Handler);

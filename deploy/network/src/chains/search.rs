@@ -5,7 +5,7 @@ use super::{Link, Path, Port};
 use crate::bounds::Way;
 use std::collections::BTreeSet;
 
-/// How many ways, or components, a message lists.
+/// How many paths, or components, a message lists.
 pub(super) const LISTED: usize = 6;
 /// The most ways that are looked for: `through` may choose among more than are listed.
 const FOUND: usize = 200;
@@ -130,7 +130,8 @@ impl Search<'_> {
             return;
         }
         let passed = state.links.iter().any(|l| l.to.instance == to.instance);
-        // A way that comes back to the sender of its first message is another chain, unless it ends there.
+        // A path that comes back to the sender of its first message is another chain, unless it
+        // ends there.
         let is_back = self.flow.direction(self.from) == Direction::Out
             && to.instance == self.from.instance
             && self.to.instance != self.from.instance;
@@ -150,7 +151,7 @@ impl Search<'_> {
         }
     }
 
-    /// Notes a way that has come to its end, if it passes what it must.
+    /// Notes a path that has reached its end, if it passes what it must.
     fn arrive(&self, sent: Option<Port>, state: &mut State) {
         let mut wanted = self.through.iter().peekable();
         for link in &state.links {

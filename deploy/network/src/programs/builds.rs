@@ -191,7 +191,7 @@ impl Programs {
 pub struct Build {
     /// The user's workspace, where it runs.
     pub root: PathBuf,
-    /// Arguments; none where cargo has nothing to build.
+    /// Arguments; none if cargo has nothing to build.
     pub args: Vec<OsString>,
     /// The packages that it builds, for people.
     pub packages: Vec<String>,

@@ -139,7 +139,7 @@ fn a_process_is_one_program_that_links_each_component_once() {
         "{root}"
     );
     assert!(root.contains("/framework/runtime\""), "{root}");
-    // Cargo compiles nothing anew if nothing has changed.
+    // Cargo compiles nothing again if nothing has changed.
     let written = || {
         main.metadata()
             .and_then(|file| file.modified())
@@ -182,7 +182,7 @@ fn components_that_cannot_be_linked_are_refused() {
         said.contains("`left` of") && said.contains("`seen` of"),
         "{said}"
     );
-    // The same component, generated for shared memory: `right` is a variant for DDS.
+    // This component, generated for shared memory: `right` is a variant for DDS.
     let generated = |word: &str| {
         format!(
             "const NOTE: &[u8] = b\"\\x02rc-note\\x03\\x1e\\x1f{{\\\"component\\\":\\\"lidar\\\",\\\"model\\\":\\\"0\\\",\\\"middleware\\\":\\\"{word}\\\"}}\\0\";\n"

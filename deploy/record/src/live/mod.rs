@@ -133,7 +133,8 @@ impl Recorder {
         self.empty_polls >= GONE
     }
 
-    /// Records what comes within `limit`, or until one of `others` is readable. Returns the events.
+    /// Records messages until `limit` has passed, or until one of `others` is readable. Returns the
+    /// events.
     pub fn step(&mut self, others: &[BorrowedFd<'_>], limit: Duration) -> Vec<Event> {
         let mut waited = others.to_vec();
         waited.extend(self.events.as_ref().map(AsFd::as_fd));
@@ -157,7 +158,7 @@ impl Recorder {
             time,
             ..
         } = self;
-        // The messages that came with a tick have its time, not the one before.
+        // The messages that came with a tick have its time, not that of the previous tick.
         if let Some(id) = time
             && let Some(feed) = feeds.get_mut(id)
         {
@@ -194,7 +195,7 @@ impl Recorder {
         }
     }
 
-    /// Observes anew if all components are new.
+    /// Observes again if all components are new.
     fn renew(&mut self, network: &Network) -> Result<(), rc_observe::Error> {
         let processes = Processes::of(network);
         if self.processes.were_replaced_by(&processes) {
@@ -225,7 +226,7 @@ impl Recorder {
         }
     }
 
-    /// Opens what is new in the network, and closes what has ended. Returns what failed.
+    /// Opens new sources of the network, and closes those that have ended. Returns failures.
     fn join(&mut self, network: &Network) -> Vec<(String, RecordError)> {
         let ended = self.known.iter().map(|(key, id)| (key.clone(), *id));
         let ended = ended.filter(|(_, id)| self.observer.has_ended(*id));
@@ -268,7 +269,7 @@ impl Recorder {
         failed
     }
 
-    /// Taps the server of calls, or its clients if the server is no component of the network.
+    /// Taps the server of calls, or its clients if the server is not a component of the network.
     fn join_calls(
         &mut self,
         network: &Network,
@@ -292,7 +293,7 @@ impl Recorder {
             let Some(component) = network.component(&end.component) else {
                 continue;
             };
-            // Another process of the same name is tapped anew.
+            // Another process of the same name is tapped again.
             let key = format!("{end} {}", component.described.pid);
             let what = FeedSource::calls(end, service, only);
             self.open(key, &end.to_string(), failed, what, |observer| {

@@ -72,7 +72,7 @@ fn events(network: &str) -> Option<Client> {
     Some(client)
 }
 
-/// A file that is no pipe and not too long.
+/// A file that is not a pipe and not too long.
 fn read(path: &Path) -> Option<String> {
     let text = rc_files::read(path).ok()?;
     (text.len() <= LONGEST_FILE).then_some(text)

@@ -3,7 +3,7 @@
 use rc_mcap::system_time;
 use rustix::time::{ClockId, clock_gettime};
 
-/// A smaller difference between the two clocks is no step, in nanoseconds.
+/// A smaller difference between the two clocks is not a step, in nanoseconds.
 const STEP: i128 = 1_000_000_000;
 
 /// Begins at the time of the system, and goes on without steps, also while the machine sleeps.

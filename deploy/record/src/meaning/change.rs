@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// A member of a converted structure.
 #[derive(Debug)]
 pub(super) enum Slot {
-    /// As it is: its number.
+    /// Unchanged: its number.
     Keep(usize),
     /// Numbers of the wanted prototype.
     New(Tree),

@@ -232,7 +232,7 @@ fn types_and_members_that_are_gone_are_told() {
     )
     .expect("a type");
     assert!(!converter.converts(&gone));
-    let told = converter.nothing_in(&gone).to_string();
+    let told = converter.no_conversion_error(&gone).to_string();
     for part in ["OldScan", "`scan`", "convert into `point`"] {
         assert!(told.contains(part), "{told}");
     }

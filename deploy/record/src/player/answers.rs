@@ -1,7 +1,7 @@
-//! Servers that answer as they did: by the same request, at the same time of the recording.
+//! Servers that repeat recorded answers: by the same request, at the same time of the recording.
 //!
-//! A call may be answered by what was recorded later, so a thread reads all calls while the player
-//! begins. Calls that come before are answered when it has.
+//! A call may be answered by a later reply of the recording, so a thread reads all calls while the
+//! player begins. Calls that come before are answered when it has finished.
 
 use crate::error::RecordError;
 use crate::reader::{Channel, Reader, Record};
@@ -37,7 +37,7 @@ pub(super) struct Answers {
 
 struct Loading {
     thread: JoinHandle<Result<(Recorded, Vec<String>), RecordError>>,
-    /// Ends it when nobody waits for it any more.
+    /// Ends the thread when its result is no longer needed.
     _end: EndOnDrop,
 }
 
@@ -106,9 +106,8 @@ fn commands(services: &[Service]) -> Commands {
 }
 
 impl Answers {
-    /// Serves what components require, was recorded, and has no server, and begins to read the
-    /// calls. `channels` are those of the recording that have messages. Returns what there is to
-    /// say.
+    /// Serves the required interfaces that were recorded and have no server, and begins to read the
+    /// calls. `channels` are those of the recording that have messages. Returns notes.
     pub(super) fn open(
         path: &Path,
         network: &Network,
@@ -181,7 +180,7 @@ impl Answers {
             Ok((recorded, notes)) => {
                 self.notes.extend(notes);
                 for ServiceReplies { service, calls } in &mut self.services {
-                    // What differs was said when it began.
+                    // Differences were reported when it began.
                     *calls = calls_of(service, &recorded, &mut Vec::new());
                 }
             }
@@ -200,8 +199,7 @@ impl Answers {
         self.responder.descriptors().collect()
     }
 
-    /// Answers the calls that are there. `position` is a time of the recording. Returns what was
-    /// wrong with calls.
+    /// Answers the received calls. `position` is a time of the recording. Returns errors of calls.
     pub(super) fn serve(&mut self, position: u64) -> Vec<String> {
         self.load();
         let mut notes = std::mem::take(&mut self.notes);
@@ -236,7 +234,8 @@ impl Answers {
     }
 }
 
-/// A reply that says that there is none. ROS 2 has no such reply; its client waits for its limit.
+/// A reply that says that none was recorded. ROS 2 has no such reply; its client waits for its
+/// limit.
 fn refusal(profile: Profile, id: rpc::RequestId) -> Option<Vec<u8>> {
     if profile == Profile::Bare {
         return None;
@@ -249,7 +248,7 @@ fn refusal(profile: Profile, id: rpc::RequestId) -> Option<Vec<u8>> {
 
 impl Calls {
     /// The reply to the same request, else to any: the last one before this time, else the first.
-    /// And whether the request was the same.
+    /// Also returns whether the request was the same.
     fn choose(&self, asked: &[u8], position: u64) -> Option<(&[u8], bool)> {
         let same = self.by_request.get(asked);
         let reply = if let Some(places) = same {
@@ -292,7 +291,7 @@ fn read(
         calls.hash = hash(channel);
         let sender = channel.get(keys::SENDER).unwrap_or_default().to_owned();
         let is_request = kind == Some("request");
-        // No reply follows a command, and none can be told apart from those of other clients.
+        // A command has no reply that could be assigned to its client.
         let is_alone = sender.is_empty()
             || commands.contains(&(place.interface.clone(), place.operation.clone()));
         if is_request && is_alone {

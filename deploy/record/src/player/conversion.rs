@@ -1,4 +1,4 @@
-//! How messages of a recording become samples of a topic.
+//! Converts messages of a recording into samples of a topic.
 
 use crate::definition;
 use crate::meaning::Converter;
@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// How messages of a channel become samples of a topic.
+/// The conversion of messages of a channel into samples of a topic.
 pub(super) enum Conversion {
     /// The bytes are those of the network's type.
     None,

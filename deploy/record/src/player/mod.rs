@@ -1,4 +1,4 @@
-//! Sends what was recorded: samples of topics, and the answers of servers.
+//! Sends recorded samples of topics and recorded answers of servers.
 
 mod answers;
 mod conversion;
@@ -62,7 +62,7 @@ pub struct Player {
     topics: Vec<Target>,
     answers: Option<Answers>,
     next: Option<Message>,
-    /// What follows the next message before the reader goes on.
+    /// Messages to send before the reader goes on.
     following: VecDeque<Message>,
     /// The values that hold where the selection begins.
     latched: Latched,
@@ -484,7 +484,7 @@ impl Player {
         Ok(found)
     }
 
-    /// The descriptors that are readable when a call may be there.
+    /// The descriptors that are readable when a call may have arrived.
     pub fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
         let answers = self.answers.as_ref();
         answers.map_or_else(Vec::new, Answers::descriptors)

@@ -23,15 +23,15 @@ const LINGER: Duration = Duration::from_secs(1);
 /// A topic to which messages go.
 pub(super) struct Target {
     pub(super) topic: Topic,
-    way: Way,
+    way: Route,
 }
 
-enum Way {
+enum Route {
     /// By middleware, which does not wait for subscribers.
-    Here(Box<Port>),
+    Direct(Box<Port>),
     /// Subscribers on other hosts confirm each message. A thread waits for them, so that one that
     /// hangs delays no other topic.
-    Apart(Apart),
+    Threaded(SendingThread),
 }
 
 /// A sender that is opened again after an error.
@@ -44,14 +44,14 @@ struct Port {
     opened: Instant,
 }
 
-/// What a thread sends through.
+/// The sending ports of a thread.
 trait Outlet {
     fn send(&mut self, body: &[u8]) -> Result<(), Error>;
     /// Waits until the last message has arrived.
     fn finish(self);
 }
 
-struct Apart {
+struct SendingThread {
     bodies: SyncSender<Vec<u8>>,
     /// The bytes that wait, or are being sent.
     waiting: Arc<AtomicUsize>,
@@ -85,7 +85,7 @@ impl Port {
         })
     }
 
-    /// Opens a topic; after an error it is tried again when a message comes.
+    /// Opens a topic; after an error, the next message tries again.
     fn begin(network: Arc<Network>, topic: Topic) -> (Result<(), Error>, Self) {
         match Self::open(&network, &topic) {
             Ok(port) => (Ok(()), port),
@@ -108,7 +108,7 @@ impl Outlet for Port {
     fn send(&mut self, body: &[u8]) -> Result<(), Error> {
         if self.sender.is_none() && self.opened.elapsed() >= AGAIN {
             let opened = Sender::open(&self.network, &self.topic);
-            // What hangs takes its time, which must not be most of the time.
+            // Sending to a hanging component takes time, which must not be most of the time.
             self.opened = Instant::now();
             self.sender = Some(opened?);
         }
@@ -141,9 +141,9 @@ impl Target {
         let is_apart = Sender::confirms(&topic);
         let way = if is_apart {
             let (network, topic) = (Arc::clone(network), topic.clone());
-            Way::Apart(Apart::open(move || Port::begin(network, topic))?)
+            Route::Threaded(SendingThread::open(move || Port::begin(network, topic))?)
         } else {
-            Way::Here(Box::new(Port::open(network, &topic)?))
+            Route::Direct(Box::new(Port::open(network, &topic)?))
         };
         Ok(Self { topic, way })
     }
@@ -151,15 +151,15 @@ impl Target {
     /// Sends a message, or hands it to the thread that sends it. The error says why it is left out.
     pub(super) fn send(&mut self, body: &[u8]) -> Result<(), String> {
         match &mut self.way {
-            Way::Here(port) => port.send(body).map_err(|error| error.to_string()),
-            Way::Apart(apart) => apart.send(body),
+            Route::Direct(port) => port.send(body).map_err(|error| error.to_string()),
+            Route::Threaded(apart) => apart.send(body),
         }
     }
 
     /// The number of messages since the last call that were handed over and could not be sent, and
     /// why.
     pub(super) fn failures(&self) -> Option<(u64, String)> {
-        let Way::Apart(Apart { failures, .. }) = &self.way else {
+        let Route::Threaded(SendingThread { failures, .. }) = &self.way else {
             return None;
         };
         let mut last = failures.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -170,13 +170,13 @@ impl Target {
     /// Waits until the last samples have arrived, but not for a subscriber that hangs.
     pub(super) fn finish(self) {
         match self.way {
-            Way::Here(port) => port.finish(),
-            Way::Apart(apart) => apart.finish(),
+            Route::Direct(port) => port.finish(),
+            Route::Threaded(apart) => apart.finish(),
         }
     }
 }
 
-impl Apart {
+impl SendingThread {
     /// Begins a thread that opens the outlet and sends. Waits a moment for the opening.
     fn open<P: Outlet>(
         open: impl FnOnce() -> (Result<(), Error>, P) + Send + 'static,
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn a_subscriber_that_hangs_delays_nobody() {
         let (release, released) = channel();
-        let apart = Apart::open(move || (Ok(()), Hanging(released))).expect("a thread");
+        let apart = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
         // One is sent and the queue is full; the others are left out.
         let sent = (0..2 * QUEUE).filter(|_| apart.send(b"x").is_ok()).count();
         assert!((QUEUE..=QUEUE + 1).contains(&sent), "{sent}");
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn messages_for_a_subscriber_that_hangs_have_a_bound_in_bytes() {
         let (release, released) = channel();
-        let apart = Apart::open(move || (Ok(()), Hanging(released))).expect("a thread");
+        let apart = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
         // One message may have any size.
         let large = vec![0; QUEUE_BYTES + 1];
         assert_eq!(apart.send(&large), Ok(()));
@@ -308,7 +308,7 @@ mod tests {
             reason: "it is not reachable".to_owned(),
         };
         let (_release, released) = channel();
-        let refused = Apart::open(move || (Err(error()), Hanging(released))).map(drop);
+        let refused = SendingThread::open(move || (Err(error()), Hanging(released))).map(drop);
         assert!(refused.is_err());
     }
 }

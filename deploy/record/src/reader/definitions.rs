@@ -53,7 +53,7 @@ impl Definitions {
         self.channels.get(&id)
     }
 
-    /// Counts what a reader keeps. Fails if it is too much.
+    /// Counts the memory of a reader. Fails if it is too much.
     pub(super) fn hold(&mut self, bytes: usize, entries: usize) -> Result<(), String> {
         self.held += bytes + OVERHEAD + ENTRY * entries;
         if self.held > MOST {

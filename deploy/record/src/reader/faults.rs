@@ -1,4 +1,4 @@
-//! What a reader has to leave out of a recording.
+//! The parts of a recording that a reader has to leave out.
 
 use super::files::MOST_MISSING;
 use std::fmt;
@@ -10,9 +10,9 @@ pub struct Faults {
     pub damaged: u64,
     /// The number of messages whose channel was in one of these.
     pub without_channel: u64,
-    /// What the first damage is.
+    /// The first damage.
     pub damage: Option<String>,
-    /// The numbers of parts of a long recording that are not beside the others, the first ones.
+    /// The numbers of parts of a long recording that are not next to the others, the first ones.
     pub missing: Vec<u32>,
     /// Why a file ends before its end, if one does: it was cut, or is damaged from there on.
     pub cut: Option<String>,

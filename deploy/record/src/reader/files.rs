@@ -130,7 +130,7 @@ fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let mut found = Vec::new();
     if lines.any(|line| line == "relative_file_paths:") {
         for name in lines.map_while(|line| line.strip_prefix("- ")) {
-            // Older versions name the folder, too. Nothing outside the folder is meant.
+            // Older versions also name the folder. A file outside the folder is never meant.
             let name = Path::new(name.trim().trim_matches(['"', '\''])).file_name();
             found.extend(name.map(|name| folder.join(name)));
         }

@@ -115,7 +115,7 @@ pub(super) fn decompress(compression: &str, records: &[u8], size: u64) -> Result
         return Err(format!("a chunk has {size} bytes"));
     }
     let mut chunk = Vec::new();
-    // One byte more than there may be shows that there are more.
+    // One byte beyond the limit shows that there are more.
     let read = match compression {
         "lz4" => FrameDecoder::new(records)
             .take(size + 1)

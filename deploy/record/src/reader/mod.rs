@@ -129,7 +129,7 @@ pub struct Reader {
     has_ended: bool,
 }
 
-/// What is wrong with a record.
+/// The damage of a record.
 enum Fault {
     /// It is skipped: the next record is known.
     Record(String),
@@ -146,7 +146,7 @@ fn is_of_summary(code: u8) -> bool {
 
 impl Reader {
     /// Opens a recording: a file, also one that is compressed with zstd, the first of the parts of
-    /// a long recording, or a folder of rosbag2. Fails if it is no MCAP.
+    /// a long recording, or a folder of rosbag2. Fails if it is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let (files, missing) = files::files(path)?;
         let faults = Faults {
@@ -180,7 +180,7 @@ impl Reader {
         Ok(reader)
     }
 
-    /// Reads what the summaries of all files say.
+    /// Reads the summaries of all files.
     fn read_summaries(&mut self) -> Result<(), RecordError> {
         let mut times = Times {
             first: None,
@@ -291,7 +291,7 @@ impl Reader {
         &self.faults
     }
 
-    /// The next record; `None` at the end, or where nothing more can be read.
+    /// The next record; `None` at the end, or if nothing more can be read.
     #[allow(
         clippy::should_implement_trait,
         reason = "an iterator would hide the faults"
@@ -310,7 +310,7 @@ impl Reader {
         self.waiting.take()
     }
 
-    /// Goes on behind what is damaged, if something follows.
+    /// Continues after the damage, if something follows.
     fn skip(&mut self, fault: Fault) {
         match fault {
             Fault::Record(reason) => {
@@ -358,7 +358,7 @@ impl Reader {
         let (code, length) = prefix(&begin).unwrap_or_default();
         let end = self.at.saturating_add(PREFIX as u64).saturating_add(length);
         let is_end = matches!(code, op::DATA_END | op::FOOTER);
-        // What reaches into the next record is damaged, unless the summary is.
+        // A record that reaches into the next one is damaged, unless it is in the summary.
         while let Some((place, size)) = self.places.last().copied()
             && (end > place || is_end)
         {
@@ -370,14 +370,14 @@ impl Reader {
             back.map_err(|e| Fault::File(e.to_string()))?;
         }
         if is_end {
-            // What follows repeats what was read.
+            // The following records repeat earlier ones.
             self.end_file();
             return Ok(());
         }
         if length > LONGEST {
             return Err(self.go_on(format!("a record has {length} bytes")));
         }
-        // A false length allocates no more than there is.
+        // A false length allocates no more than the file has.
         let most = self
             .input
             .length()

@@ -17,7 +17,7 @@ use std::time::Instant;
 const ENDED: &str = "ended";
 /// The longest reason in that entry, in characters.
 const LONGEST_REASON: usize = 200;
-/// Bytes of the end of a file beside the records that a [`Part`] collects for its summary: the
+/// Bytes at the end of a file besides the records that a [`Part`] collects for its summary: the
 /// table of its early end with its index, the statistics and the footer.
 const END: u64 = 2048;
 /// Bytes of a channel in the statistics.
@@ -304,7 +304,7 @@ impl Part {
     /// Ends a file that cannot go on, so that it opens as one that was ended: all chunks that were
     /// written, why it ended, and the summary.
     pub(super) fn end_early(&mut self, reason: &str) -> std::io::Result<()> {
-        // What there is no room for is lost.
+        // Records without room are lost.
         let _ = self.flush();
         let reason = reason.chars().take(LONGEST_REASON).collect();
         let table = BTreeMap::from([(ENDED.to_owned(), reason)]);

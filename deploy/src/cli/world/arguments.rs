@@ -33,7 +33,8 @@ pub(crate) enum WorldAction {
     },
     /// Changes attributes, all in one version or none, and waits until all replicas have them.
     ///
-    /// The schema of the world is kept. What a component writes it may change again.
+    /// The change must fit the schema of the world. The component that writes an attribute may
+    /// change it again.
     Set {
         #[command(flatten)]
         of: OfWorld,
@@ -48,7 +49,7 @@ pub(crate) enum WorldAction {
         /// Only elements of these types, and of those that inherit from them, or with these names.
         #[arg(value_name = "TYPE|ELEMENT")]
         words: Vec<String>,
-        /// Ends after so many lines.
+        /// Ends after this many lines.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         count: Option<u64>,
     },
@@ -99,7 +100,7 @@ pub(crate) enum WorldAction {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows what is different in two worlds. The exit code is 1 if something is.
+    /// Shows the differences between two worlds. The exit code is 1 if there are any.
     Diff {
         /// A network, one replica of it as in `home@mapper`, or a file (.graph, or .json of DSR).
         #[arg(value_name = "FIRST", add = networks())]

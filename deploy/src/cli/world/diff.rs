@@ -1,4 +1,4 @@
-//! `rcdeploy world diff`: what is different in two worlds.
+//! `rcdeploy world diff`: the differences between two worlds.
 
 use super::replica::Listener;
 use crate::cli::output::{Failure, show};
@@ -19,14 +19,14 @@ const MOST_VALUE: usize = 200;
 struct Differences {
     /// The elements that only the first world has, that only the second one has, and those with other
     /// attributes.
-    only_first: Vec<Of>,
-    only_second: Vec<Of>,
+    only_first: Vec<ElementRef>,
+    only_second: Vec<ElementRef>,
     changed: Vec<Changed>,
 }
 
 #[derive(Serialize)]
-struct Of {
-    /// None for an edge of a file of DSR.
+struct ElementRef {
+    /// None for an edge in a file of DSR.
     id: Option<String>,
     element: String,
     #[serde(rename = "type")]
@@ -36,7 +36,7 @@ struct Of {
 #[derive(Serialize)]
 struct Changed {
     #[serde(flatten)]
-    of: Of,
+    of: ElementRef,
     attribute: String,
     first: Option<serde_json::Value>,
     second: Option<serde_json::Value>,
@@ -44,14 +44,14 @@ struct Changed {
 
 /// An element, in the form in which two of them are compared.
 struct Item<'d> {
-    /// None for an edge of a file of DSR.
+    /// None for an edge in a file of DSR.
     id: Option<Id>,
     kind: &'d str,
     ends: Option<(Id, Id)>,
     attributes: BTreeMap<&'d str, &'d Value>,
 }
 
-/// What makes two elements the same one.
+/// The identity of an element in both worlds.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Key<'d> {
     Id(Id),
@@ -61,8 +61,8 @@ enum Key<'d> {
 
 type Items<'d> = BTreeMap<Key<'d>, Item<'d>>;
 
-/// The elements of two graphs. If one of them is a file of DSR, whose edges have no ids, edges are the same
-/// by their ends.
+/// The elements of two graphs. If one of them is a file of DSR, whose edges have no ids, edges are
+/// identified by their ends.
 fn both<'d>(first: &'d Document, second: &'d Document) -> (Items<'d>, Items<'d>) {
     let mut edges = first.edges.iter().chain(&second.edges);
     let have_ids = edges.all(|edge| edge.id.is_some());
@@ -118,9 +118,9 @@ fn name(all: &Items<'_>, id: Id) -> String {
     }
 }
 
-fn of(all: &Items<'_>, item: &Item<'_>) -> Of {
+fn of(all: &Items<'_>, item: &Item<'_>) -> ElementRef {
     let kind = clean(item.kind);
-    Of {
+    ElementRef {
         id: item.id.map(id_text),
         element: match (item.ends, item.id) {
             (Some((from, to)), _) => format!("{}/{kind}/{}", name(all, from), name(all, to)),

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// How many characters of a value are printed for people.
 const MOST_VALUE: usize = 400;
 
-/// What a word of the command line means: an element, and perhaps one of its attributes.
+/// The meaning of a word of the command line: an element, and perhaps one of its attributes.
 pub(super) struct Named {
     pub(super) element: Element,
     pub(super) attribute: Option<String>,
@@ -96,7 +96,7 @@ fn element(world: &Snapshot, word: &str) -> Result<Option<Element>, Failure> {
     Err(usage(format!("no edge `{}`{hint}", clean(word))))
 }
 
-/// What a word means. An attribute follows the last point.
+/// The meaning of a word. An attribute follows the last point.
 pub(super) fn named(world: &Snapshot, word: &str) -> Result<Named, Failure> {
     if let Ok(Some(element)) = element(world, word) {
         let attribute = None;

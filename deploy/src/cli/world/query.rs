@@ -17,7 +17,8 @@ const MOST_FOLDERS: usize = 64;
 struct Folder(PathBuf);
 
 impl Folder {
-    /// One that nobody else has: an old one may have stayed, and the temporary folder is for all users.
+    /// A name that is not used: an old file may have stayed, and the temporary folder is for all
+    /// users.
     fn new() -> Result<Self, Failure> {
         for number in 0..MOST_FOLDERS {
             let name = format!("rcdeploy-world-{}-{number}", std::process::id());
@@ -41,7 +42,7 @@ impl Folder {
     }
 
     fn write(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
-        // A component has told the name.
+        // The name comes from a component.
         let mut parts = Path::new(name).components();
         let is_plain = matches!(
             (parts.next(), parts.next()),
@@ -49,7 +50,7 @@ impl Folder {
         );
         if !is_plain {
             return Err(system(&format_args!(
-                "`{}` is no name of a file",
+                "`{}` is not a name of a file",
                 clean(name)
             )));
         }
@@ -62,7 +63,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What stays is in the temporary folder.
+        // Remains are in the temporary folder.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
@@ -81,7 +82,7 @@ pub(super) fn query(
     }
     let text = graph_json::write(&super::document_of(&listener));
     let file = folder.write("world.graph", &text)?;
-    // The one beside this program fits it; otherwise the one in the PATH.
+    // The one next to this program fits it; otherwise the one in the PATH.
     let own = std::env::current_exe().ok();
     let beside = own.map(|own| own.with_file_name(PROGRAM));
     let program = beside.filter(|beside| beside.is_file());

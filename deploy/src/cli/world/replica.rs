@@ -1,5 +1,5 @@
-//! A replica of a running network's world that only listens: it tells nothing of itself, so that no
-//! component counts it or waits for it, and asks for what it lacks.
+//! A replica of a running network's world that only listens: it announces nothing about itself, so
+//! that no component counts it or waits for it, and asks for what it lacks.
 
 use crate::cli::look::look;
 use crate::cli::messages::{interrupts, is_interrupted};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a replica tells nothing at most: each one tells once a second what it has.
+/// The longest silence of a replica: each one announces its state once a second.
 const HEARING: Duration = Duration::from_millis(2500);
 /// How long a world may take to arrive.
 const ARRIVING: Duration = Duration::from_secs(20);
@@ -33,7 +33,7 @@ const AGAIN: Duration = Duration::from_millis(1500);
 const TURN: Duration = Duration::from_millis(20);
 
 /// A message as it arrived.
-pub(super) struct Heard {
+pub(super) struct ReceivedMessage {
     pub(super) kind: rc_world::Topic,
     pub(super) value: rc_values::Value,
     pub(super) bytes: usize,
@@ -43,7 +43,7 @@ pub(super) struct Heard {
 pub(super) struct Listener {
     pub(super) network: Network,
     pub(super) world: World,
-    /// The files of the schema; none if no component tells them.
+    /// The files of the schema; none if no component provides them.
     pub(super) files: Vec<(String, String)>,
     observer: Observer,
     feeds: BTreeMap<FeedId, (Topic, rc_world::Topic)>,
@@ -58,10 +58,10 @@ pub(super) struct Listener {
     begin: Instant,
     /// The clock of the network, in nanoseconds, and when it showed that.
     time: Arc<AtomicU64>,
-    /// Where the clock of the network stood at the begin, if it is that of the system.
+    /// The reading of the clock of the network at the start, if it is that of the system.
     goes_from: Option<u64>,
     heard: BTreeSet<u64>,
-    /// Whether the values of streams were those of another replica when that told what it has.
+    /// Whether the values of streams were those of another replica when that announced its state.
     has_streams: bool,
     /// When all changes were here.
     arrived: Option<Instant>,
@@ -102,10 +102,7 @@ fn schema(files: &[(String, String)]) -> Result<Schema, Failure> {
     let (schema, found) = graph_language::load(&mut sources, &loader, source);
     schema.filter(|_| !found.has_errors()).ok_or_else(|| {
         let found = render(&sources, &found, Format::Short);
-        Failure(
-            3,
-            format!("the schema that a component tells is wrong: {found}"),
-        )
+        Failure(3, format!("the schema of a component is wrong: {found}"))
     })
 }
 
@@ -204,18 +201,18 @@ impl Listener {
         if !all_told || !self.is_here()? {
             return Ok(false);
         }
-        // Values of streams follow with the next digest of whoever has answered.
+        // Values of streams follow with the next digest of the replica that has answered.
         let arrived = self.arrived.get_or_insert_with(Instant::now);
         Ok(self.has_streams || arrived.elapsed() >= STREAMING)
     }
 
-    /// Takes what is there, and waits for nothing. Returns whether all of the world is here.
+    /// Takes the received messages without waiting. Returns whether the whole world is here.
     pub(super) fn advance(&mut self) -> Result<bool, Failure> {
         self.step(Duration::ZERO, &mut |_| {})?;
         self.has_arrived()
     }
 
-    /// Whether the replica has what others have told.
+    /// Whether the replica has everything that others have announced.
     fn is_here(&self) -> Result<bool, Failure> {
         if self.heard.is_empty() {
             let name = clean(&self.network.name);
@@ -226,14 +223,14 @@ impl Listener {
             let told = if self.only.is_some() {
                 "told"
             } else {
-                "told what it has"
+                "announced its state"
             };
             return Err(Failure(3, format!("{who} {told}")));
         }
         let status = self.world.status(self.begin.elapsed());
         if status.peers.iter().all(|peer| peer.has_other_schema) {
             let message = if self.files.is_empty() {
-                "no component tells the schema of this world"
+                "no component provides the schema of this world"
             } else {
                 "the replicas have another schema than the components tell: build them again"
             };
@@ -242,12 +239,17 @@ impl Listener {
         Ok(!status.is_behind)
     }
 
-    /// Takes what has arrived, and asks for what is missing. Returns whether to go on: not after Ctrl-C.
-    pub(super) fn turn(&mut self, hear: &mut dyn FnMut(&Heard)) -> Result<bool, Failure> {
+    /// Takes the received messages, and asks for missing parts. Returns whether to go on: not after
+    /// Ctrl-C.
+    pub(super) fn turn(&mut self, hear: &mut dyn FnMut(&ReceivedMessage)) -> Result<bool, Failure> {
         self.step(TURN, hear)
     }
 
-    fn step(&mut self, longest: Duration, hear: &mut dyn FnMut(&Heard)) -> Result<bool, Failure> {
+    fn step(
+        &mut self,
+        longest: Duration,
+        hear: &mut dyn FnMut(&ReceivedMessage),
+    ) -> Result<bool, Failure> {
         if is_interrupted(&self.interrupts) {
             return Ok(false);
         }
@@ -280,7 +282,7 @@ impl Listener {
             };
             let json = serde_json::to_value(&value).unwrap_or_default();
             let inner = &json[kind_name(*kind)];
-            // Only a clock that is not that of the system: nobody may set that one.
+            // Only a clock other than that of the system, because nobody may set that one.
             if let Some(made) = inner["time"].as_u64().filter(|_| !is_system) {
                 time.fetch_max(made, Ordering::Relaxed);
             }
@@ -301,7 +303,7 @@ impl Listener {
                     Err(error) => print_note(&format!("a message of {}: {error}", topic.address)),
                 }
             }
-            hear(&Heard {
+            hear(&ReceivedMessage {
                 kind: *kind,
                 value,
                 bytes: observed.body.len(),
@@ -309,7 +311,7 @@ impl Listener {
         });
         let due = self.world.turn(now);
         while let Some(message) = self.world.take() {
-            // What it has is not told: no component counts a tool.
+            // Its state is not announced, because components do not count tools.
             if matches!(
                 message.topic(),
                 rc_world::Topic::Ask | rc_world::Topic::Change

@@ -1,6 +1,6 @@
-//! The replicas of a world as they tell each other, how late they are, and what is sent.
+//! The announced states of the replicas of a world, how late they are, and what they send.
 
-use super::replica::{Heard, Listener, kind_name};
+use super::replica::{Listener, ReceivedMessage, kind_name};
 use crate::cli::output::{Failure, counted, show};
 use rc_deploy_client::Format;
 use rc_diagnostics::foreign::{clean, clean_to};
@@ -11,14 +11,14 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How long the command listens: each replica has told by then.
+/// How long the command listens: each replica has announced its state by then.
 const LISTENING: Duration = Duration::from_millis(2500);
 /// How many characters of a name are printed.
 const MOST_NAME: usize = 40;
-/// How many changes are remembered to tell how late replicas are.
+/// How many changes are remembered to compute how late replicas are.
 const MOST_CHANGES: usize = 1 << 16;
 
-/// What a replica told last.
+/// The last announcement of a replica.
 #[derive(Clone, Serialize)]
 struct Replica {
     name: String,
@@ -30,7 +30,7 @@ struct Replica {
     changes: u64,
     /// How many changes it has not seen that others have.
     behind: u64,
-    /// How long ago the oldest change was made that it had not seen when it told; 0 if it had all.
+    /// The age of the oldest change that it had not seen at its announcement; 0 if it had all.
     behind_ms: u64,
     conflicts: u64,
     /// Whether others have another schema.
@@ -43,7 +43,7 @@ struct Replica {
     seen: BTreeMap<u64, u64>,
 }
 
-/// What a component has sent of one type.
+/// The messages of a component about one type.
 #[derive(Serialize)]
 struct Rate {
     writer: String,
@@ -66,20 +66,20 @@ struct State {
     conflicts: Vec<String>,
 }
 
-/// What was heard.
+/// The received messages.
 #[derive(Default)]
 struct Record {
     replicas: BTreeMap<u64, Replica>,
     /// When a change arrived: its writer, and up to which of its steps it goes.
     changes: Vec<(u64, u64, Instant)>,
     /// Steps and values: the sender, the element or the type, the attribute of a stream.
-    sent: BTreeMap<(u64, Of, String), u64>,
+    sent: BTreeMap<(u64, Subject, String), u64>,
     bytes: u64,
 }
 
-/// What a step is about.
+/// The subject of a step.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Of {
+enum Subject {
     Type(String),
     Element(u64, u64),
 }
@@ -95,7 +95,7 @@ pub(super) fn state(network: &str, format: Format) -> Result<u8, Failure> {
     }
     let name = listener.network.name.clone();
     if record.replicas.is_empty() {
-        let message = format!("no replica of `{}` told what it has", clean(&name));
+        let message = format!("no replica of `{}` has announced its state", clean(&name));
         return Err(Failure(3, message));
     }
     let state = record.state(&listener, begin.elapsed());
@@ -103,7 +103,7 @@ pub(super) fn state(network: &str, format: Format) -> Result<u8, Failure> {
 }
 
 impl Record {
-    fn note(&mut self, heard: &Heard) {
+    fn note(&mut self, heard: &ReceivedMessage) {
         self.bytes += heard.bytes as u64;
         let json = serde_json::to_value(&heard.value).unwrap_or_default();
         let inner = &json[kind_name(heard.kind)];
@@ -124,8 +124,8 @@ impl Record {
         }
         for step in change["steps"].as_array().into_iter().flatten() {
             let of = match number(step, "what") {
-                0 | 1 => Of::Type(step["name"].as_str().unwrap_or_default().to_owned()),
-                _ => Of::Element(number(&step["of"], "writer"), number(&step["of"], "count")),
+                0 | 1 => Subject::Type(step["name"].as_str().unwrap_or_default().to_owned()),
+                _ => Subject::Element(number(&step["of"], "writer"), number(&step["of"], "count")),
             };
             *self.sent.entry((sender, of, String::new())).or_default() += 1;
         }
@@ -134,7 +134,7 @@ impl Record {
     fn samples(&mut self, samples: &Value) {
         let number = |of: &Value, name: &str| of[name].as_u64().unwrap_or_default();
         for value in samples["values"].as_array().into_iter().flatten() {
-            let of = Of::Element(
+            let of = Subject::Element(
                 number(&value["of"], "writer"),
                 number(&value["of"], "count"),
             );
@@ -207,8 +207,8 @@ impl Record {
         let mut counts: BTreeMap<(String, String, bool), u64> = BTreeMap::new();
         for ((sender, of, attribute), count) in &self.sent {
             let kind = match of {
-                Of::Type(kind) => clean(kind),
-                Of::Element(writer, number) => {
+                Subject::Type(kind) => clean(kind),
+                Subject::Element(writer, number) => {
                     let element = world.find(Id::new(*writer, *number));
                     let kind = element.map(|element| super::elements::kind(&world, element));
                     clean(kind.unwrap_or("removed elements"))
@@ -238,7 +238,7 @@ impl Record {
     }
 }
 
-/// The writer, and what it has.
+/// The writer, and its state.
 fn replica(digest: &Value) -> Option<(u64, Replica)> {
     let number = |name: &str| digest.get(name)?.as_u64();
     let list = |name: &str| digest.get(name)?.as_array();

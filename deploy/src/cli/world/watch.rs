@@ -31,7 +31,10 @@ fn check(schema: &Schema, world: &Snapshot, words: &[String]) -> Result<(), Fail
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("the types are {}", Vec::from_iter(types).join(", ")),
         };
-        let message = format!("`{}` is no type and no element; {hint}", clean(wanted));
+        let message = format!(
+            "`{}` is neither a type nor an element; {hint}",
+            clean(wanted)
+        );
         return Err(Failure(2, message));
     }
     Ok(())

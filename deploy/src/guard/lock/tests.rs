@@ -112,7 +112,7 @@ fn a_lock_that_cannot_be_opened_is_an_error_at_once() {
     std::fs::create_dir(&lock.path).expect("a folder in its place");
     let begun = Instant::now();
     let error = Lock::acquire(&network)
-        .expect_err("it is no file")
+        .expect_err("it is not a file")
         .to_string();
     assert!(error.contains(NAME), "{error}");
     assert!(begun.elapsed() < PATIENCE / 2);
@@ -164,6 +164,6 @@ fn the_rest_of_an_interrupted_removal_is_removed() {
     }
     let file = base.join(format!(".{network}"));
     std::fs::write(&file, "").expect("written");
-    assert!(remove(&file).is_err(), "it is no folder");
+    assert!(remove(&file).is_err(), "it is not a folder");
     std::fs::remove_file(file).expect("it is ours");
 }

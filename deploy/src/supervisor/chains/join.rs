@@ -238,7 +238,7 @@ impl Joiner {
             } else {
                 noted.sent
             };
-            // Data that are used for ever are forgotten as the beginning of anything.
+            // Data that are used forever are forgotten as the beginning of anything.
             if noted.left - at > self.patience {
                 return;
             }
@@ -256,7 +256,7 @@ impl Joiner {
             (stage.waits_since, stage.waiting) = (None, 0);
             let newest = stage.newest.entry(sender);
             let (number, at) = newest.or_insert((noted.input, noted.begun));
-            // Numbers have 32 bits, so they may begin anew.
+            // Numbers have 32 bits, so they may begin again.
             let is_older = (number.wrapping_sub(noted.input) as i32) > 0;
             if is_older && noted.begun > *at {
                 self.measured.hops[hop].swapped += 1;
@@ -452,7 +452,7 @@ impl Joiner {
         let is_over = |condition: &mut Condition| {
             let since = now - condition.last;
             if condition.code == BROKEN_CODE {
-                // Each round notes it anew.
+                // Each round notes it again.
                 return since > 0;
             }
             since > nanoseconds(CALM) && self.in_time > Some(condition.last)

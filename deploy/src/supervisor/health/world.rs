@@ -5,7 +5,7 @@ use rc_management::component::WorldStatus;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// A replica that lacks changes asks for them after 30 ms: for so long, nobody answers it.
+/// A replica that lacks changes asks for them after 30 ms: no answer is overdue before.
 const BEHIND_MS: u64 = 2000;
 
 impl HealthMonitor {
@@ -79,8 +79,8 @@ impl HealthMonitor {
             .is_some_and(|since| since.elapsed() >= least)
     }
 
-    /// Compares the replicas that are silent for its world with the components that run, of which one that
-    /// has ended is no part of a split.
+    /// Compares the replicas that are silent for its world with the components that run, of which
+    /// one that has ended is not a part of a split.
     pub(crate) fn look_for_split(&mut self, running: &BTreeSet<&str>) -> Vec<HealthEvent> {
         let mut happened = Vec::new();
         let Some(world) = self.world.as_ref().filter(|_| !self.quiet) else {
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(codes(&good), ["world-accepted"]);
     }
 
-    /// A component that has ended is no part of a split: its end is another event.
+    /// A component that has ended is not a part of a split: its end is another event.
     #[test]
     fn only_those_that_run_are_split_off() {
         let mut watch = HealthMonitor::default();

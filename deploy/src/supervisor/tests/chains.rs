@@ -1,4 +1,4 @@
-//! What the supervisor does about chains that are late.
+//! The supervisor's reaction to late chains.
 
 use super::component;
 use super::net::{Net, on};

@@ -267,7 +267,7 @@ fn a_unit_rests_where_its_goal_is_given_up() {
     assert_eq!(goal(&bench), Active, "the hook runs");
     bench.report(Inactive, 2, None);
     assert_eq!(goal(&bench), Inactive);
-    // A goal that is set anew counts again.
+    // A goal that is set again counts again.
     bench.unit.set_lifecycle_goal(Active);
     bench.report(Inactive, 2, None);
     assert_eq!(goal(&bench), Active);

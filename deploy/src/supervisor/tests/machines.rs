@@ -1,4 +1,4 @@
-//! What a supervisor makes of the events of its machines.
+//! The supervisor's handling of events of its machines.
 
 use super::net::{Net, after, on};
 use super::{component, exit};
@@ -159,7 +159,7 @@ fn conditions_of_machines_hold_until_they_end() {
     };
     net.take_agent_message(0, strange);
     assert_eq!(net.events(), [""; 0]);
-    // Nobody knows what is so on a machine that is lost.
+    // The state of a lost machine is unknown.
     net.take_host_event(1, HostEvent::Lost("silence".to_owned()));
     let lost = ("host-lost".to_owned(), "host h: silence".to_owned());
     assert_eq!(held(&net), [lost]);

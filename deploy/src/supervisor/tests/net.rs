@@ -97,7 +97,7 @@ impl Net {
         Self::with_chains(components, Vec::new())
     }
 
-    /// The same with chains.
+    /// A network with chains.
     pub(super) fn with_chains(components: Vec<Component>, chains: Vec<PlannedChain>) -> Self {
         let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
         let plan: &Plan = Box::leak(Box::new(Plan {

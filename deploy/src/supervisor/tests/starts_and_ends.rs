@@ -242,7 +242,7 @@ fn a_network_stops_dependents_first() {
     net.stop_ready_units();
     assert_eq!(net.asked(), ["b", "c", "d"]);
     net.events();
-    // An end as asked is no failure, whatever its code is; that of another one is.
+    // An end as asked is not a failure, whatever its code is; that of another one is.
     net.end(1, exit(1));
     net.end(2, exit(0));
     net.end(0, exit(1));

@@ -1,4 +1,4 @@
-//! What a unit says about itself, and its limits.
+//! The reports of a unit, and its limits.
 
 use super::{Bench, component, exit, is_after, managed};
 use crate::remote::HOST_LIMIT;

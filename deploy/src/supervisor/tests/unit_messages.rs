@@ -1,4 +1,4 @@
-//! What a unit makes of the messages of its component.
+//! A unit's handling of the messages of its component.
 
 use super::{Bench, component, exit, managed};
 use crate::remote::SupervisorMessage;

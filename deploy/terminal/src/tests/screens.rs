@@ -196,7 +196,7 @@ fn the_help_fits_a_medium_terminal() {
         e             emergency, at once; again to leave it
         E             emergency of all components, at once
         enter, w      parameters: changes one, saves all
-        ctrl+l        draws the screen anew
+        ctrl+l        redraws the screen
         q, ctrl+c     leaves; the network goes on
 
 

@@ -73,7 +73,7 @@ fn a_recording_is_shown_to_people() {
     assert_eq!(lines.next(), Some(head), "{csv:?}");
     let row = lines.next().unwrap_or_default();
     assert!(row.ends_with(",0.5,,,a\\u{1b}[31mb\\u{7}"), "{row}");
-    // A reader that has seen enough is no failure.
+    // A reader that has seen enough is not a failure.
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
     let mut left = std::process::Command::new(Site::executable("rcdeploy"));

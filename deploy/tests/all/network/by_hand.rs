@@ -1,4 +1,4 @@
-//! What a component that is started by hand says about its session and its name.
+//! The output of a component that is started by hand about its session and its name.
 
 use rc_test_site::site::Site;
 use std::process::Command;

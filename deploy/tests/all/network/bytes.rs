@@ -344,7 +344,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
     assert!(told > 0 && told <= 4 * (seconds + 2), "{seconds} s: {log}");
 
     assert!(
-        log.contains("Oracle` sent a sample that is no reply"),
+        log.contains("Oracle` sent a sample that is not a reply"),
         "{log}"
     );
 
@@ -363,7 +363,7 @@ pub(crate) fn change_nothing(domain: &Domain, settings: &[&str], target: &Target
     }
     assert_eq!(echoed, std::slice::from_ref(report));
     // The count changes at the end of the handler, after the echo.
-    Site::until("just this one is no error", || {
+    Site::until("just this one is not an error", || {
         let handlers = &domain.slot("Reports")["handlers"];
         let (count, errors) = (handlers["count"].as_u64(), handlers["errors"].as_u64());
         count == errors.map(|errors| errors + 1)

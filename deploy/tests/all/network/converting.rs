@@ -163,7 +163,7 @@ fn pose_prototype(axes: &str) -> String {
 }
 
 /// The folder of a component that imports a prototype. Its program is the one without: what values
-/// mean is no part of the code.
+/// mean is not a part of the code.
 pub(super) fn with_prototype(site: &Site, component: &str, axes: &str) {
     let own = site.path(&format!("networks/{component}"));
     fs::create_dir_all(&own).expect("a folder");

@@ -200,7 +200,7 @@ fn a_follower_that_hangs_is_named_to_those_who_step() {
     site.assert_nothing_left();
 }
 
-/// The same process of the avoider drives in the simulator, and then against its recording.
+/// One process of the avoider drives in the simulator, and then against its recording.
 #[test]
 fn the_avoider_runs_against_a_recording_of_the_simulator() {
     let site = Site::new("house_log");

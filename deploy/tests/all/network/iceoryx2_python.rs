@@ -98,8 +98,8 @@ fn a_component_receives_from_a_python_publisher_and_counts_losses() {
         (&1.into(), &0.into()),
         "{slot}"
     );
-    // The first number of another publisher is no gap. Its first pose is the last that the monitor
-    // waits for.
+    // The first number of another publisher is not a gap. Its first pose is the last that the
+    // monitor waits for.
     external(&site, python, "tell.py", &["5"]);
     assert_eq!(monitor.end(), Some(0));
     let trace = std::fs::read_to_string(site.path("trace")).expect("a trace");

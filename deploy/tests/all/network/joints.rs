@@ -96,7 +96,7 @@ fn limits_that_a_motor_would_have_to_move_for_are_refused_and_others_reach_the_c
     assert_eq!(refused.code, 1, "{refused:?}");
     assert_eq!(refused.stdout, "");
     let reason =
-        "bus refuses: `elbow` stands at 0.5 rad, which is not from 0 to 0.4 rad; move it first";
+        "bus refuses: `elbow` is at 0.5 rad, which is not from 0 to 0.4 rad; move it first";
     assert!(refused.stderr.contains(reason), "{refused:?}");
     let get = ["params", "get", net, "bus", "motors[1]"];
     let values = site.rcdeploy(&get, false).stdout;

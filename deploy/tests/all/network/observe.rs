@@ -1,4 +1,4 @@
-//! Tools look at the patrol, call its operations and send to its topics, and are no peers.
+//! Tools look at the patrol, call its operations and send to its topics, and are not peers.
 
 use rc_test_site::site::{CommandOutput, PATROL, Site};
 use rustix::process::{Pid, Signal, kill_process};
@@ -141,7 +141,7 @@ fn a_running_network_is_listed_shown_measured_and_called() {
         tool(&site, "call", &["setSpeedBase", r#"{"adv": 1}"#]).code,
         0
     );
-    // An address is no name of a network.
+    // An address is not a name of a network.
     let called = site.rcdeploy(&["call", "Laser/getLaserData", "{}"], false);
     assert_eq!(called.code, 0, "{called:?}");
     let elsewhere = site.rcdeploy(&["list", "elsewhere"], false);
@@ -189,7 +189,7 @@ fn wrong_names_and_values_are_refused_with_what_is_allowed() {
     );
     fails(
         tool(&site, "call", &["setSpeedBase", "{"]),
-        "the value is no JSON",
+        "the value is not JSON",
     );
     let gone = site.rcdeploy(&["echo", "no_such_network", "newFullPose"], false);
     assert_eq!(gone.code, 3, "{gone:?}");

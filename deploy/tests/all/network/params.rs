@@ -89,7 +89,7 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
     }
     let logs = site.rcdeploy(&["logs", "avoider", "-n", "1"], false);
     assert_eq!((logs.code, logs.stdout.lines().count()), (0, 1), "{logs:?}");
-    // A mistyped name is no argument.
+    // A mistyped name is not an argument.
     let mistyped = format!("{net}x");
     for args in [&["list", &mistyped][..], &["params", &mistyped]] {
         let refused = site.rcdeploy(args, false);

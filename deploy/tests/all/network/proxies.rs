@@ -78,7 +78,7 @@ fn a_group_with_a_proxy_is_one_component() {
         site.ask("robot", "status")["group"] == group("running")
     });
 
-    // Who calls a component that was killed learns why nobody replies.
+    // The caller of a killed component learns why there is no reply.
     let pid = component(&status, "robot.simulator")["pid"].as_i64();
     let pid = pid
         .and_then(|pid| Pid::from_raw(pid as i32))

@@ -1,5 +1,5 @@
 //! Known defects of libraries beside other nodes of ROS 2, each with a test that a component does
-//! not have it. `ros_python.rs` tests lengths that are no multiple of four, the first call, and
+//! not have it. `ros_python.rs` tests lengths that are not multiples of four, the first call, and
 //! peers that were killed. Nodes on several networks are not tested: the tests use the loopback
 //! interface.
 

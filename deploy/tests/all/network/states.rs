@@ -43,7 +43,7 @@ fn events_are_fired_and_states_are_shown() {
         ),
         (
             "stpo",
-            "`stpo` is no event of this component; did you mean `stop`?",
+            "`stpo` is not an event of this component; did you mean `stop`?",
         ),
     ] {
         let refused = fire(event);

@@ -1,4 +1,4 @@
-//! The same user code over two middlewares: generated for `local` in one process and for iceoryx2
+//! One user code over two middlewares: generated for `local` in one process and for iceoryx2
 //! in several, the patrol gives the same trace from the same seed. `src/` is used in place, byte
 //! for byte.
 

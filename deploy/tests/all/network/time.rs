@@ -218,7 +218,7 @@ fn who_hangs_is_named_time_may_be_paused_and_its_source_killed() {
     await_event(&site, "monitor", "heard-again", "FullPoseEstimationPub");
     await_ticks(&site);
 
-    // A source that is killed comes back, and time begins anew.
+    // A source that is killed comes back, and time begins again.
     let ticks = tick(&site, "avoider");
     kill_process(pid(&site, "clock"), Signal::KILL).expect("to kill it");
     await_event(&site, "avoider", "time-jumped", "time jumped back from");

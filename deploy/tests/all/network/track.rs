@@ -11,7 +11,7 @@ const TRACK: &str = include_str!("../../../../components/networks/track.ddsl");
 const IMAGES: usize = 300;
 /// How far the head may be from the true place, in mm.
 const BOUND: f64 = 100.0;
-/// Until then, in ms, the person has walked so far that it is no thing.
+/// Until then, in ms, the person has walked far enough to count as one.
 const FOUND_AT: i64 = 1500;
 
 fn three(of: &Value) -> [f64; 3] {

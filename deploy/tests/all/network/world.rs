@@ -237,7 +237,7 @@ fn commands_read_change_ask_and_compare_a_world() {
             "watch",
             "dor",
             2,
-            "`dor` is no type and no element; did you mean `door`?",
+            "`dor` is neither a type nor an element; did you mean `door`?",
         ),
         (
             "query",

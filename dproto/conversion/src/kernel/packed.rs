@@ -36,7 +36,7 @@ pub(super) struct Packed<T, const HALF: usize> {
     denominators: [[T; HALF]; 2],
     /// The greatest amount of each number.
     limits: [[T; HALF]; 2],
-    /// What must hold.
+    /// The conditions.
     norms: Vec<Norm>,
 }
 

@@ -10,15 +10,15 @@ pub(super) struct Triple {
     /// The offset of the first number.
     at: usize,
     from: [usize; 3],
-    /// What each result is multiplied with, and divided by.
+    /// The factor and divisor of each result.
     scales: [Scale; 3],
-    /// The same, if a `float32` computed with them has the bits of a rounded `float64`.
+    /// These scales, if a `float32` computed with them has the bits of a rounded `float64`.
     singles: Option<Singles>,
     /// The greatest amount from which all results are finite.
     limit: f32,
 }
 
-/// What all three results are divided by, or multiplied with.
+/// The common divisor, or factor, of all three results.
 #[derive(Clone, Copy, Debug)]
 enum Singles {
     Over([f32; 3]),

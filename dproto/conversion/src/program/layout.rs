@@ -14,7 +14,7 @@ pub(super) struct Record {
     pub(super) size: usize,
     /// The greatest alignment, which divides the size.
     pub(super) align: usize,
-    /// That of the first number.
+    /// The offset of the first number.
     pub(super) first: usize,
     /// The numbers of the only group of an element, if nothing else is converted.
     pub(super) marks: Option<Marks>,
@@ -33,8 +33,8 @@ impl Fixed {
         Some(Self { record, kernel })
     }
 
-    /// Converts the group behind byte `at`, and returns where it ends. `None` if single steps have to
-    /// do it, or to say what is wrong.
+    /// Converts the group after byte `at`, and returns where it ends. `None` if single steps have
+    /// to convert it, or to report an error.
     #[inline]
     pub(super) fn run(&self, bytes: &mut [u8], at: usize) -> Option<usize> {
         let start = next_multiple(at, self.record.first)?;
@@ -55,7 +55,7 @@ pub(super) fn next_multiple(at: usize, size: usize) -> Option<usize> {
     Some(at.checked_add(mask)? & !mask)
 }
 
-/// The range of `count` numbers of `size` bytes behind `at`.
+/// The range of `count` numbers of `size` bytes after `at`.
 #[inline]
 pub(super) fn span(
     bytes: &[u8],
@@ -71,7 +71,7 @@ pub(super) fn span(
     }
 }
 
-/// The number of elements that follows, and the byte behind it.
+/// The number of elements that follows, and the byte after it.
 pub(super) fn length(bytes: &[u8], at: usize) -> Result<(usize, usize), Fault> {
     let range = span(bytes, at, 4, 1)?;
     let mut number = [0; 4];

@@ -1,4 +1,4 @@
-//! How a program runs over the bytes of a message.
+//! Runs a program over the bytes of a message.
 
 use super::Program;
 use super::layout::{Record, length, next_multiple, span};
@@ -9,7 +9,7 @@ use crate::lanes::Marks;
 use crate::scratch::{Rejected, Scratch};
 use core::ops::Range;
 
-/// How many elements of a block that is refused run by single steps.
+/// How many elements of a refused block run by single steps.
 const BLOCK: usize = 64;
 /// The fewest elements for which a block is made.
 const FEWEST: usize = 16;
@@ -207,8 +207,8 @@ impl Program {
         Ok(all.end)
     }
 
-    /// Runs the formula of a loop of groups for all elements, a block at a time. What a block cannot
-    /// tell, such as which number is refused, single steps do.
+    /// Runs the formula of a loop of groups for all elements, a block at a time. Single steps find
+    /// what a block cannot, such as which number is refused.
     fn groups(
         &self,
         (body, record, marks): (Range<usize>, &Record, &Marks),

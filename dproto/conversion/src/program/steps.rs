@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use rc_quantity::{Conversion, Factor};
 use rc_vocabulary::Primitive;
 
-/// A step. `end` is the step behind the body of a loop.
+/// A step. `end` is the step after the body of a loop.
 #[derive(Clone, Debug)]
 pub(super) enum Step {
     /// Numbers of this size that stay as they are.
@@ -47,7 +47,7 @@ pub(super) enum Step {
         fixed: Option<Box<Fixed>>,
     },
     Text,
-    /// What a change of frames needs.
+    /// The inputs of a change of frames.
     KeptNumber(Primitive),
     KeptText,
     Sequence {
@@ -68,7 +68,7 @@ pub(super) enum Step {
     },
 }
 
-/// Appends the steps of values. Loops without values, and arrays of nothing, have none.
+/// Appends the steps of values. Loops without values, and empty arrays, have none.
 pub(super) fn add(steps: &mut Vec<Step>, items: &[Item]) {
     for item in items {
         let open = steps.len();

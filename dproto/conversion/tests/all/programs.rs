@@ -430,7 +430,7 @@ fn moved_and_scaled_numbers_have_the_bits_of_their_formulas() {
             if result.is_ok() {
                 assert_eq!(own, other[8..], "{group} {numbers:?}");
             }
-            // The same among many others, in a block.
+            // The value among many others, in a block.
             let count = 40_u32;
             let begin = |length: u32| length.to_le_bytes().to_vec();
             let pad = if size == 24 && items.starts_with('d') {

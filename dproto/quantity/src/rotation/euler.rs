@@ -158,7 +158,7 @@ impl fmt::Display for EulerOrder {
     }
 }
 
-/// A text is no order of turns.
+/// A text is not an order of turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoOrder;
 

@@ -14,7 +14,7 @@ pub struct Quaternion<T = f64> {
     pub z: T,
 }
 
-/// Numbers are no unit quaternion.
+/// Numbers are not a unit quaternion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoRotation {
     /// Their norm.
@@ -23,7 +23,7 @@ pub struct NoRotation {
 
 impl fmt::Display for NoRotation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a quaternion of norm {} is no rotation", self.norm)
+        write!(f, "a quaternion of norm {} is not a rotation", self.norm)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::Real;
 /// A turn about an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisAngle<T = f64> {
-    /// Of length 1. It is x for a rotation that changes nothing.
+    /// Of length 1. It is x for the identity.
     pub axis: [T; 3],
     /// In radians, from 0 to π.
     pub angle: T,

@@ -285,7 +285,7 @@ fn wrong_blocks_of_a_file_are_findings() {
         ),
         (
             "\"where\": [1.0, 2.0, 3.0], \"raw\": [1.0, 2.0, 3.0]",
-            "error[duplicate-member]: `raw` and `where` are one value, which is said twice",
+            "error[duplicate-member]: `raw` and `where` are one value, which is given twice",
         ),
         (
             "\"where\": [1.0, 2.0, 3.0, 4.0]",
@@ -455,7 +455,7 @@ fn a_graph_adopts_one_of_several_attributes_that_are_one_value() {
     let refused = refused.expect_err("two values").to_string();
     assert_eq!(
         refused,
-        "`raw` and `where` of `Sighting` are one value, which is said twice"
+        "`raw` and `where` of `Sighting` are one value, which is given twice"
     );
     assert!(Arc::ptr_eq(&before, &own.snapshot()));
 }

@@ -205,7 +205,7 @@ fn an_innermodel_is_a_tree_of_frames() {
     assert_eq!(now.node(root).expect("there").id(), Id::new(1, 1));
 }
 
-/// Two parents are no tree. Their poses are kept, and the shortest chain of them answers.
+/// Two parents are not a tree. Their poses are kept, and the shortest chain of them answers.
 #[test]
 fn a_file_whose_tree_has_a_loop_keeps_its_poses() {
     let mut document = Document::default();

@@ -239,7 +239,7 @@ fn a_migration_lists_what_differs() {
     );
     assert!(migration.graph.is_none());
     assert_eq!(migration.findings.len(), 1, "{:?}", migration.findings);
-    // The same number in another unit is another value.
+    // A number in another unit is another value.
     let expected = "graph:3:57: error[unit-mismatch]";
     assert!(
         migration.findings[0].starts_with(expected),

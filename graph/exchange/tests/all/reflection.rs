@@ -52,6 +52,6 @@ fn every_element_is_an_instance_of_its_type() {
     // Each type is there once, also without instances.
     assert_eq!(now.named("Frame").count(), 1);
     assert_eq!(now.named("Twist").count(), 1);
-    // Twice is no reflection of anything.
+    // Twice is not a reflection of anything.
     assert!(all.reflected(&schema).is_none());
 }

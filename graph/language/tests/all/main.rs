@@ -351,7 +351,7 @@ entity E : D { };
             a.gdsl:7:31: error[unknown-entity]: unknown entity `Aa` (did you mean `A`?)
             a.gdsl:8:28: error[circular-entities]: `B` is composed by itself
             a.gdsl:8:31: error[wrong-port]: port `part` of `composed_by` is for R, found Other
-            a.gdsl:9:31: error[duplicate-member]: `A` is there twice
+            a.gdsl:9:31: error[duplicate-member]: `A` occurs twice
             a.gdsl:10:28: error[circular-entities]: `D` is composed by itself
         "#]],
     );

@@ -6,7 +6,7 @@ use property_graph::Id;
 use std::collections::{BTreeSet, btree_set};
 use std::ops::Bound;
 
-/// How many replicas that this one waits for no longer are remembered.
+/// How many forgotten replicas are remembered.
 const MOST_LEFT: usize = 1024;
 
 impl Replica {
@@ -25,7 +25,7 @@ impl Replica {
 
     /// Notes what another replica has seen, and forgets removals that all have seen.
     pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
-        // Removals are of writers that are known here: what is told of others needs no memory.
+        // Removals are of writers that are known here: messages about others need no memory.
         let known = seen.iter().filter(|(w, _)| self.seen.contains_key(w));
         let seen: Vector = known.map(|(w, upto)| (*w, *upto)).collect();
         // A late message of a replica that has left does not bring it back.
@@ -40,8 +40,8 @@ impl Replica {
         self.sweep();
     }
 
-    /// Waits no longer for a replica, until it sends something newer. Then it gets the whole graph
-    /// if it lacks a removal, and keeps what it has changed meanwhile.
+    /// Stops waiting for a replica until it sends something newer. Then it gets the whole graph if
+    /// it lacks a removal, and keeps its changes made meanwhile.
     pub fn forget(&mut self, writer: u64) {
         if let Some(seen) = self.others.remove(&writer) {
             self.left.insert(writer, total(&seen));
@@ -60,7 +60,7 @@ impl Replica {
             let upto = others.map(|seen| count(seen, writer)).min();
             (upto.unwrap_or_default(), Id(u128::MAX))
         };
-        // What made an element is known then: a late message about it brings nothing back.
+        // The creation of an element is known then, so a late message about it does not restore it.
         let known = |writer: u64, all: btree_set::Range<'_, (u64, Id)>| {
             let known = all.filter(|(_, id)| covers(&self.seen, *id));
             let known = known.map(move |(sequence, id)| (writer, *sequence, *id));

@@ -61,7 +61,7 @@ fn any_order_leaves_no_difference() {
     assert_eq!(different(false, true, || [1, 2, 3]), 0);
 }
 
-/// All three agents have the number 0 in their configuration. It is no part of a writer.
+/// All three agents have the number 0 in their configuration. It is not a part of a writer.
 #[test]
 fn equal_agents_leave_no_difference() {
     assert_eq!(

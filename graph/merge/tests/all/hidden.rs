@@ -1,4 +1,5 @@
-//! What is shown after a change, decided by what it touched alone, beside the whole view.
+//! Hidden elements after a change, computed from the touched elements only, compared with the whole
+//! view.
 
 use graph_merge::{Hidden, Replica, Shown};
 use property_graph::schema::{Attribute, Entity, Kind, Port, Relation, Tree};

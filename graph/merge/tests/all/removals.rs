@@ -153,7 +153,7 @@ fn an_edge_to_what_is_removed_meanwhile_is_a_conflict_that_ends() {
     }
 }
 
-/// An edge whose end has not arrived yet is no conflict.
+/// An edge whose end has not arrived yet is not a conflict.
 #[test]
 fn an_edge_waits_for_its_end() {
     let mut a = Replica::new(1, [2]);
@@ -465,7 +465,7 @@ fn two_changes_with_one_stamp_end_the_same_everywhere() {
             };
             replica.merge(&delta).expect("a sound delta");
         }
-        // The end that lost is no end of the edge.
+        // The end that lost is not an end of the edge.
         let gone = Delta {
             sender: 3,
             since: [(3, 2)].into(),

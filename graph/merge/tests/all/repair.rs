@@ -1,5 +1,5 @@
-//! What replicas show of changes that do not go together, beside a plain implementation: all changes that
-//! anybody made, sorted, and the rules written down once more without a schema.
+//! The views of replicas after contradictory changes, compared with a plain implementation: all
+//! changes, sorted, and the rules written once more without a schema.
 
 use graph_merge::{Conflict, Reason, Record, Replica, Stamp};
 use property_graph::schema::{Attribute, Entity, Kind, Port, Relation, Tree};

@@ -86,7 +86,7 @@ fn a_path_is_repeated_and_folded() {
     let start = traverse(&graph, [joints[9]]);
     let found = start.repeat_until("predecessor", |_, node| node == first);
     assert_eq!(found.nodes().collect::<Vec<_>>(), [first]);
-    // Nobody is before the first joint.
+    // The first joint has no predecessor.
     let start = traverse(&graph, [joints[9]]);
     assert_eq!(start.repeat_until("predecessor", |_, _| false).count(), 0);
     let poses = traverse(&graph, graph.of_type("Pose")).has("length", 2.0);
@@ -160,7 +160,7 @@ struct Plain {
 }
 
 impl Plain {
-    /// The same by loops over all edges. A way is where it is, and what it has marked.
+    /// The result by loops over all edges. A way is where it is, and what it has marked.
     fn walked(&self, steps: &[Step]) -> Vec<usize> {
         let mut ways: Vec<(usize, [Option<usize>; 2])> =
             (0..self.nodes.len()).map(|at| (at, [None; 2])).collect();

@@ -155,7 +155,7 @@ fn numbers_of_different_units_are_refused_at_their_place() {
         ),
         (
             "o.mass < o.payload",
-            "query:1:34: error[unit-mismatch]: `mass` is in `kg`, but `payload` is in `g` (1 g is 0.001 kg; `unit \"kg\"` behind a value converts it)",
+            "query:1:34: error[unit-mismatch]: `mass` is in `kg`, but `payload` is in `g` (1 g is 0.001 kg; `unit \"kg\"` after a value converts it)",
         ),
         (
             "o.mass + o.length > 1",

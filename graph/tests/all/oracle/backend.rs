@@ -1,4 +1,4 @@
-//! What a graph has to do in the suite, whoever keeps it.
+//! The interface of a graph in the suite.
 
 /// Why an operation was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -22,8 +22,8 @@ const MAX_DEPTH: usize = 512;
 /// Elements that are read, or mean nothing for a tree of frames.
 const KNOWN: [&str; 4] = ["link", "joint", "material", "origin"];
 
-/// Reads a robot. The document is complete unless an error was found. Warnings tell what a tree of
-/// InnerModel has no words for.
+/// Reads a robot. The document is complete unless an error was found. Warnings list what a tree of
+/// InnerModel cannot express.
 ///
 /// A link is a node with its name, a joint that moves one with the name of the joint. If both names
 /// are equal and the axis is x, y or z, the joint is the link.
@@ -129,7 +129,7 @@ impl Reader<'_> {
             self.urdf.error(
                 "unknown-link",
                 span,
-                "the joints of some links form a circle".to_owned(),
+                "the joints of some links form a cycle".to_owned(),
             );
         }
     }

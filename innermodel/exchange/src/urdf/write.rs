@@ -67,7 +67,7 @@ fn escaped(text: &str) -> String {
 }
 
 fn numbers(numbers: Vector) -> String {
-    // Rounding errors of the rotations are no content, and −0 is 0.
+    // Rounding errors of the rotations are not content, and −0 is 0.
     let clean = |n: f64| if n.abs() < 1e-15 { 0.0 } else { n };
     numbers.map(|n| clean(n).to_string()).join(" ")
 }

@@ -1,4 +1,4 @@
-//! What other tools get is what the tree says.
+//! Exports contain the same tree.
 
 mod gltf;
 mod hostile;

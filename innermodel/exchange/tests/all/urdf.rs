@@ -173,7 +173,7 @@ fn wrong_files_are_refused_with_a_place() {
             r#"<robot><link name="a"/><link name="b"/>
             <joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>
             <joint name="k" type="fixed"><parent link="b"/><child link="a"/></joint></robot>"#,
-            "the joints of some links form a circle",
+            "the joints of some links form a cycle",
         ),
         (
             r#"<robot><link name="a"><visual><geometry><sphere radius="0,1"/></geometry></visual></link></robot>"#,
@@ -210,7 +210,7 @@ fn a_link_with_the_id_of_the_root_gets_another_one() {
     crate::model(&document);
 }
 
-/// What `xacro` has to expand is no robot yet, wherever it stands.
+/// What `xacro` has to expand is not a robot yet, wherever it stands.
 #[test]
 fn macros_are_refused() {
     let robot = |inner: &str| {

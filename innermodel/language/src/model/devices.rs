@@ -1,6 +1,6 @@
 //! Simulated devices: sensors, bases, batteries and people.
 
-/// How a simulated sensor measures. Everything is 0 in a sensor without errors.
+/// The errors of a simulated sensor. Everything is 0 in a sensor without errors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signal {
     /// Measurements in a second; 0: one in each step of the simulation.
@@ -32,11 +32,11 @@ pub struct TouchSensor {
     pub max: f64,
     /// The port of its server in RoboComp.
     pub port: u32,
-    /// How it measures.
+    /// Its errors.
     pub signal: Signal,
 }
 
-/// How a base drives.
+/// The drive of a base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// Two driven wheels.
@@ -48,7 +48,7 @@ pub enum Drive {
 /// A base that drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// How it drives.
+    /// Its drive.
     pub drive: Drive,
     /// The port of its server in RoboComp.
     pub port: u32,
@@ -100,7 +100,7 @@ pub struct Camera {
 pub struct ColourCamera {
     /// Image of the camera.
     pub camera: Camera,
-    /// How it measures colours.
+    /// The errors of its colours.
     pub signal: Signal,
 }
 
@@ -109,7 +109,7 @@ pub struct ColourCamera {
 pub struct Rgbd {
     /// Image of the camera.
     pub camera: Camera,
-    /// How it measures depths. Its colours have no errors.
+    /// The errors of its depths. Its colours have none.
     pub signal: Signal,
     /// The port of its server in RoboComp.
     pub port: u32,
@@ -133,7 +133,7 @@ pub struct Laser {
     pub measures: u32,
     /// Kept for RoboComp's simulator, which reads it.
     pub ifconfig: String,
-    /// How it measures.
+    /// Its errors.
     pub signal: Signal,
 }
 
@@ -156,7 +156,7 @@ pub struct Lidar {
     pub low: f64,
     /// The elevation of the highest ring in radians.
     pub high: f64,
-    /// How it measures.
+    /// Its errors.
     pub signal: Signal,
 }
 
@@ -169,7 +169,7 @@ pub struct Ultrasound {
     pub max: f64,
     /// The opening angle of the cone in radians.
     pub angle: f64,
-    /// How it measures.
+    /// Its errors.
     pub signal: Signal,
 }
 
@@ -180,7 +180,7 @@ pub struct Imu {
     pub port: u32,
     /// The standard deviation of a speed of turning in rad/s.
     pub gyro_noise: f64,
-    /// How it measures accelerations.
+    /// The errors of its accelerations.
     pub signal: Signal,
 }
 

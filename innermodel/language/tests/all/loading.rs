@@ -1,4 +1,4 @@
-//! What a right file says.
+//! The contents of valid files.
 
 use crate::{Disk, Texts, loaded, right, scenes};
 use expect_test::expect;

@@ -143,7 +143,7 @@ fn an_element_is_added_as_its_siblings_are_written() {
 fn an_element_is_removed_with_its_line() {
     let remove = |id| rewrite::remove(WORLD, tag(WORLD, id)).expect("a change");
     check(&remove("c"), &[("        <plane id=\"c\"/>\n", "")]);
-    // What stands beside it stays.
+    // Adjacent text stays.
     check(
         &remove("d"),
         &[(

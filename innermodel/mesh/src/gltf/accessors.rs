@@ -1,11 +1,11 @@
-//! The numbers of a glTF file: accessors over views of buffers, and what a sparse one changes.
+//! The numbers of a glTF file: accessors over views of buffers, and the changes of sparse ones.
 
 use super::{MAX_TRIANGLES, Reader, wrong};
 use crate::MeshError;
 use serde::Deserialize;
 use std::borrow::Cow;
 
-/// How many elements an accessor may have that no data stand for.
+/// How many elements without data an accessor may have.
 const MOST_WITHOUT_DATA: usize = 10_000_000;
 
 #[derive(Deserialize)]
@@ -59,7 +59,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The bytes of the view. `None` if they are not there.
+    /// The bytes of the view. `None` if they do not exist.
     pub(super) fn bytes<'b>(&self, buffers: &'b [Cow<'_, [u8]>]) -> Option<&'b [u8]> {
         let end = self.byte_offset.checked_add(self.byte_length)?;
         buffers.get(self.buffer)?.get(self.byte_offset..end)
@@ -154,7 +154,7 @@ impl Reader<'_> {
             5120 | 5121 => 1,
             5122 | 5123 => 2,
             5125 | 5126 => 4,
-            other => return Err(wrong(&format!("{other} is no type of numbers"))),
+            other => return Err(wrong(&format!("{other} is not a type of numbers"))),
         };
         let length = size * width;
         let stride = view.byte_stride.unwrap_or(length);

@@ -50,7 +50,7 @@ fn nodes_have_transforms() {
     {
         assert!((a - b).abs() < 1e-6, "{text:?}");
     }
-    // A rotation that is no unit quaternion turns, and does not scale.
+    // A rotation that is not a unit quaternion turns, and does not scale.
     let long = written(
         "a.gltf",
         {
@@ -134,7 +134,7 @@ fn corners_are_vertices_of_their_primitive() {
     for wrong in [3, 255] {
         let found = primitives(&[(4, 3, &[0, 1, wrong]), (4, 3, &[0, 1, 2])]);
         let error = found.expect_err("a wrong corner").to_string();
-        assert_eq!(error, "a triangle has a corner that is not there");
+        assert_eq!(error, "a triangle has a corner that does not exist");
     }
 }
 

@@ -89,7 +89,7 @@ fn equals_rays(model: &InnerModel, view: &View) {
             }
             let ray = sensors::ray(&view.camera, x as f64 + 0.5, y as f64 + 0.5);
             let way = view.place.vector(&ray);
-            // The bars of axes are drawn, and are no bodies.
+            // The bars of axes are drawn, and are not bodies.
             let body = |node: NodeId| tree.node(node).is_ok();
             let hit = space
                 .ray(NodeId::ROOT, start, way, 1e6, &body)

@@ -97,7 +97,7 @@ fn a_change_of_the_scene_is_no_jolt_for_a_sensor_that_drives() {
     assert!(is_calm(next_accelerations(&mut world)), "after a jump");
     world.restore(&kept);
     assert!(is_calm(next_accelerations(&mut world)), "after a way back");
-    // What the base does after an edit is felt.
+    // A sensor measures the motion of its base after an edit.
     world
         .edit(|edit| {
             edit.add(

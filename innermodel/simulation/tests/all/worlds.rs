@@ -105,7 +105,7 @@ fn devices_come_and_go() {
         Err(Error::Tree(_))
     ));
     world.run(5).expect("steps");
-    // What is refused changes nothing.
+    // A refused request changes nothing.
     let before = world.digest();
     let refused = world.edit(|edit| {
         edit.remove("arm")?;

@@ -1,4 +1,4 @@
-//! What the keys of the editor do.
+//! The effects of the keys of the editor.
 
 use super::editor::{Editor, State};
 use super::handles::{self, Drag, Mode};
@@ -12,7 +12,7 @@ use rc_diagnostics::foreign::clean;
 const PART: f64 = 0.05;
 
 impl Editor {
-    /// Writes what a handle has done into the text.
+    /// Writes the effect of a handle into the text.
     pub(super) fn finish(&mut self, drag: &Drag) {
         let (name, value) = (drag.attribute, drag.value());
         let digits = if drag.mode == Mode::Move { 3 } else { 4 };
@@ -27,7 +27,7 @@ impl Editor {
             result = self.source.set(&drag.id, name, &value);
         }
         if value == drag.old_value() || result.is_err() {
-            // What the pointer tried is not in the text.
+            // Attempts of the pointer are not in the text.
             self.source.forget_trial();
         }
         self.tell(result, &done);
@@ -152,7 +152,7 @@ impl Editor {
         };
         let removed = self.source.remove(&id);
         if removed.is_ok() {
-            // Another node without an id of its own may be called like this one now.
+            // Another node without an id of its own may have this name now.
             self.selected = None;
         }
         self.tell(
@@ -161,7 +161,7 @@ impl Editor {
         );
     }
 
-    /// Adds what a key names.
+    /// Adds the element of a key.
     pub(super) fn choose(&mut self, key: Key) {
         let length = |part: f64| Value::length(self.size() * part);
         let solid = |tag| Some((tag, vec![("radius", length(0.5)), ("length", length(1.0))]));

@@ -43,14 +43,14 @@ pub const KEYS: [(&str, &str); 20] = [
 const COLOURS: [[u8; 3]; 3] = [[255, 40, 40], [40, 220, 40], [80, 120, 255]];
 const DRAGGED: [u8; 3] = [255, 255, 0];
 
-/// What the next actions do.
+/// The effect of the next actions.
 #[derive(Debug)]
 pub(super) enum State {
     /// They select and look around.
     Idle,
     /// A handle follows the pointer.
     Drag(Drag),
-    /// The next key says what is added.
+    /// The next key chooses the element to add.
     Add,
     /// Keys write a text.
     Prompt(Prompt),
@@ -69,7 +69,7 @@ pub struct Editor {
     pub(super) mode: Mode,
     /// The id of the selected node.
     pub(super) selected: Option<String>,
-    /// What happened last.
+    /// The last result.
     pub(super) message: String,
     shows_help: bool,
     /// The user wanted to end with changes that are not saved.
@@ -114,12 +114,12 @@ impl Editor {
         self
     }
 
-    /// The tree that the text says, with what is being dragged.
+    /// The tree of the text, with the dragged node.
     pub fn model(&self) -> &Arc<InnerModel> {
         self.source.model()
     }
 
-    /// Findings in the file that are no errors, one a line.
+    /// Findings in the file that are not errors, one a line.
     pub fn warnings(&self) -> &str {
         self.source.warnings()
     }
@@ -129,7 +129,7 @@ impl Editor {
         self.selected.as_deref()
     }
 
-    /// What happened last, as a sentence.
+    /// The last result, as a sentence.
     pub fn message(&self) -> &str {
         &self.message
     }
@@ -146,7 +146,7 @@ impl Editor {
         let (Some(node), Some(view)) = (node, self.viewport.view()) else {
             return Vec::new();
         };
-        // A node that this file cannot change has none.
+        // None for a node that this file cannot change.
         if self.source.tag(node.id()).is_err() {
             return Vec::new();
         }
@@ -296,7 +296,7 @@ impl Editor {
         ViewerAction::Draw
     }
 
-    /// Ends, unless changes would be lost of which the user was not told.
+    /// Ends, unless changes would be lost and the user does not know it.
     fn leave(&mut self) -> ViewerAction {
         if !self.is_changed() || self.is_leaving {
             return ViewerAction::End;
@@ -389,7 +389,7 @@ impl Editor {
         tree.node(id).ok()
     }
 
-    /// Keeps what a command says, and selects nothing that is gone.
+    /// Keeps the result of a command, and drops a selection that was removed.
     pub(super) fn tell(&mut self, result: Result<(), String>, done: &str) {
         self.message = match result {
             Ok(()) => done.to_owned(),
@@ -401,7 +401,7 @@ impl Editor {
         }
     }
 
-    /// Writes the text with its changes beside the file, if there are any, and returns where.
+    /// Writes the text with its changes next to the file, if there are any, and returns the path.
     pub(super) fn rescue(&self) -> Option<std::io::Result<std::path::PathBuf>> {
         self.is_changed().then(|| self.source.rescue())
     }

@@ -22,7 +22,7 @@ const GRID: f64 = 1.0;
 /// A turn is a whole multiple of this angle: one degree.
 const DEGREE: f64 = PI / 180.0;
 
-/// What handles do.
+/// The effects of handles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Mode {
     /// They move the node.
@@ -54,7 +54,7 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// How far a place in the window is away, in pixels. A handle that is too short is nowhere.
+    /// The distance to a place in the window, in pixels. A handle that is too short has no place.
     fn distance(&self, place: (f64, f64)) -> f64 {
         let (mut nearest, mut length) = (f64::INFINITY, 0.0);
         for pair in self.points.windows(2) {

@@ -46,7 +46,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Keeps a change. What was undone before it cannot be redone any more.
+    /// Keeps a change. Undone changes before it cannot be redone any more.
     pub(crate) fn record(&mut self, old: &str, new: &str) {
         self.undone.clear();
         self.done.push_back(Step::between(old, new));
@@ -128,7 +128,7 @@ mod tests {
             history.undo();
         }
         assert_eq!(text, "10");
-        // A change that is larger than all may be cannot be undone.
+        // A change larger than the limit of all cannot be undone.
         history.record("", &"x".repeat(MOST_BYTES + 1));
         assert_eq!(history.done.len(), 0);
     }

@@ -2,13 +2,13 @@
 
 use crate::input::Key;
 
-/// The question what is added.
+/// The question for the element to add.
 pub(super) const CHOICE: &str =
     "add: b box, s sphere, c cylinder, k cone, t transform, m mesh; Escape: nothing";
 /// The most characters of a text.
 const LONGEST: usize = 1000;
 
-/// What is asked for.
+/// The subject of the question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
     /// The id of a node.
@@ -19,7 +19,7 @@ pub(super) enum Ask {
     Mesh,
 }
 
-/// A question, and what was written.
+/// A question, and the typed answer.
 #[derive(Clone, Debug)]
 pub(super) struct Prompt {
     pub(super) ask: Ask,
@@ -44,7 +44,7 @@ impl Prompt {
         }
     }
 
-    /// The line in the window. Of a long text, the end is seen.
+    /// The line in the window. The end of a long text is visible.
     pub(super) fn line(&self, units: &str) -> String {
         const SEEN: usize = 50;
         let question = match self.ask {

@@ -50,13 +50,13 @@ pub(crate) enum Written {
     },
 }
 
-/// What a text says.
+/// The content of a text.
 struct Content {
     model: Arc<InnerModel>,
     /// The tree that the text says.
     tree: Arc<Snapshot>,
     written: HashMap<String, Written>,
-    /// Findings that are no errors, one a line.
+    /// Findings that are not errors, one a line.
     warnings: String,
 }
 
@@ -93,7 +93,7 @@ impl Source {
         &self.content.model
     }
 
-    /// Findings in the text that are no errors, one a line.
+    /// Findings in the text that are not errors, one a line.
     pub(crate) fn warnings(&self) -> &str {
         &self.content.warnings
     }
@@ -205,8 +205,8 @@ impl Source {
         load(&self.path, &self.folders, text).map_err(|wrong| wrong.first)
     }
 
-    /// Returns to the tree that the text says, without what was only tried. Nothing is read: an
-    /// included file may be wrong at this moment.
+    /// Returns to the tree of the text, without attempts. Nothing is read: an included file may be
+    /// wrong at this moment.
     pub(crate) fn forget_trial(&self) {
         let Content { model, tree, .. } = &self.content;
         model.restore(tree.time(), tree);
@@ -223,7 +223,7 @@ impl Source {
         Ok(true)
     }
 
-    /// Makes the change again that was undone last. `false` if there is none.
+    /// Repeats the change that was undone last. `false` if there is none.
     pub(crate) fn redo(&mut self) -> Result<bool, String> {
         let Some(text) = self.history.after(&self.text) else {
             return Ok(false);
@@ -249,7 +249,7 @@ impl Source {
                     "{name} is not saved: another program changed it; l loads it, then u returns to your text"
                 ));
             }
-            // Nothing is lost if the file is gone.
+            // Nothing is lost if the file was deleted.
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 rc_files::write(&self.path, &self.text).map_err(failed)?;
             }
@@ -275,7 +275,7 @@ impl Source {
         Ok(())
     }
 
-    /// Writes a changed text into a new file and returns its path: beside the file, or in the
+    /// Writes a changed text into a new file and returns its path: next to the file, or in the
     /// folder for temporary files if that fails.
     pub(crate) fn rescue(&self) -> std::io::Result<PathBuf> {
         let beside = self.path.with_file_name("");
@@ -316,7 +316,7 @@ impl Source {
         std::iter::once(name).chain(more)
     }
 
-    /// A file beside this one with changes that an earlier session has not saved.
+    /// A file next to this one with unsaved changes of an earlier session.
     pub(crate) fn rescued(&self) -> Option<PathBuf> {
         let mut paths = self
             .rescue_names()

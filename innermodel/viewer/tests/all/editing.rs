@@ -323,7 +323,7 @@ fn a_click_selects_what_is_seen() {
     assert_eq!(
         user.editor.selected(),
         None,
-        "the root is no node of the file"
+        "the root is not a node of the file"
     );
     click(&mut user, at);
     click(&mut user, (1, 1));

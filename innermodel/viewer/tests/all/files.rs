@@ -117,7 +117,7 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         (
             &["--png", "x.png", "--camera", "cup"][..],
             1,
-            "`cup` is no camera; there is none",
+            "`cup` is not a camera; there is none",
         ),
         (
             &["--png", "x.png", "--camera", "cupp"],
@@ -307,7 +307,7 @@ fn points_of_a_file_fill_a_cloud() {
     }
 }
 
-/// A robot and a mesh are no InnerModel files; the message says how they become one, which works.
+/// A robot and a mesh are not InnerModel files; the message says how they become one, which works.
 #[test]
 fn files_of_others_say_how_they_are_seen() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -142,7 +142,7 @@ fn an_object_follows_the_pointer_over_the_floor() {
         assert_ne!(before, now);
         before = now;
     }
-    // What is held is held, whatever forces do meanwhile.
+    // A held object stays held, whatever forces do meanwhile.
     user.view.poll();
     assert_eq!(user.actions.take().len(), 1);
     user.view
@@ -255,7 +255,7 @@ fn what_is_moved_is_the_object_or_what_was_picked() {
         .input(Input::Key(Key::Character('p'), Modifiers::default()));
     assert!(lines.borrow()[1].starts_with("link (transform): "));
     assert_eq!(moved(&mut user, link).as_deref(), Some("link"));
-    // What is picked elsewhere does not count.
+    // A node that was picked elsewhere does not count.
     let wheel = user.pixel("wheel");
     assert_eq!(moved(&mut user, wheel).as_deref(), Some("robot"));
     // The floor belongs to the world, with all that stands on it.

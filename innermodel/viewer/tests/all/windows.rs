@@ -408,7 +408,7 @@ fn simulator() {
     std::fs::write(&path, answer.to_string()).expect("to write");
 }
 
-/// The same keys and drags as in an editor without a window make the same file.
+/// Keys and drags make the same file as in an editor without a window.
 #[test]
 fn a_file_is_edited_in_a_window() {
     const SIZE: (usize, usize) = (320, 240);

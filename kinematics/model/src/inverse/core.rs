@@ -13,11 +13,11 @@ pub struct Aim<'a> {
     pub near: f64,
     /// By which angle it may be turned, in rad. `near / turned` metres count as much as a radian.
     pub turned: f64,
-    /// The least positions. An infinite one is no limit.
+    /// The least positions. An infinite one is not a limit.
     pub lower: &'a [f64],
     /// The greatest positions.
     pub upper: &'a [f64],
-    /// Which joints are the same after a whole turn. Their positions are within half a turn of the
+    /// The joints that are equal after a whole turn. Their positions are within half a turn of the
     /// first ones.
     pub endless: &'a [bool],
     /// Where the search begins again, if it found nothing: positions after positions.
@@ -26,7 +26,7 @@ pub struct Aim<'a> {
     pub iterations: usize,
 }
 
-/// How a search ended.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     /// Whether the frame is within the tolerance of its target.
@@ -126,7 +126,7 @@ fn solve(matrix: &mut [[f64; 6]; 6], vector: &mut [f64; 6]) {
                 sum -= matrix[row][at] * matrix[column][at];
             }
             if row == column {
-                // Rounding may leave nothing of a direction in which no joint moves.
+                // Rounding may cancel a direction in which no joint moves.
                 matrix[row][row] = f64::sqrt(if sum > 1e-300 { sum } else { 1e-300 });
             } else {
                 matrix[row][column] = sum / matrix[column][column];
@@ -286,11 +286,11 @@ pub fn pose(
 pub struct Wish<'a> {
     /// In m/s, then in rad/s.
     pub velocity: &'a [f64; 6],
-    /// How dear velocities of joints are that are not preferred. Greater than 0.
+    /// The cost of velocities of joints that are not preferred. Greater than 0.
     pub damping: f64,
     /// The velocities of joints that are wanted where the frame leaves a choice.
     pub preferred: &'a [f64],
-    /// The least velocities. An infinite one is no limit.
+    /// The least velocities. An infinite one is not a limit.
     pub least: &'a [f64],
     /// The greatest velocities.
     pub most: &'a [f64],

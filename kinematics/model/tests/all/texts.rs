@@ -1,4 +1,4 @@
-//! What is wrong in a file.
+//! Errors in files.
 
 use rc_diagnostics::{Format, SourceMap, render};
 
@@ -63,10 +63,7 @@ fn what_no_robot_has_is_refused_at_its_place() {
             joint("type=\"revolute\"><mimic joint=\"j\"/>"),
             "error[mimic-circle]",
         ),
-        (
-            joint("type=\"fixed\"><parent link=\"b\"/>"),
-            "form a circle",
-        ),
+        (joint("type=\"fixed\"><parent link=\"b\"/>"), "form a cycle"),
         (
             inertial("<mass value=\"-1\"/>"),
             "error[bad-value]: the mass is negative: -1 kg",

@@ -219,8 +219,8 @@ impl Qos<'static> {
     }
 }
 
-/// Gets the events of an endpoint, on a thread of the library. It must neither block nor delete the
-/// endpoint.
+/// Receives the events of an endpoint, on a thread of the library. It must neither block nor delete
+/// the endpoint.
 pub trait Listener: Send + Sync {
     /// Handles an event.
     fn event(&self, event: Event);
@@ -233,7 +233,7 @@ pub enum Event {
     Data,
     /// The peer with this handle was found.
     Matched(u64),
-    /// The peer with this handle has gone.
+    /// The peer with this handle has left.
     Unmatched(u64),
     /// The quality of service of an endpoint does not match: the number of a policy (DDS 1.4,
     /// 2.3.3).
@@ -251,7 +251,7 @@ struct Attached {
 }
 
 // SAFETY: the listener is `Send` and `Sync`, the library's functions may be called from every
-// thread, and `Attached` touches the pointer only when it is made and when it goes.
+// thread, and `Attached` uses the pointer only when it is created and dropped.
 unsafe impl Send for Attached {}
 // SAFETY: as above.
 unsafe impl Sync for Attached {}
@@ -346,7 +346,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes a sample with an identity beside the body, in the inline quality of service.
+    /// Writes a sample with an identity outside the body, in the inline quality of service.
     pub fn write_related(
         &self,
         sequence: u64,
@@ -362,7 +362,7 @@ impl Writer {
     /// Lends the memory of a sample with a body of `size` bytes, which [`Writer::send`] sends.
     pub fn loan(&self, size: usize) -> Result<Loan, Error> {
         let mut body = ptr::null_mut();
-        // SAFETY: `body` may be written.
+        // SAFETY: `body` is writable.
         let data = unsafe { raw::rc_loan(self.0.id(), size, &raw mut body) };
         if data.is_null() {
             return Err(Error::OUT_OF_RESOURCES);
@@ -371,8 +371,8 @@ impl Writer {
     }
 
     /// Sends a lent sample, see [`Writer::write`]. The last `before` bytes in front of its body are
-    /// a part of it, a multiple of 8. `related`: an identity beside it, in the inline quality of
-    /// service.
+    /// a part of it, a multiple of 8. `related`: an identity outside the body, in the inline
+    /// quality of service.
     pub fn send(
         &self,
         loan: Loan,
@@ -386,7 +386,7 @@ impl Writer {
         let related = related.map(CIdentity::from);
         let related = related.as_ref().map_or(ptr::null(), ptr::from_ref);
         let data = loan.into_data();
-        // SAFETY: `data` comes from `rc_loan`, and nobody else has it any more; the identity is
+        // SAFETY: `data` comes from `rc_loan`, and nothing else refers to it; the identity is
         // copied.
         checked(unsafe { raw::rc_send(self.0.id(), data, sequence, stamp, before, related) })?;
         Ok(())
@@ -405,8 +405,8 @@ impl Writer {
         self.wait(limit, ptr::null())
     }
 
-    /// Waits until this reader has all samples, at most `limit`. A reader that has gone is not
-    /// waited for.
+    /// Waits until this reader has all samples, at most `limit`. Does not wait for a reader that
+    /// has left.
     pub fn wait_for_acks_of(&self, reader: &Guid, limit: Duration) -> Result<(), Error> {
         self.wait(limit, reader.as_ptr())
     }
@@ -489,8 +489,8 @@ pub struct Batch {
 pub struct Discovery(Attached);
 
 impl Discovery {
-    /// Calls `each` for each change: with an endpoint as it is now, or with the identity of an
-    /// endpoint that has gone.
+    /// Calls `each` for each change: with the present state of an endpoint, or with the identity of
+    /// one that has left.
     pub fn take(&self, mut each: impl FnMut(Option<End>, Guid)) -> Result<(), Error> {
         let (call, argument) = trampoline(&mut each);
         // SAFETY: the callback is called before the function returns, with the closure that it was
@@ -528,7 +528,7 @@ fn trampoline<F: FnMut(Option<End>, Guid)>(each: &mut F) -> (EndFunction, *mut c
         end: *const raw::CEnd,
         alive: i32,
     ) {
-        // SAFETY: the argument is the closure beside this function, borrowed only by C while it
+        // SAFETY: the argument is the closure next to this function, borrowed only by C while it
         // calls; `end` is valid during the call.
         let (each, end) = unsafe { (&mut *argument.cast::<F>(), &*end) };
         each((alive != 0).then(|| end.read()), end.guid);
@@ -557,8 +557,8 @@ pub fn interfaces() -> Vec<(String, String)> {
     found
 }
 
-/// Hands the messages of the library to `log` instead of standard error, for the whole process.
-/// `true` stands for an error, `false` for a warning.
+/// Passes the messages of the library to `log` instead of standard error, for the whole process.
+/// `true` means an error, `false` a warning.
 pub fn set_log(log: fn(bool, &str)) {
     static LOG: std::sync::OnceLock<fn(bool, &str)> = std::sync::OnceLock::new();
     extern "C" fn hear(priority: i32, message: *const c_char, size: usize) {
@@ -570,7 +570,7 @@ pub fn set_log(log: fn(bool, &str)) {
         }
     }
     if LOG.set(log).is_ok() {
-        // SAFETY: the function lives for ever.
+        // SAFETY: the function is static.
         unsafe { raw::rc_log(hear) };
     }
 }

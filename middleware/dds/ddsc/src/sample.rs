@@ -35,7 +35,7 @@ impl Loan {
         data
     }
 
-    /// Body, behind [`BEFORE_BODY`] bytes.
+    /// Body, after [`BEFORE_BODY`] bytes.
     pub fn memory(&mut self) -> &mut [u8] {
         // SAFETY: `rc_loan` gave the address and the size of initialised memory with that many
         // bytes in front of it, which this value alone holds.
@@ -58,8 +58,8 @@ impl Drop for Loan {
     }
 }
 
-/// A received sample with its encapsulation. It may be memory of the library, which gets it back
-/// when the sample is dropped.
+/// A received sample with its encapsulation. Its memory may belong to the library, which gets it
+/// back when the sample is dropped.
 pub struct Sample(CSample);
 
 // SAFETY: the memory is counted atomically by the library. After the sample was made, only its last
@@ -86,7 +86,7 @@ impl Sample {
         self.0.stamp
     }
 
-    /// The identity beside it, in its inline quality of service.
+    /// The identity in its inline quality of service.
     pub fn related(&self) -> Option<Identity> {
         if self.0.related.is_null() {
             return None;
@@ -97,8 +97,8 @@ impl Sample {
 }
 
 impl Sample {
-    /// The sample behind [`BEFORE_BODY`] bytes, the last of which are its encapsulation, for
-    /// writing. `None` if another reader in this process has it, too, or if there is no room before
+    /// The sample after [`BEFORE_BODY`] bytes, the last of which are its encapsulation, for
+    /// writing. `None` if another reader in this process also has it, or if there is no room before
     /// it.
     pub fn unique(&mut self) -> Option<&mut [u8]> {
         // SAFETY: `data` is a sample of `rc_take` until `rc_release`.

@@ -224,7 +224,7 @@ fn one_clean_up_serves_all_that_wait() {
     killed.iter_mut().for_each(Process::kill);
     let (waits, waiting) = channel();
     std::thread::scope(|scope| {
-        // A panic drops it, and the others do not wait for ever.
+        // A panic drops it, and the others do not wait forever.
         let leading = leading;
         for holder in &holders {
             let mut waits = Some(waits.clone());

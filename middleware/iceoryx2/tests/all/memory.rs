@@ -177,7 +177,7 @@ fn samples_suffice_for_subscribers_that_keep_old_ones_and_others_that_do_not_rea
     let mut kept = Vec::new();
     let mut sequence = 0_u64;
     for subscriber in &mut subscribers {
-        // What it keeps is in the buffer of nobody afterwards. The samples grow meanwhile.
+        // A kept sample is in no buffer afterwards. The samples grow meanwhile.
         for _ in 0..=DEPTH {
             sequence += 1;
             let mut body = sequence.to_le_bytes().to_vec();

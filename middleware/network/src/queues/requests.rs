@@ -18,8 +18,8 @@ pub const NO_ROOM: &str = "the queue of the server has no room: too many request
 /// The requests to a server: one queue for each client `C`, in the order in which the server serves
 /// them.
 ///
-/// Where there is no room in bytes, the client whose requests have the most bytes loses its newest
-/// ones. So a client that keeps below an equal share of the room always finds some.
+/// If there is no room in bytes, the client whose requests have the most bytes loses its newest
+/// ones. So a client below an equal share of the room always finds some.
 #[derive(Debug)]
 pub struct RequestQueues<C, S> {
     queues: Mutex<VecDeque<ClientQueue<C, S>>>,
@@ -77,8 +77,8 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
     }
 
     /// Adds a request of `client` with a body of `size` bytes. It comes before the waiting requests
-    /// of this client with a higher `order`. Returns the requests that have no room: this one, or
-    /// those that gave way to it.
+    /// of this client with a higher `order`. Returns the requests without room: this one, or those
+    /// that were removed for it.
     pub fn put(&self, (client, order): (C, u64), size: usize, sample: S) -> Vec<S> {
         let size = size.saturating_add(OVERHEAD);
         let mut queues = lock(&self.queues);

@@ -89,7 +89,7 @@ fn remap(text: &str, out: &mut RosArguments) -> Result<(), String> {
     let converted = converted.map_err(|_| {
         let allowed = known.kind.allowed();
         format!(
-            "--ros-args: -r `{text}` is refused; behind -r or -r NODE:, or its `:=`, is {allowed}"
+            "--ros-args: -r `{text}` is refused; after -r or -r NODE:, or its `:=`, comes {allowed}"
         )
     })?;
     match converted {

@@ -546,7 +546,7 @@ fn only_a_duration_with_an_unknown_unit_is_said_to_have_one() {
     assert!(!found("'2s'").contains("timeout"));
 }
 
-/// Each line that is no TOML is left out, and all is read again: a hostile file has many.
+/// Each line that is not TOML is left out, and all is read again: a hostile file has many.
 #[test]
 fn of_many_lines_that_are_no_toml_some_are_reported() {
     let text = |lines: usize| "a = é\n".repeat(lines);

@@ -219,7 +219,7 @@ fn all_errors_are_reported_together_and_no_change_is_applied() {
             out-of-range: `gains[0]` cannot be the number -1 (allowed is a number of 64 bits, from 0 to 100)
             repeated-change: `gains[0]` is changed twice (give each parameter one value)
             wrong-type: `tags[1]` cannot be the number 1 (allowed is a string)
-            fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate anew)
+            fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate again)
             wrong-type: `log` cannot be changed as a whole (name a parameter in it, as in `log.level`)
             unknown-parameter: unknown parameter `log.levl` (did you mean `level`?)
             unknown-parameter: `motors` is a list (name one of its elements: `motors[0]`)
@@ -311,7 +311,7 @@ fn broken_rules_are_reported_with_the_other_errors() {
         &[("sped", json!(1)), ("speed", json!(6)), ("fixed", json!(2))],
         &expect![[r#"
             unknown-parameter: unknown parameter `sped` (did you mean `speed`?)
-            fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate anew)
+            fixed-parameter: `fixed` is fixed when the component starts (change it in the configuration file and restart the component, or mark it `T` or `restart` in the .pdsl of `arm` and generate again)
             rule-broken: `speed` breaks a rule: it moves too fast (`speed <= limit` does not hold: `speed` is 6.0, `limit` is 5.0)
         "#]],
     );

@@ -260,7 +260,7 @@ fn fill<'n>(template: &str, nodes: &'n [Node]) -> (Vec<String>, Vec<Line<'n>>) {
                         *count += usize::from(depth + 1 == names.len());
                         within.push_str(&format!("[{}]", *count - 1));
                     }
-                    _ => panic!("{name} is no table"),
+                    _ => panic!("{name} is not a table"),
                 }
                 within.push('.');
             }

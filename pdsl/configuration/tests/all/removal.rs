@@ -161,7 +161,7 @@ limits = { low = 0.1, High = 0.2 }
     );
 }
 
-/// A parameter that a renamed key has taken is no candidate for another key.
+/// A parameter that a renamed key has taken is not a candidate for another key.
 #[test]
 fn a_parameter_that_is_taken_is_offered_to_no_other_key() {
     let model =
@@ -337,7 +337,7 @@ fn every_line_stays_or_becomes_a_comment() {
             let bad = ["toml-syntax", "unknown-parameter"];
             let bad = found.iter().filter(|d| bad.contains(&d.code)).find(left);
             assert!(bad.is_none(), "{bad:?}\n{toml}\n-----\n{text}");
-            // Inline tables are printed anew. Their numbers stay.
+            // Inline tables are printed again. Their numbers stay.
             for line in toml.lines().filter(|line| !line.contains('{')) {
                 let kept = |now: &str| now == line || now.strip_prefix("# ") == Some(line);
                 assert!(text.lines().any(kept), "{line}\n{toml}\n-----\n{text}");

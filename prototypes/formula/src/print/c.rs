@@ -8,7 +8,8 @@ use std::fmt::Write;
 /// The statements of a function that returns an `int`: 1 for numbers that are refused. `input` names
 /// the number at a place of the input.
 ///
-/// Compilers that join a product and a sum give other last bits (`-ffp-contract=off` tells GCC not to).
+/// Compilers that fuse a product and a sum give other last bits (`-ffp-contract=off` tells GCC not
+/// to).
 pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
     let mut out = String::new();
     for (at, node) in program.nodes.iter().enumerate() {

@@ -64,7 +64,7 @@ fn is_constant(divisor: Operand) -> bool {
 }
 
 /// The statements of a function, which raises `ValueError` for numbers that are refused. `input` is
-/// the number at a place of the input, a float. The text stands behind the [`preamble`] for it.
+/// the number at a place of the input, a float. The text needs the [`preamble`] before it.
 pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
     let mut body = String::new();
     for (at, node) in program.nodes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What a conversion loses or assumes: limits, axes, frames, numbers.
+//! Losses and assumptions of a conversion: limits, axes, frames, numbers.
 
 use super::Network;
 use crate::loss::Bound;
@@ -42,7 +42,8 @@ impl<'l> Network<'l> {
         Ok(())
     }
 
-    /// What a step loses that is no number of it, of both prototypes and, if `deep`, of their parts.
+    /// The losses of a step that concern none of its numbers, for both prototypes and, if `deep`,
+    /// for their parts.
     pub(super) fn notes(&self, from: &str, to: &str, deep: bool) -> Result<Notes, Refusal> {
         let mut notes = Notes::default();
         let mut pairs = Vec::new();

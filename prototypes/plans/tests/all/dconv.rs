@@ -89,7 +89,7 @@ fn path(text: &str) -> String {
     out.replace("..", ".").trim_matches('.').to_owned()
 }
 
-/// The same statements over `from` and `to`, whose numbers are in our order.
+/// These statements over `from` and `to`, whose numbers are in our order.
 fn renamed(library: &Library, of: &Printed) -> String {
     let (own, wanted) = (members(library, &of.from), members(library, &of.to));
     let ends = [("from", &of.source, &own), ("to", &of.target, &wanted)];

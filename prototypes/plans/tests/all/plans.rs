@@ -362,7 +362,7 @@ fn exact_plans_keep_all_bits() {
     assert!(exact > 20, "{exact}");
 }
 
-/// Numbers that are no rotation, and integers that do not fit, are refused.
+/// Numbers that are not a rotation, and integers that do not fit, are refused.
 #[test]
 fn bad_values_are_refused() {
     let library = library(&samples::text());
@@ -915,7 +915,7 @@ alias b <-> c { b = c }
     );
 }
 
-/// Matrices that shear or stretch, and those whose last row is not 0, 0, 0, 1, are no rotations.
+/// Matrices that shear or stretch, and those whose last row is not 0, 0, 0, 1, are not rotations.
 #[test]
 fn matrices_that_shear_are_refused() {
     let library = library(&samples::text());
@@ -1016,7 +1016,7 @@ dproto stamp :: geometry { semantic = TimeStamp coord = seconds_nanoseconds alge
     );
 }
 
-/// Names that printed code has for something else are no functions of a user.
+/// Names that printed code has for something else are not functions of a user.
 #[test]
 fn functions_with_names_of_the_printed_code_are_refused() {
     for (function, is_allowed) in [

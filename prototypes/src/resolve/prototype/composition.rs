@@ -1,4 +1,4 @@
-//! How prototypes compose each other: in no circle, not too deep, of fitting types.
+//! Composition of prototypes: without cycles, not too deep, of fitting types.
 
 use super::super::Resolver;
 use crate::model::{Content, Prototype};

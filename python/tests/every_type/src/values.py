@@ -1,4 +1,4 @@
-"""The values of `values.rs`, made anew, and what differs between two values."""
+"""The values of `values.rs`, made again, and what differs between two values."""
 
 import dataclasses
 from typing import Any

@@ -83,7 +83,7 @@ impl Tf {
         moving.any(|slot| slot.port.peers() > 0)
     }
 
-    /// Sleeps until a sample comes, at most for so long.
+    /// Sleeps until a sample comes, at most this long.
     fn sleep(&mut self, limit: Duration) {
         let mut all: Vec<PollFd<'_>> = Vec::with_capacity(self.0.len());
         for slot in &self.0 {
@@ -120,8 +120,8 @@ impl TfSlot {
     }
 }
 
-/// Puts the transforms of a sample into a history, and returns their number. The handler of the slot
-/// reports a sample that is none.
+/// Puts the transforms of a sample into a history, and returns their number. The handler of the
+/// slot reports an invalid sample.
 fn put(history: &Shared, (hash, clock): (u64, &dyn Clock), header: Header, body: &[u8]) -> usize {
     let mut count = 0;
     if header.encoding == Encoding::Cdr && (header.type_hash == 0 || header.type_hash == hash) {
@@ -154,7 +154,7 @@ pub(crate) struct Fed {
     pub(crate) port: Box<dyn Subscriber>,
     pub(crate) history: Shared,
     pub(crate) type_hash: u64,
-    /// That of the network.
+    /// The clock of the network.
     pub(crate) clock: Arc<dyn Clock>,
 }
 
@@ -278,7 +278,7 @@ mod tests {
         let stop = WakeEvent::new().expect("an event");
         let within = |limit: Duration| Some((Instant::now() + limit, &stop));
         let deadline = || within(Duration::from_secs(10));
-        // Nobody waits for a frame that nobody has named.
+        // Nothing waits for a frame without a name.
         let unknown = tf
             .transform(&needed(1), &SystemClock, deadline())
             .expect_err("no transform");
@@ -318,7 +318,7 @@ mod tests {
         );
     }
 
-    /// Where nobody publishes, or the component stops, a message holds up nobody.
+    /// If nothing is published, or the component stops, a message must not wait.
     #[test]
     fn no_message_waits_in_vain() {
         let (here, _there) = UnixStream::pair().expect("a pair");

@@ -6,16 +6,17 @@ use rc_quantity::rotation::{Quaternion, turned};
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 
-/// How long a transform is kept behind the newest one of its frame, as in tf2: 10 s, in nanoseconds.
+/// How long a transform is kept before the newest one of its frame, as in tf2: 10 s, in
+/// nanoseconds.
 const KEPT: i64 = 10_000_000_000;
 /// The most frames of a history, and the most transforms of all of them.
 pub(super) const MOST_FRAMES: usize = 4096;
 const MOST: usize = 100_000;
 /// The most transforms of one frame: 10 s at 1 kHz.
 const MOST_OF_FRAME: usize = 10_000;
-/// The most frames from one to its root. A message looks at all of them.
+/// The most frames from one to its root. A message visits all of them.
 const DEEPEST: usize = 256;
-/// Of so many transforms without room, one looks for frames to forget.
+/// One of this many transforms without room searches for frames to forget.
 const LOOK: usize = 64;
 /// The longest name of a frame, in bytes.
 const LONGEST: usize = 256;
@@ -37,13 +38,13 @@ struct Edge {
     poses: VecDeque<(i64, Pose)>,
 }
 
-/// What a slot has received.
+/// The received transforms of a slot.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     edges: BTreeMap<String, Edge>,
     /// The number of poses.
     count: usize,
-    /// How many transforms there was no room for.
+    /// How many transforms found no room.
     refused: usize,
     /// Whether transforms hold for all times, as those of `/tf_static`.
     pub(super) is_constant: bool,
@@ -71,7 +72,7 @@ impl fmt::Display for Missing {
             Self::Unconnected => f.write_str("no chain of transforms connects them"),
             Self::Circle => write!(
                 f,
-                "their transforms form a circle, or a chain of more than {DEEPEST} frames"
+                "their transforms form a cycle, or a chain of more than {DEEPEST} frames"
             ),
             Self::Newer(frame, time) => {
                 let frame = clean(frame);
@@ -86,7 +87,7 @@ impl fmt::Display for Missing {
 }
 
 impl Pose {
-    /// From a message. `None` if it is no pose.
+    /// From a message. `None` if it is not a pose.
     pub(super) fn new(place: [f64; 3], xyzw: [f64; 4]) -> Option<Self> {
         let turn = Quaternion::xyzw(xyzw).unit(TOLERANCE).ok()?;
         let is_finite = place.iter().all(|length| length.is_finite());
@@ -126,7 +127,7 @@ impl Pose {
         let (a, mut b) = (self.turn.to_xyzw(), other.turn.to_xyzw());
         let mut cosine: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
         if cosine < 0.0 {
-            // The same rotation, on the shorter way.
+            // An equal rotation, on the shorter way.
             b = b.map(|part| -part);
             cosine = -cosine;
         }
@@ -192,7 +193,7 @@ impl History {
         let Some(edge) = self.edges.get_mut(child) else {
             return;
         };
-        // Simulated time may begin anew.
+        // Simulated time may begin again.
         let is_past = edge.poses.back().is_some_and(|(newest, _)| *newest > last);
         if edge.parent != parent || self.is_constant || is_past {
             self.count -= edge.poses.len();
@@ -348,8 +349,8 @@ mod tests {
         })
     }
 
-    /// A robot that drives from the origin to 2 m ahead within a second and turns by 90°, with a lidar
-    /// 1 m above and 1 m ahead of it, and a map beside odom.
+    /// A robot that drives from the origin to 2 m ahead within a second and turns by 90°, with a
+    /// lidar 1 m above and 1 m ahead of it, and a map next to odom.
     fn histories() -> [History; 2] {
         let (mut moving, mut constant) = (History::default(), History::default());
         constant.is_constant = true;
@@ -444,10 +445,10 @@ mod tests {
         // One far ahead makes no later one too old.
         history.put(("map", "base"), (now + KEPT + 1, now), Pose::IDENTITY);
         assert_eq!(history.count, 11);
-        // A frame that moves to another parent begins anew.
+        // A frame that moves to another parent begins a new history.
         history.put(("odom", "base"), (20_000_000_000, now), Pose::IDENTITY);
         assert_eq!(history.count, 1);
-        // So does one in simulated time that begins anew.
+        // So does a frame in simulated time that begins again.
         history.put(("odom", "base"), (21_000_000_000, now), Pose::IDENTITY);
         history.put(("odom", "base"), (5, 5), Pose::IDENTITY);
         assert_eq!(history.count, 1);
@@ -459,7 +460,7 @@ mod tests {
             history.put(("map", &format!("f{frame}")), (0, 0), Pose::IDENTITY);
         }
         assert_eq!(history.edges.len(), MOST_FRAMES);
-        // Names that change, as those of things that are seen, take the places of what is gone.
+        // Names that change, such as those of detected objects, take the places of old ones.
         let later = 30 * KEPT;
         for _ in 0..LOOK {
             history.put(("map", "later"), (later, later), Pose::IDENTITY);

@@ -69,7 +69,7 @@ pub(crate) struct Wire {
     pub(crate) net: usize,
     /// On the right sides of the column before.
     pub(crate) left: Vec<Touch>,
-    /// On the left sides of the column behind.
+    /// On the left sides of the next column.
     pub(crate) right: Vec<Touch>,
     /// Where it runs up and down.
     pub(crate) x: i32,

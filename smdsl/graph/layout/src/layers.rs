@@ -1,9 +1,9 @@
 //! One connected part of one level: items in columns, lanes for lines that pass a column, and the
 //! gaps between.
 //!
-//! Column 0 and the last one are the borders. Gap `g` lies between columns `g` and `g + 1`. A line
-//! runs forward through lanes of the columns between its source and its last target; to targets
-//! that do not stand behind its source, it turns round and runs back through lanes of its own.
+//! Column 0 and the last one are the borders. Gap `g` is between columns `g` and `g + 1`. A line
+//! runs forward through lanes of the columns between its source and its last target. To targets
+//! that are not right of its source, it turns round and runs back through lanes of its own.
 
 use crate::elements::{ColumnItem, Element, Item, Layers, LevelNet, Placed, Touch, Wire};
 use crate::{Point, order, place, rank, tracks};

@@ -1,6 +1,6 @@
 //! A layout of nested boxes and the lines between them.
 //!
-//! Sources stand left of targets: a layered layout (Sugiyama, Tagawa, Toda 1981). Each cluster is
+//! Sources are left of targets: a layered layout (Sugiyama, Tagawa, Toda 1981). Each cluster is
 //! laid out separately, inner clusters first, and is a box with ports in the cluster around it. So
 //! boxes never overlap, and a line enters a cluster only if it ends inside. Lines are horizontal or
 //! vertical, and the lines of a net share their route until they part. Units are those of the
@@ -25,7 +25,7 @@ pub use nest::layout;
 /// A box.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// The cluster that it is in: an index into the same list, smaller than its own.
+    /// The cluster that contains it: an index into the same list, smaller than its own.
     pub parent: Option<usize>,
     /// Node, slot or cluster.
     pub shape: Shape,
@@ -36,9 +36,9 @@ pub struct Node {
 pub enum Shape {
     /// A box of this size.
     Leaf {
-        /// How wide it is.
+        /// Its width.
         width: i32,
-        /// How high it is.
+        /// Its height.
         height: i32,
         /// Where lines enter its left side, as distances from its upper edge.
         left: Vec<i32>,
@@ -88,18 +88,18 @@ pub struct Rect {
     pub x: i32,
     /// Distance of the upper edge from that of the drawing.
     pub y: i32,
-    /// How wide it is.
+    /// Its width.
     pub width: i32,
-    /// How high it is.
+    /// Its height.
     pub height: i32,
 }
 
 /// The result.
 #[derive(Clone, Debug)]
 pub struct Layout {
-    /// How wide all is; all of it begins at 0, 0.
+    /// The width of the whole layout, which begins at 0, 0.
     pub width: i32,
-    /// How high all is.
+    /// The height of the whole layout.
     pub height: i32,
     /// One for each box.
     pub boxes: Vec<Rect>,

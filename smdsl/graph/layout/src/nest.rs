@@ -1,5 +1,5 @@
-//! Clusters in clusters: each is laid out by itself, and a line across their borders is put
-//! together from its parts.
+//! Nested clusters: each is laid out by itself, and a line across their borders is joined from its
+//! parts.
 
 use crate::elements::{Item, LevelNet, Placed};
 use crate::pack::pack;
@@ -13,7 +13,7 @@ struct Level {
     placed: Placed,
     /// The nets of the placement, by their numbers outside.
     nets: HashMap<usize, usize>,
-    /// For each net of the placement, the targets: boxes of this level, none for what is outside.
+    /// For each net of the placement, the targets: boxes of this level, none for those outside.
     targets: Vec<Vec<Option<(usize, usize)>>>,
     /// By the number of a box, its item.
     items: HashMap<usize, usize>,
@@ -26,13 +26,13 @@ struct Level {
 struct Nest<'a> {
     nodes: &'a [Node],
     nets: &'a [Net],
-    /// The boxes of each cluster; the last entry is what is in none.
+    /// The boxes of each cluster; the last entry has those outside all clusters.
     children: Vec<Vec<usize>>,
     levels: Vec<Level>,
 }
 
-/// Lays all out. Parents stand before their children in `nodes`; ports that do not exist are a
-/// mistake of the caller.
+/// Lays out everything. Parents come before their children in `nodes`; ports that do not exist are
+/// a mistake of the caller.
 pub fn layout(nodes: &[Node], nets: &[Net]) -> Layout {
     let outside = nodes.len();
     let mut children = vec![Vec::new(); outside + 1];
@@ -48,7 +48,7 @@ pub fn layout(nodes: &[Node], nets: &[Net]) -> Layout {
         levels,
     };
     let concerned = nest.concerned();
-    // Those inside come behind those around them.
+    // Inner clusters come after those around them.
     for at in (0..outside).rev() {
         if matches!(nodes[at].shape, Shape::Cluster { .. }) {
             nest.levels[at] = nest.level(at, &concerned[at]);
@@ -74,14 +74,14 @@ pub fn layout(nodes: &[Node], nets: &[Net]) -> Layout {
 }
 
 impl Nest<'_> {
-    /// The clusters around a box, from inside to outside; the last is the number behind all boxes.
+    /// The clusters around a box, from inside to outside; the last is the number after all boxes.
     fn around(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         let outside = self.nodes.len();
         let parents = std::iter::successors(self.nodes[node].parent, |at| self.nodes[*at].parent);
         parents.chain([outside])
     }
 
-    /// The box directly in `cluster` that is `node` or around it, where it is inside at all.
+    /// The box directly in `cluster` that is `node` or contains it, if `node` is inside.
     fn child(&self, cluster: usize, node: usize) -> Option<usize> {
         let outside = self.nodes.len();
         let own = std::iter::successors(Some(node), |at| self.nodes[*at].parent);
@@ -143,7 +143,7 @@ impl Nest<'_> {
         ports.iter().position(|n| *n == net).unwrap_or(0)
     }
 
-    /// Lays out what is directly in one cluster.
+    /// Lays out the boxes directly in one cluster.
     fn level(&self, cluster: usize, concerned: &[usize]) -> Level {
         let children = &self.children[cluster];
         let items: HashMap<usize, usize> = children.iter().copied().zip(0..).collect();

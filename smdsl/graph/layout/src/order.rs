@@ -1,4 +1,4 @@
-//! In which order elements stand in their columns: few crossings.
+//! Orders the elements of columns so that few lines cross.
 
 use crate::elements::{ColumnItem, Element, Layers, Touch};
 
@@ -19,7 +19,7 @@ struct Neighbour {
 struct Lines {
     /// To the column before.
     before: Vec<Vec<Neighbour>>,
-    /// To the column behind.
+    /// To the next column.
     behind: Vec<Vec<Neighbour>>,
     /// Within its own column, where a line turns round.
     beside: Vec<Vec<usize>>,
@@ -100,7 +100,7 @@ impl Lines {
     }
 }
 
-/// Where each element stands in its column.
+/// The place of each element in its column.
 fn positions(columns: &[Vec<usize>], count: usize) -> Vec<f64> {
     let mut positions = vec![0.0; count];
     for column in columns {
@@ -144,7 +144,7 @@ fn sort(lines: &Lines, columns: &mut [Vec<usize>], at: usize, forward: bool) {
     columns[at] = column.collect();
 }
 
-/// How often the lines of `upper` cross those of `lower`, which stands below it.
+/// How often the lines of `upper` cross those of `lower`, which is below it.
 fn between(lines: &[Vec<Neighbour>], position: &[f64], upper: usize, lower: usize) -> usize {
     let place = |n: &Neighbour| position[n.element] + n.other * 0.9;
     let crossed = |one: &Neighbour| {
@@ -177,12 +177,12 @@ fn swap_neighbours(lines: &Lines, elements: &[Element], columns: &mut [Vec<usize
     }
 }
 
-/// The crossings of a whole order; a line that turns round crosses what stands between.
+/// The crossings of a whole order; a line that turns round crosses everything between.
 fn crossings(lines: &Lines, elements: &[Element], columns: &[Vec<usize>]) -> usize {
     let position = positions(columns, elements.len());
     let mut count = 0;
     for column in columns {
-        // All lines of the gap behind, in the order of their beginnings: how many pairs end in
+        // All lines of the next gap, in the order of their beginnings: how many pairs end in
         // another order.
         let mut ends: Vec<(f64, f64)> = column
             .iter()

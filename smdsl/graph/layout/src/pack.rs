@@ -47,7 +47,7 @@ pub(crate) fn pack(
         if x > 0 && x + placed.width > limit {
             (x, y, shelf) = (0, y + shelf + MARGIN, 0);
         }
-        // What reaches the border does so by itself, the others keep off it.
+        // Parts that reach the border reach it by themselves; the others keep a distance from it.
         let left = if part.border { 0 } else { margin };
         part.take(placed, Point::new(x + left, y), &mut out);
         x += placed.width + MARGIN;
@@ -55,7 +55,7 @@ pub(crate) fn pack(
         let right = if part.border { 0 } else { 2 * margin };
         out.width = out.width.max(x - MARGIN + right);
         if part.border {
-            // Nothing stands beside what leads to the border.
+            // Nothing may be next to a part that leads to the border.
             x = limit + 1;
         }
     }
@@ -79,7 +79,7 @@ struct Part {
     border: bool,
 }
 
-/// The item that stands for all that are connected to one.
+/// The item that represents all items connected to it.
 fn find(root: &mut [usize], mut at: usize) -> usize {
     while root[at] != at {
         root[at] = root[root[at]];
@@ -145,7 +145,7 @@ impl Part {
         .collect()
     }
 
-    /// Takes what was laid out over into the whole.
+    /// Transfers a laid-out part into the whole.
     fn take(&self, placed: &Placed, by: Point, out: &mut Placed) {
         for (item, place) in self.items.iter().zip(&placed.items) {
             out.items[*item] = place.moved(by);

@@ -1,4 +1,4 @@
-//! How far down each element stands: its order is kept, and lines are as straight as can be.
+//! The vertical positions of elements: their order is kept, and lines are as straight as possible.
 
 use crate::elements::{ColumnItem, Layers};
 
@@ -64,7 +64,7 @@ fn distance(layers: &Layers, upper: usize, lower: usize) -> i32 {
     layers.elements[upper].height + room
 }
 
-/// For each element its lines to the column before, and to the one behind.
+/// For each element its lines to the previous column, and to the next one.
 fn pulls(layers: &Layers) -> (Vec<Vec<Pull>>, Vec<Vec<Pull>>) {
     let count = layers.elements.len();
     let mut before: Vec<Vec<Pull>> = Vec::new();
@@ -109,7 +109,7 @@ fn settle(layers: &mut Layers, at: usize, pulls: &[&Vec<Vec<Pull>>]) {
         }
         offsets.push(sum);
     }
-    // Groups that stand as close as they may, each at the mean of what its elements want.
+    // Groups that are as close together as allowed, each at the mean of the wishes of its elements.
     let mut groups: Vec<(f64, f64, usize)> = Vec::new();
     for (element, offset) in column.iter().zip(&offsets) {
         let (wanted, weight) = wish(layers, *element, pulls);

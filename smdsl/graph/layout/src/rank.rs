@@ -1,4 +1,4 @@
-//! In which column each item stands.
+//! Assigns each item to a column.
 
 use crate::elements::{Item, LevelNet};
 use std::collections::{BTreeMap, BTreeSet};

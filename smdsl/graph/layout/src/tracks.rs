@@ -2,9 +2,9 @@
 
 use crate::elements::{ColumnItem, Layers, Touch, Wire};
 
-/// Between two lines that run beside each other.
+/// Between two parallel lines.
 const SPACING: i32 = 8;
-/// Between a column and the first line beside it: room for an arrowhead.
+/// Between a column and the line next to it: room for an arrowhead.
 const ROOM: i32 = 18;
 /// Between two columns, at least.
 const LEAST: i32 = 44;
@@ -13,13 +13,13 @@ const BORDER: i32 = 16;
 /// Lines that are nearer than this are seen as one.
 const NEAR: i32 = 4;
 
-/// How wide a gap is.
+/// The width of a gap.
 pub(crate) fn width(layers: &Layers, gap: usize) -> i32 {
     let wires = &layers.gaps[gap];
     let last = layers.columns.len() - 1;
     let outer = gap == 0 || gap + 1 == last;
     if outer && wires.is_empty() {
-        // A part that reaches no border keeps no room for it.
+        // A part that reaches no border reserves no room for it.
         let reaches = !(layers.columns[0].is_empty() && layers.columns[last].is_empty());
         return if reaches { BORDER } else { 0 };
     }
@@ -27,14 +27,14 @@ pub(crate) fn width(layers: &Layers, gap: usize) -> i32 {
     (furthest + ROOM).max(if outer { 2 * ROOM } else { LEAST })
 }
 
-/// How often what lies upon each other is moved.
+/// How many rounds move overlapping lines.
 const ROUNDS: usize = 4;
-/// How far a line is moved that would lie upon another one.
+/// How far an overlapping line is moved.
 const FURTHEST: i32 = 14;
 
-/// Gives each wire its track, and moves what would lie upon each other.
+/// Assigns each wire its track, and moves overlapping lines.
 pub(crate) fn assign(layers: &mut Layers) {
-    // What is moved in one gap may come upon something in the one before.
+    // Moving in one gap may cause an overlap in the previous one.
     for _ in 0..ROUNDS {
         for gap in 0..layers.gaps.len() {
             let order = sorted(layers, gap);
@@ -53,7 +53,7 @@ pub(crate) fn assign(layers: &mut Layers) {
             let x = beside.map(|(_, x)| x + SPACING).max().unwrap_or(ROOM);
             xs.push((wire, x));
         }
-        // Few lines stand in the middle of a gap that is wider than they need.
+        // Few lines are in the middle of a gap that is wider than they need.
         let furthest = xs.iter().map(|(_, x)| *x).max().unwrap_or(ROOM);
         let shift = (LEAST - furthest - ROOM).max(0) / 2;
         let outer = gap == 0 || gap + 2 == layers.columns.len();
@@ -63,7 +63,7 @@ pub(crate) fn assign(layers: &mut Layers) {
     }
 }
 
-/// Where the lines of a wire touch the columns before and behind.
+/// Where the lines of a wire touch the previous and the next column.
 fn ends(layers: &Layers, wire: &Wire) -> (Vec<i32>, Vec<i32>) {
     let left = wire.left.iter().map(|t| layers.y(*t, true));
     let right = wire.right.iter().map(|t| layers.y(*t, false));
@@ -135,8 +135,8 @@ fn sorted(layers: &Layers, gap: usize) -> Vec<usize> {
     order
 }
 
-/// Where a line to the right lies upon one from the left that turns further right, one of them is
-/// moved a little.
+/// If a line to the right overlaps one from the left that turns further right, one of them is moved
+/// a little.
 fn separate(layers: &mut Layers, gap: usize, order: &[usize]) {
     for (at, first) in order.iter().enumerate() {
         for number in 0..layers.gaps[gap][*first].right.len() {
@@ -172,7 +172,7 @@ fn moves(layers: &Layers, touch: Touch) -> bool {
     }
 }
 
-/// How far a line is best moved: a little, and upon no other one of its gap.
+/// The best distance to move a line: short, and onto no other line of its gap.
 fn step(layers: &Layers, gap: usize, touch: Touch, is_left: bool, y: i32) -> i32 {
     let taken = |y: i32| {
         let wires = &layers.gaps[gap];
@@ -205,7 +205,7 @@ fn shift(layers: &mut Layers, touch: Touch, on_its_right: bool, by: i32) {
     }
 }
 
-/// How far an element with its ports is best moved: a little, to where its neighbours leave more
+/// The best distance to move an element with its ports: short, to where its neighbours leave more
 /// room.
 fn room(layers: &Layers, element: usize) -> i32 {
     let own = &layers.elements[element];

@@ -11,7 +11,7 @@ const EXCERPT: usize = 4 << 10;
 /// The largest part of one line, which the renderer lays out as a whole.
 const LONG_LINE: usize = 400;
 
-/// How much of a longer line stands before and after the annotations, in bytes.
+/// How much of a longer line is shown before and after the annotations, in bytes.
 const MARGIN: usize = 120;
 
 pub(super) fn render(sources: &SourceMap, diagnostic: &Diagnostic, colours: bool) -> String {
@@ -90,7 +90,7 @@ fn excerpts<'a>(sources: &SourceMap, diagnostic: &'a Diagnostic) -> Vec<Excerpt<
     all
 }
 
-/// How many bytes from `start` on may be between two annotations of one excerpt.
+/// The greatest gap, in bytes from `start`, between two annotations of one excerpt.
 fn longest(text: &str, start: usize) -> usize {
     let bytes = text.as_bytes().get(start..).unwrap_or_default();
     let mut ends = bytes.iter().take(LONG_LINE);

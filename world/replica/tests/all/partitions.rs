@@ -231,7 +231,7 @@ fn of_two_values_of_a_partition_the_winner_learns_and_may_decide() {
     network.converge(5 * SECOND);
     let shown = network.at(0).snapshot();
     assert_eq!(shown.get(door, "width"), Some(&Value::Float(0.8)));
-    // One after the other is no conflict.
+    // One after the other is not a conflict.
     set(&network, 0, "width", 0.6);
     network.run(SECOND);
     set(&network, 1, "width", 0.5);

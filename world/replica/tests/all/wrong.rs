@@ -464,7 +464,7 @@ fn chunks_are_those_of_one_answer() {
     add(&world, "room", "a new room");
     let again = chunks(2 * SECOND, question(1, &[0, 1]));
     assert_eq!(again, first[..2]);
-    // After a while nobody has it any more, and the one that asks has to ask anew.
+    // After a while nobody has it any more, and the one that asks has to ask again.
     assert_eq!(chunks(9 * SECOND, question(1, &[1])), []);
     assert!(chunks(9 * SECOND, question(2, &[])).len() > 2);
 }

@@ -1,5 +1,6 @@
-//! What conversions cost: the printed function beside the same by hand, the program of a connection
-//! beside the printed function, and the check of a network that converts beside one that does not.
+//! The costs of conversions: the printed function compared with a hand-written one, the program of
+//! a connection with the printed function, and the check of a network with conversions with one
+//! without.
 
 use rc_cdsl::Component;
 use rc_conversion::{Place, Plan, Program};

@@ -1,4 +1,4 @@
-//! Figures of the property graph beside petgraph and InnerModel, as lines `NAME SECONDS`.
+//! Figures of the property graph compared with petgraph and InnerModel, as lines `NAME SECONDS`.
 //! `cargo xtask bench graph` runs it, and other peers on the files that it leaves.
 
 mod merging;

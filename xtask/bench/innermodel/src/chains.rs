@@ -48,7 +48,7 @@ impl Chain {
         urdf_rs::read_from_string(&self.urdf_text()).expect("a robot")
     }
 
-    /// A tree of many joints beside each other.
+    /// A tree of many parallel joints.
     pub(crate) fn flat(nodes: usize) -> InnerModel {
         let mut text = String::from("<innerModel>");
         for n in 0..nodes {

@@ -1,6 +1,6 @@
-//! Transforms over chains of joints, loading, new versions and rays: `innermodel` beside `k` with
-//! `urdf-rs`. Both do the same chain, in turns, in one run. With a folder as argument it writes the
-//! same chains and the same mesh there, for the programs in Python.
+//! Transforms over chains of joints, loading, new versions and rays: `innermodel` compared with `k`
+//! with `urdf-rs`. Both do the same chain, in turns, in one run. With a folder as argument it
+//! writes the same chains and the same mesh there, for the programs in Python.
 
 mod chains;
 mod rays;

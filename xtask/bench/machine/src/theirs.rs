@@ -8,7 +8,7 @@ use statig::blocking::{IntoStateMachine, IntoStateMachineExt, State, StateMachin
 /// The only event.
 pub(crate) struct Next;
 
-/// Counts what is entered and left.
+/// Counts entries and exits.
 #[derive(Default)]
 pub(crate) struct Counts {
     entries: u64,
@@ -21,7 +21,8 @@ pub(crate) struct Flat(StateMachine<Ring>);
 #[derive(Default)]
 pub(crate) struct Ring(Counts);
 
-/// The number of the state. Each is a variant, since `statig` tells states apart by their variants.
+/// The number of the state. Each is a variant, because `statig` distinguishes states by their
+/// variants.
 macro_rules! ring {
     ($($state:ident => $next:ident),*) => {
         pub(crate) enum RingState { $($state),* }

@@ -79,7 +79,7 @@ impl FromStr for Command {
     type Err = io::Error;
 
     fn from_str(line: &str) -> Result<Self, Self::Err> {
-        let bad = || io::Error::other(format!("`{}` is no command", line.trim()));
+        let bad = || io::Error::other(format!("`{}` is not a command", line.trim()));
         let mut words = line.split_whitespace();
         let kind = match words.next() {
             Some("publish") => Kind::Publish,

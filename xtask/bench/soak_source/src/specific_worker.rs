@@ -11,7 +11,7 @@ use soak_source_generated::{CallError, Context, Image, Worker, WorkerError};
 
 /// The most ticks of one turn, below the depth of the subscriber (100).
 const MOST_TICKS: u64 = 10;
-/// The longest delay. Beyond it the schedule begins anew, and the missed ticks are skipped.
+/// The longest delay. Beyond it the schedule begins again, and the missed ticks are skipped.
 const MOST_BEHIND: u64 = TICKS_A_SECOND;
 
 pub struct SpecificWorker {

@@ -1,12 +1,13 @@
-//! A world beside topics with the same bytes, each component in a process of its own, over shared
-//! memory. Without arguments, it runs everything and prints a table; with a role, it is one process.
+//! A world compared with topics with the same bytes, each component in a process of its own, over
+//! shared memory. Without arguments, it runs everything and prints a table; with a role, it is one
+//! process.
 
 mod member;
 
 use member::{Done, Mode, Role};
 use std::process::{Child, Command, ExitCode, Stdio};
 
-/// What is compared: `name`, the roles of the processes, and the goal of world over topic.
+/// A comparison: `name`, the roles of the processes, and the goal of world over topic.
 struct Row {
     name: &'static str,
     roles: Vec<Role>,
@@ -91,7 +92,7 @@ fn start(role: &Role, network: &str, number: usize) -> Result<Child, String> {
     command.spawn().map_err(|error| error.to_string())
 }
 
-/// Runs processes side by side, and returns what they have measured.
+/// Runs processes in parallel, and returns their measurements.
 fn run(roles: &[Role], network: &str) -> Result<Vec<Done>, String> {
     let mut children = Vec::new();
     for (number, role) in roles.iter().enumerate() {

@@ -12,7 +12,7 @@ use world_agent_generated::{Context, HandlerError, SendError, Worker, WorkerErro
 
 /// Until then, replicas join and nothing is measured.
 const WARM: Duration = Duration::from_secs(4);
-/// Stands in messages where the time is written.
+/// Marks the place of the time in messages.
 const MARK: i64 = 0x0123_4567_89ab_cdef;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub(crate) enum Mode {
     Topic,
 }
 
-/// What a process does.
+/// The task of a process.
 #[derive(Clone, Debug)]
 pub(crate) struct Role {
     pub(crate) mode: Mode,
@@ -38,11 +38,11 @@ pub(crate) struct Role {
 }
 
 impl Role {
-    /// The same with topics.
+    /// This member with topics.
     pub(crate) fn as_topic(&self) -> Self {
         let mut topic = self.clone();
         topic.mode = Mode::Topic;
-        // Nobody asks for a sample: it is sent again and again.
+        // Samples are sent repeatedly without a request.
         if self.nodes > 1 && !self.receives {
             topic.rate = 10;
         }
@@ -80,7 +80,7 @@ impl Role {
     }
 }
 
-/// What a process has measured.
+/// The measurements of a process.
 pub(crate) struct Done {
     pub(crate) count: u64,
     pub(crate) median_us: f64,
@@ -387,7 +387,7 @@ impl ReceiveWorldStream<Context> for Member {
     }
 }
 
-/// Runs a process, and prints what it has measured.
+/// Runs a process, and prints its measurements.
 pub(crate) fn run(role: &str, network: &str, name: &str) -> Result<(), String> {
     let role = Role::read(role).ok_or("no such role")?;
     let measured = Duration::from_secs(role.seconds);

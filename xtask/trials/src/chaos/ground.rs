@@ -132,7 +132,7 @@ impl Ground {
         Ok(command)
     }
 
-    /// The end of what a program has printed on stderr.
+    /// The end of a program's output on stderr.
     pub(super) fn log_end(&self, program: &str) -> String {
         let log = std::fs::read(self.path(&format!("{program}.log"))).unwrap_or_default();
         let end = log.len().saturating_sub(LOG_END);
@@ -322,7 +322,7 @@ const BINDS: [(&str, &str); 3] = [
     ),
 ];
 
-/// The same components as threads of one process, which restarts at once, with a source of time.
+/// These components as threads of one process, which restarts at once, with a source of time.
 fn in_one(components: &Path) -> String {
     let names = NAMES.iter().zip(PROGRAMS).chain([(&CLOCK, CLOCK)]);
     let components = names.map(|(name, program)| {

@@ -22,8 +22,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Robots of three components each; beside them are a camera and its viewer, the source of the time
-/// of the first robot, and a component over DDS.
+/// Robots of three components each; in addition a camera and its viewer, the source of the time of
+/// the first robot, and a component over DDS.
 const ROBOTS: usize = 6;
 /// The pause between two kills of components.
 const BEAT: Duration = Duration::from_secs(1);
@@ -36,7 +36,7 @@ const DEADLINE: Duration = Duration::from_secs(1);
 /// The other work in the function whose time is measured.
 const BESIDE: Duration = Duration::from_millis(100);
 /// Beyond this multiple of the deadline and of the longest time that the machine let a thread wait,
-/// the machine is no explanation for a late call: the run fails.
+/// the machine is not an explanation for a late call: the run fails.
 const SLACK: u32 = 5;
 /// Time after which something hangs, on the slowest machine: the run fails.
 const HANGS: Duration = Duration::from_mins(1);
@@ -444,7 +444,7 @@ fn milliseconds(time: &str) -> Result<i64, Failure> {
     let clock = time
         .split_once('T')
         .map(|(_, clock)| clock.trim_end_matches('Z'));
-    let clock = clock.ok_or_else(|| format!("{time} is no time"))?;
+    let clock = clock.ok_or_else(|| format!("{time} is not a time"))?;
     let mut total = 0.0;
     for part in clock.split(':') {
         total = total * 60.0 + part.parse::<f64>()?;

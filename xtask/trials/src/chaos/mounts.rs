@@ -28,7 +28,7 @@ pub(super) fn logs() -> Option<&'static Path> {
         .map(|_| Path::new(LOGS))
 }
 
-/// Starts this program anew in the namespace, in place of this process. It returns in the
+/// Starts this program again in the namespace, in place of this process. It returns in the
 /// namespace, or with the reason why there is none.
 pub(super) fn enter() -> Result<(), String> {
     if logs().is_some() {

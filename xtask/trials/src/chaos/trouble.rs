@@ -1,7 +1,7 @@
-//! Troubles of a network under load that are no kill of a single process: many deaths at once, a
+//! Troubles of a network under load other than killing a single process: many deaths at once, a
 //! supervisor or a guard that is stopped for a while, a supervisor without a free descriptor, a
 //! full shared memory, a full and a slow disk, clocks that jump: that of the system, and the source
-//! of time of some components, which runs an hour ahead in each tick and begins anew.
+//! of time of some components, which runs an hour ahead in each tick and begins again.
 
 use super::Dice;
 use super::ground::{CLOCK, Ground};
@@ -43,7 +43,7 @@ enum Kind {
     Clock,
 }
 
-/// What a trouble causes until all components are ready.
+/// The events of a trouble until all components are ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Consequence {
     Nothing,
@@ -114,7 +114,7 @@ impl Troubles {
                 } else {
                     shim.slow_disk(SLOW)?;
                 }
-                // What starts meanwhile writes most.
+                // A process that starts meanwhile writes most.
                 self.killed_meanwhile += kill(ground, &status, 20, dice);
                 std::thread::sleep(time);
                 shim.slow_disk(Duration::ZERO)?;
@@ -209,7 +209,7 @@ fn full(folder: &Path, time: Duration) -> Result<(), Failure> {
     Ok(written?)
 }
 
-/// Lets the simulated time run ahead, then begin anew.
+/// Lets the simulated time run ahead, then begin again.
 fn jump(ground: &Ground, status: &Value, time: Duration) {
     let set = |step: &str, rate: f64| {
         let changes = json!({ "step": step, "rate": rate });

@@ -117,8 +117,8 @@ pub(super) fn run(
     Ok(took < first * STARTS && longest < (idle * ANSWERS).max(NOISE))
 }
 
-/// The events of a failed start. Each component ends once, by the kill; one that ends again
-/// before the network stops was started in vain.
+/// The events of a failed start. Each component ends once, by the kill; one that ends again before
+/// the network stops had a useless start.
 fn failures(events: impl Iterator<Item = Value>) -> Vec<Value> {
     let mut ended = BTreeSet::new();
     let running = events.take_while(|event| event["code"] != "stopping");

@@ -10,7 +10,7 @@ pub(super) enum Step {
     Change(String, &'static str, &'static str),
     /// Types a command, which makes or generates files.
     Command(Vec<String>),
-    /// Types `rcgen stubs COMPONENT`, and pastes what it prints.
+    /// Types `rcgen stubs COMPONENT`, and pastes its output.
     Paste(&'static str),
     /// Types `rcdeploy up --build NETWORK`, which generates and builds what has changed.
     Up,

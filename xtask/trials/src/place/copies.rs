@@ -7,7 +7,7 @@ use rc_middleware::{
     Address, Backend, Endpoint, Environment, OpenError, Qos, Settings, TypeIdentity, WakeEvent,
 };
 
-/// What a sample costs the typed layer and a middleware.
+/// The cost of a sample in the typed layer and a middleware.
 const SAMPLE: Operation = Operation::one_way("sample", 1, 7);
 type Connect = fn(&Environment) -> Result<Box<dyn Backend>, OpenError>;
 

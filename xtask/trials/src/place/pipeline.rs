@@ -19,7 +19,7 @@ const TIME_GOAL: f64 = 0.7;
 /// The limit for the start, and for one block.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// The measured rows: what the first component publishes, until the last one has it.
+/// The measured rows: from publishing by the first component until the last one has the sample.
 fn rows() -> [Row; 2] {
     [
         Row {
@@ -168,7 +168,8 @@ impl Chain {
         Ok(chain)
     }
 
-    /// Waits until a value comes through: `ping` and `pong` do not wait for those between them.
+    /// Waits until a value comes through: `ping` and `pong` do not wait for the components between
+    /// them.
     fn await_relays(&mut self) -> Result<(), Failure> {
         let mut row = rows()[0].clone();
         row.count = 1;

@@ -1,4 +1,5 @@
-//! What a proxy adds, beside one more hop: the same two processes, directly and through a proxy.
+//! The cost of a proxy compared with one more hop: the same two processes, directly and through a
+//! proxy.
 
 use super::placed::{SLOTS as SLOTS_OF_PING, SLOTS_OF_PONG, arguments};
 use super::{Row, row};
@@ -10,9 +11,9 @@ use crate::variant;
 use rc_deploy_network::Profile;
 use std::path::Path;
 
-/// The goal for what a proxy adds, divided by one more hop.
+/// The goal for the cost of a proxy, divided by one more hop.
 const GOAL: f64 = 1.1;
-/// The slots that the proxy stands for.
+/// The slots of the proxy.
 const SLOTS: [&str; 2] = ["Echo", "Sample"];
 
 const ROWS: [Row; 3] = [

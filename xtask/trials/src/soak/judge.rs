@@ -6,15 +6,15 @@ use bench_protocol::soak::Counts;
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
-/// Memory of the last quarter may be so much more than that of the second one, in MB; so much it
-/// may differ within the end.
+/// How much more memory the last quarter may have than the second one, in MB, and how much it may
+/// differ within the end.
 const FLAT: f64 = 1.0;
 /// The end is that long, or the second half of a run that is not twice as long.
 const END: Duration = Duration::from_mins(5);
 /// The end is divided into so many parts to see whether it is flat: a single measurement may hit a
 /// moment of more use.
 const PARTS: usize = 5;
-/// The processor time of the last quarter may be this multiple of the second quarter's, since the
+/// The processor time of the last quarter may be this multiple of the second quarter's, because the
 /// machine is noisy.
 const STEADY: f64 = 2.0;
 /// The source may skip this part of the ticks on a busy machine.
@@ -220,7 +220,7 @@ pub(super) fn row(sent: &Counts, came: &Counts, samples: &[Sample], met: bool) -
 mod tests {
     use super::*;
 
-    /// Samples of a second each; `memory` says what the source has in each of them.
+    /// Samples of a second each; `memory` is the memory of the source in each of them.
     fn samples(memory: impl Fn(u32) -> f64) -> Vec<Sample> {
         let begin = Instant::now();
         let second = |at: u32| Duration::from_secs(at.into());

@@ -7,11 +7,11 @@ use rc_codegen::{FileLoader, Project, copied, source_files};
 use rc_diagnostics::foreign::clean_lines;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rcgen::check::Model;
-use rcgen::mend::{Change, Which};
+use rcgen::fix::{Change, Which};
 use std::io;
 use std::path::PathBuf;
 
-/// How often files are checked again. A mend may make a text readable that has further ones.
+/// How often files are checked again. A fix may make a text readable that has further ones.
 const ROUNDS: usize = 20;
 
 pub(crate) fn check(
@@ -32,7 +32,7 @@ pub(crate) fn check(
         let (mut refused, copies) = look(files, robocomp, common, &mut sources, &mut found)?;
         if let Some(which) = which.filter(|_| rounds < ROUNDS) {
             rounds += 1;
-            let (changes, errors) = rcgen::mend::files(&sources, &found, which);
+            let (changes, errors) = rcgen::fix::files(&sources, &found, which);
             for change in &changes {
                 print_line(format_args!("{}", line(change)));
             }
@@ -45,7 +45,7 @@ pub(crate) fn check(
         }
         if rounds == ROUNDS {
             tell(format_args!(
-                "`--fix` stopped after {ROUNDS} rounds of mends"
+                "`--fix` stopped after {ROUNDS} rounds of fixes"
             ));
         }
         let reported = report(&sources, &found, common.format);
@@ -60,7 +60,8 @@ pub(crate) fn check(
     }
 }
 
-/// Checks all files once. Returns what the system refused, and whether the manifests could be read.
+/// Checks all files once. Returns the errors of the system, and whether the manifests could be
+/// read.
 fn look(
     files: &[PathBuf],
     robocomp: bool,
@@ -89,8 +90,8 @@ fn line(change: &Change) -> String {
     let Change {
         file, line, column, ..
     } = change;
-    let place = format!("mend {}:{line}:{column}:", shown(&file.to_string_lossy()));
-    // Nobody tells foreign spaces apart.
+    let place = format!("fix {}:{line}:{column}:", shown(&file.to_string_lossy()));
+    // Foreign spaces all look alike.
     let old = match change.old.chars().next() {
         Some(c) if c.is_whitespace() => format!("U+{:04X}", u32::from(c)),
         _ => shown(&change.old),
@@ -103,11 +104,11 @@ fn line(change: &Change) -> String {
     }
 }
 
-/// Says how many of the findings `--fix` mends.
+/// Says how many of the findings `--fix` fixes.
 fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<Which>) {
-    let (certain, likely) = rcgen::mend::count(sources, found);
+    let (certain, likely) = rcgen::fix::count(sources, found);
     if certain > 0 && which.is_none() {
-        tell(format_args!("`rcgen check --fix` mends {certain} of these"));
+        tell(format_args!("`rcgen check --fix` fixes {certain} of these"));
     }
     if likely > 0 && which != Some(Which::Likely) {
         let all = if which.is_none() {
@@ -116,7 +117,7 @@ fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<Which>) {
             likely
         };
         tell(format_args!(
-            "`rcgen check --fix=likely` mends {all} of these"
+            "`rcgen check --fix=likely` fixes {all} of these"
         ));
     }
 }

@@ -1,4 +1,4 @@
-//! `rcgen clean`: removes what was generated.
+//! `rcgen clean`: removes generated code.
 
 use crate::command_line::Generate;
 use crate::generation::{folder_of, groups, here_or, shown};

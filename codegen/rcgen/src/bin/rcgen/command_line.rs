@@ -60,14 +60,13 @@ pub(crate) enum Command {
     Init {
         /// The folder of the workspace.
         dir: PathBuf,
-        /// Where the framework's crates come from: a version (0.1), a git address
-        /// (https://…, with ?branch=…, ?tag=… or ?rev=… behind it), or a folder with this project.
-        /// A folder inside the workspace, or in the same git repository, is named by a relative
-        /// path.
+        /// Where the framework's crates come from: a version (0.1), a git address (https://…,
+        /// followed by ?branch=…, ?tag=… or ?rev=…), or a folder with this project. A folder inside
+        /// the workspace, or in the same git repository, is named by a relative path.
         #[arg(long, value_name = "VERSION|GIT|PATH", default_value = HERE)]
         framework: String,
-        /// Builds into the target folder of the framework, which must be a folder: cargo compiles
-        /// hardly a crate of crates.io a second time. Programs of both lie in one folder.
+        /// Builds into the target folder of the framework, which must be a folder: cargo then
+        /// compiles few crates of crates.io again. Programs of both are in one folder.
         #[arg(long)]
         shared_target: bool,
     },
@@ -75,7 +74,7 @@ pub(crate) enum Command {
     New(New),
     /// Generates components: those named, or all of the workspace of the current folder.
     Generate(Generate),
-    /// Removes what was generated; `generate` makes it again. Everything else stays.
+    /// Removes generated code; `generate` makes it again. Everything else stays.
     Clean {
         /// Components, and folders with components [default: the workspace of the current folder].
         #[arg(value_name = "FILE.cdsl|FOLDER", add = files(&["cdsl"]))]
@@ -86,23 +85,24 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph files, .json files of DSR,
-        /// .xml files of InnerModel, .toml files that lie in a component's etc/, and folders with any of them.
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph files,
+        /// .json files of DSR, .xml files of InnerModel, .toml files in a component's etc/, and
+        /// folders with any of them.
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
-        /// Takes files as RoboComp does: an operation that returns a value may stand under
+        /// Accepts files as RoboComp does: an operation that returns a value is allowed under
         /// subscribesTo, with a warning. Generating code for it is still refused.
         #[arg(long)]
         robocomp: bool,
-        /// Mends files, and checks them again: `certain` does what can only be meant, such as a
+        /// Fixes files, and checks them again: `certain` does what can only be meant, such as a
         /// missing `;`; `likely` takes near names as well.
         #[arg(long, value_name = "WHICH", num_args = 0..=1, require_equals = true, default_missing_value = "certain", value_parser = ["certain", "likely"])]
         fix: Option<String>,
         #[command(flatten)]
         common: Common,
     },
-    /// Serves an editor by the Language Server Protocol, over standard input and output: findings of
-    /// what is typed and of all files that read it, mends, layout, and the pages of findings.
+    /// Serves an editor by the Language Server Protocol, over standard input and output: findings
+    /// in open texts and in all files that read them, fixes, layout, and the pages of findings.
     Lsp {
         /// Looks for imported files here, too.
         #[arg(short = 'I', value_name = "DIR")]
@@ -113,7 +113,7 @@ pub(crate) enum Command {
         /// Files, and folders that hold them (`target` and `generated` are left out).
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "xml"]))]
         files: Vec<PathBuf>,
-        /// Lists the files that are not formatted, fails with 1 if there is one, and writes
+        /// Lists the files that are not formatted, exits with 1 if there is one, and writes
         /// nothing.
         #[arg(long)]
         check: bool,
@@ -175,11 +175,11 @@ pub(crate) enum Command {
     /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file;
     /// or joins graphs. Warnings list what does not fit.
     Import {
-        /// The robot, or the graph of DSR; or graphs that become one. What they have with the same id
-        /// must be equal.
+        /// The robot, or the graph of DSR; or graphs to join. Elements with the same id must be
+        /// equal.
         #[arg(required = true, value_name = "FILE.urdf|FILE.xml|FILE.json|FILE.graph", add = files(&["urdf", "xml", "json", "graph"]))]
         files: Vec<PathBuf>,
-        /// The new file. Its ending says what it is.
+        /// The new file. Its extension chooses the format.
         #[arg(long, value_name = "FILE.xml|FILE.graph")]
         out: PathBuf,
         #[command(flatten)]
@@ -255,7 +255,8 @@ pub(crate) enum Command {
         #[arg(short, long, value_name = "FILE.svg|FILE.dot")]
         output: Option<PathBuf>,
     },
-    /// Prints how one data prototype becomes another one: type, distance, cost, and what is lost.
+    /// Prints the conversion from one data prototype to another one: type, distance, cost, and
+    /// loss.
     Convert {
         /// The prototype that is converted.
         #[arg(value_name = "FROM", required_unless_present = "list")]
@@ -275,8 +276,9 @@ pub(crate) enum Command {
         #[arg(long, conflicts_with_all = ["from", "to", "files", "language"])]
         list: bool,
     },
-    /// Prints a component, neutral of the language that is generated, the data prototypes of a file,
-    /// a robot with its solvers, or a graph with its schema as JSON: for other generators.
+    /// Prints a component, the data prototypes of a file, a robot with its solvers, or a graph with
+    /// its schema as JSON for other generators. The form is independent of the language that is
+    /// generated.
     View {
         /// The component, the prototypes, the solvers, the graph (.json is one of DSR), or the schema.
         #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl|FILE.graph|FILE.json|FILE.gdsl", add = files(&["cdsl", "dproto", "kdsl", "graph", "json", "gdsl"]))]
@@ -353,8 +355,8 @@ fn period(text: &str) -> Result<Duration, String> {
 #[derive(Args, Default)]
 pub(crate) struct Generate {
     /// Components, and folders with components of a workspace. For the folder of the workspace
-    /// itself, the crate `interfaces` then holds exactly what components use and what the folder of
-    /// interfaces holds.
+    /// itself, the crate `interfaces` then contains exactly what components use and what the folder
+    /// of interfaces contains.
     #[arg(value_name = "FILE.cdsl|FOLDER", add = files(&["cdsl"]))]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -372,7 +374,7 @@ pub(crate) struct Generate {
     /// Lists what would be written, and writes nothing.
     #[arg(long)]
     pub(crate) dry_run: bool,
-    /// Fails with 1 if generated/ is not what would be written, and writes nothing.
+    /// Exits with 1 if generated/ is not up to date, and writes nothing.
     #[arg(long)]
     pub(crate) check: bool,
 }

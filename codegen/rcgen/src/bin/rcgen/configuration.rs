@@ -59,7 +59,7 @@ pub(crate) fn update(
         .any(rc_configuration::Change::needs_decision)
     {
         tell(format_args!(
-            "{path}: what is left to you stays an error; put it right, then: rcgen config --update {path}"
+            "{path}: the remaining errors are left to you; correct them, then: rcgen config --update {path}"
         ));
         return Err(Failure::Input);
     }

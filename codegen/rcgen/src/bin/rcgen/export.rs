@@ -7,7 +7,7 @@ use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
-/// What is exported, and where to.
+/// The source and the destination of an export.
 #[derive(Clone, Copy)]
 pub(crate) struct Request<'r> {
     pub(crate) target: Target,

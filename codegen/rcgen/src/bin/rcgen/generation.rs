@@ -108,7 +108,7 @@ fn all(args: &Generate, summary: &mut Summary) -> Result<(), Failure> {
     }
     if args.check && matches!(outcome, Err(Failure::Input)) {
         let names: Vec<String> = args.files.iter().map(|f| f.display().to_string()).collect();
-        tell(format_args!("generate it anew: rcgen {}", names.join(" ")));
+        tell(format_args!("generate it again: rcgen {}", names.join(" ")));
     }
     outcome
 }
@@ -186,7 +186,7 @@ pub(crate) fn groups(args: &Generate) -> Result<BTreeMap<PathBuf, Group>, Failur
     Ok(groups)
 }
 
-/// A word that is no file is a mistyped command.
+/// A word that is not a file is a mistyped command.
 fn known(path: &Path) -> Result<(), Failure> {
     let is_word = path.components().count() == 1 && path.extension().is_none();
     if !is_word || path.exists() {
@@ -303,8 +303,8 @@ impl Group {
         let dry = args.dry_run || args.check;
         let lock = (!dry).then(|| self.interfaces.lock());
         let _lock = lock.transpose().map_err(system)?;
-        // What a component with errors used before stays. A component in no workspace shares its
-        // crate with none.
+        // What a component with errors used before stays. A component outside of a workspace shares
+        // its crate with none.
         let whole = self.whole || self.interfaces.workspace().is_none();
         let exact = whole && !faulty;
         let parts = generation::parts(
@@ -426,7 +426,7 @@ impl Group {
         Component::of(project, folder, middleware, &self.interfaces)
     }
 
-    /// Lists what would be done, or with `--check` what is not up to date.
+    /// Lists the changes, or with `--check` the files that are not up to date.
     fn list(
         &self,
         parts: &[Part],
@@ -503,7 +503,7 @@ fn handlers_changed(steps: &[Step]) -> bool {
     steps.iter().any(|s| is_trait(s) && !kept(s)) && steps.iter().any(|s| is_worker(s) && kept(s))
 }
 
-/// Reports what the user's worker lacks now. Where it cannot be read, the compiler reports it.
+/// Reports what the user's worker lacks now. If it cannot be read, the compiler reports it.
 fn say_what_is_missing(project: &Project, folder: &Path, sources: &mut SourceMap, format: Format) {
     if let Ok((Some(missing), mut found)) = stubs::of(project, folder, sources) {
         found.extend(missing.notes(project));

@@ -22,7 +22,7 @@ fn is_schema(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending == "gdsl")
 }
 
-/// Reads a schema; reports what is wrong with it.
+/// Reads a schema, and reports its errors.
 fn schema(file: &Path, common: &Common) -> Result<Schema, Failure> {
     let mut sources = SourceMap::new();
     let mut found = Diagnostics::new();
@@ -125,7 +125,7 @@ fn block(kind: &model::Kind) -> Option<Value> {
 }
 
 fn schema_view(schema: &Schema) -> Value {
-    // JSON has no infinity: a range without an end has no number.
+    // JSON has no infinity: a missing end of a range has no number.
     let end = |end: f64| end.is_finite().then_some(end);
     let attributes = |all: &[model::Attribute]| -> Vec<Value> {
         let all = all.iter().map(|attribute| {

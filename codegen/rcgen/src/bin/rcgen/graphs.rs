@@ -49,7 +49,7 @@ fn asked(file: &Path, loaded: &Loaded) -> Result<Arc<Snapshot>, Failure> {
     if !unconverted.is_empty() {
         let types: Vec<&str> = unconverted.into_iter().collect();
         tell(format_args!(
-            "{}: no value of {} is converted, since one is wrong or said twice; `rcgen check` names it",
+            "{}: no value of {} is converted, since one is wrong or given twice; `rcgen check` names it",
             file.display(),
             types.join(", ")
         ));
@@ -58,7 +58,7 @@ fn asked(file: &Path, loaded: &Loaded) -> Result<Arc<Snapshot>, Failure> {
 }
 
 /// A query of a graph.
-pub(crate) struct Asked<'a> {
+pub(crate) struct QueryRequest<'a> {
     pub(crate) file: &'a Path,
     /// A name, a text, or nothing to list all names.
     pub(crate) text: Option<&'a str>,
@@ -69,8 +69,8 @@ pub(crate) struct Asked<'a> {
     pub(crate) common: &'a Common,
 }
 
-pub(crate) fn query(request: &Asked<'_>) -> Result<(), Failure> {
-    let Asked {
+pub(crate) fn query(request: &QueryRequest<'_>) -> Result<(), Failure> {
+    let QueryRequest {
         file,
         text,
         parameters,

@@ -6,7 +6,7 @@ use crate::reports::{Failure, print, report, unreadable};
 use rc_codegen::files::Owner;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
-use rc_kinematics::{Asked, Cell, Shape};
+use rc_kinematics::{Cell, Question, Shape};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -40,7 +40,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
     let robot = &cell.robot;
     let limits = robot.coordinates.iter().zip(robot.limits());
     let joints = limits.map(|(name, limits)| {
-        // JSON has no infinity: a joint without an end has no number.
+        // JSON has no infinity: a missing limit of a joint has no number.
         let number = |value: f64| value.is_finite().then_some(value);
         json!({
             "name": name,
@@ -73,8 +73,8 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
     let inverses = cell.inverses.iter().map(|inverse| {
         let work = inverse.work();
         let (asked, iterations, beginnings) = match &inverse.asked {
-            Asked::Pose(search) => ("pose", search.iterations, search.beginnings()),
-            Asked::Velocity(_) => ("velocity", 1, 1),
+            Question::Pose(search) => ("pose", search.iterations, search.beginnings()),
+            Question::Velocity(_) => ("velocity", 1, 1),
         };
         let joints = inverse.joints.iter();
         json!({
@@ -103,7 +103,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The solvers of a file. What is wrong with it is reported.
+/// The solvers of a file. Its errors are reported.
 fn load(file: &Path, common: &Common) -> Result<Cell, Failure> {
     let (mut sources, mut found, mut refused) = (SourceMap::new(), Diagnostics::new(), None);
     let loader = FileLoader::new(&common.include);

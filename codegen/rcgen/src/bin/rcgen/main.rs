@@ -118,7 +118,7 @@ fn main() -> ExitCode {
             steps,
             rows,
             common,
-        }) => graphs::query(&graphs::Asked {
+        }) => graphs::query(&graphs::QueryRequest {
             file: &file,
             text: query.as_deref(),
             parameters: &parameters,

@@ -89,7 +89,7 @@ fn refused(refusal: &Refusal, from: &str, to: &str, library: &Library) -> Option
     Some(diagnostic.label(one.span, "converted from this one"))
 }
 
-/// The prototypes of files. What is wrong with these is reported.
+/// The prototypes of files. Their errors are reported.
 fn library(
     files: &[PathBuf],
     common: &Common,

@@ -1,4 +1,4 @@
-//! How `rcgen` ends, and what it prints on the way.
+//! The results of `rcgen`, and its output meanwhile.
 
 use crate::command_line::Common;
 use rc_codegen::{FileLoader, Project};
@@ -7,7 +7,7 @@ pub(crate) use rc_diagnostics::print::{error as tell, findings as print_findings
 use rc_diagnostics::{Diagnostics, Format, Severity, SourceMap};
 use std::path::Path;
 
-/// How a run ended, other than well.
+/// The end of a run that was not successful.
 pub(crate) enum Failure {
     /// The input is wrong; its findings are printed.
     Input,
@@ -64,7 +64,7 @@ pub(crate) fn write(path: &Path, content: &[u8], word: &str, dry_run: bool) -> R
     Ok(())
 }
 
-/// A file that is no text is wrong input; anything else is the system's refusal.
+/// A file that is not text is wrong input; anything else is the system's refusal.
 pub(crate) fn unreadable(
     file: &Path,
     error: &std::io::Error,

@@ -6,7 +6,7 @@ use rc_vocabulary::Middleware;
 use std::path::Path;
 
 impl Completion<'_> {
-    /// The start of the word at the cursor, and what may stand there.
+    /// The start of the word at the cursor, and what is allowed there.
     pub(super) fn in_configuration(
         &self,
         target: &Target<'_>,
@@ -26,7 +26,7 @@ impl Completion<'_> {
         };
         if let Some(header) = written.trim_start().strip_prefix('[') {
             let header = header.trim_start_matches('[');
-            // Behind a table, or in a row of numbers.
+            // After a table, or in a row of numbers.
             if header.contains([']', '#', ',']) {
                 return (start, Vec::new());
             }
@@ -43,7 +43,7 @@ impl Completion<'_> {
             let value = value.trim_start();
             let start = line + written.len() - value.len();
             let inner = value.strip_prefix('"').unwrap_or(value);
-            // Behind a value, in a comment, or in a table in braces.
+            // After a value, in a comment, or in a table in braces.
             if inner.contains(['"', '#', '{', '=']) {
                 return (start, Vec::new());
             }

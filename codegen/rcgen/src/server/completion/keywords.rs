@@ -1,4 +1,4 @@
-//! The keywords of the languages, by the block in which they stand, with what they mean.
+//! The keywords of the languages, by the block in which they are allowed, with their meanings.
 
 mod inside;
 mod statements;
@@ -27,8 +27,8 @@ pub(super) fn of(
     row.map_or(&[], |(_, _, keywords)| keywords)
 }
 
-/// Whether a word is a keyword somewhere in a language. Those of languages without suggestions are not
-/// known here.
+/// Whether a word is a keyword somewhere in a language. Those of languages without suggestions are
+/// not known here.
 pub(super) fn is_known(language: &str, word: &str) -> bool {
     let all = STATEMENTS.iter().chain(&INSIDE);
     let mut own = all.filter(|(of, ..)| *of == language);
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Each keyword of the grammars is offered somewhere, and nothing that no grammar knows.
+    /// Each keyword of the grammars is offered somewhere, and nothing else.
     #[test]
     fn the_keywords_of_the_grammars_are_known() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -71,7 +71,7 @@ impl Completion<'_> {
         }
     }
 
-    /// All types that may be named: those of the language, of this module, and of imported ones.
+    /// All types that can be named: those of the language, of this module, and of imported ones.
     fn types(&self, target: &Target<'_>) -> Vec<Item> {
         let primitives = Primitive::idsl_words().map(|(word, _)| word);
         let primitives = primitives.chain(["string", "sequence", "dictionary"]);
@@ -200,7 +200,7 @@ impl Completion<'_> {
     /// brings its import along.
     fn interfaces(&self, target: &Target<'_>) -> Vec<Item> {
         let loader = self.files.loader();
-        // The names of the file may be those of an earlier text, which imported something else.
+        // The names of the file may be those of an earlier text with other imports.
         let imported = imports_in(target.text);
         let found = imported
             .iter()
@@ -325,7 +325,7 @@ fn imports_in(text: &str) -> Vec<&str> {
     imports.map(|two| two[1].text.trim_matches('"')).collect()
 }
 
-/// The edit that imports a file: behind the last import and a comment of its line, or before the
+/// The edit that imports a file: after the last import and a comment of its line, or before the
 /// component and the comments that are about it.
 fn import_of(text: &str, file: &str) -> (usize, String) {
     let tokens = rc_syntax::tokens(text);
@@ -336,7 +336,7 @@ fn import_of(text: &str, file: &str) -> (usize, String) {
     let mut at = tokens.get(first).map_or(text.len(), |token| token.start);
     for comment in tokens[..first].iter().rev() {
         let between = &text[comment.start + comment.text.len()..at];
-        // Behind a blank line, a comment is about the file.
+        // After a blank line, a comment is about the file.
         if between.replace("\r\n", "\n").matches(['\n', '\r']).count() > 1 {
             break;
         }

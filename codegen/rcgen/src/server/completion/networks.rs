@@ -171,7 +171,8 @@ fn members(target: &Target<'_>, prefix: &str) -> Vec<Item> {
     items
 }
 
-/// What is behind the last `.` of a rule: the content of a group, or the parameters of a component.
+/// What can follow the last `.` of a rule: the content of a group, or the parameters of a
+/// component.
 fn ruled(
     completion: &Completion<'_>,
     target: &Target<'_>,
@@ -265,7 +266,7 @@ fn bound(
             .filter(|(known, _)| known.starts_with(&inside))
             .collect();
         if !within.is_empty() {
-            // Of a group, only exported slots.
+            // In a group, only exported slots.
             let group = target.names.groups.get(place);
             let slots = within
                 .iter()

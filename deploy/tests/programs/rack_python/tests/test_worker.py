@@ -100,7 +100,7 @@ def test_a_member_of_another_array_is_no_key() -> None:
     test = of("front")
     test.start(SpecificWorker)
     [laser] = test.ctx.lasers
-    with pytest.raises(LookupError, match="'front' is no member of this slot array"):
+    with pytest.raises(LookupError, match="'front' is not a member of this slot array"):
         test.ctx.poses[laser]
     [pose] = test.ctx.poses
     assert laser != pose and laser in test.ctx.lasers and pose not in test.ctx.lasers

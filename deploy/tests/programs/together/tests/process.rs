@@ -586,7 +586,7 @@ fn a_wrong_command_line_says_what_is_allowed() {
         assert_eq!(code, Some(2), "{args:?}: {errors}");
         assert!(errors.contains(words), "{args:?}: {errors}");
     }
-    // A supervisor that hands nothing over is no supervisor of this process.
+    // A supervisor that hands nothing over is not a supervisor of this process.
     let output = Command::new(PROGRAM)
         .args(["--member", "neighbour"])
         .env("RC_SUPERVISED", "1")
@@ -611,7 +611,7 @@ fn one_component_has_the_options_of_its_own_program() {
     }
 }
 
-/// A message that nobody sends on the link of a process is of no meaning.
+/// Other messages on the link of a process are ignored.
 #[test]
 fn words_on_the_link_of_the_process_do_no_harm() {
     let process = Supervised::ready(&["neighbour | left"]);
@@ -664,7 +664,7 @@ fn a_component_that_ends_early_leaves_its_process_ready() {
         "late: running",
     ];
     assert_eq!(printed.lines().collect::<Vec<_>>(), lines);
-    // Nobody answers for one that never was there.
+    // A component that never existed is not reported.
     let (code, printed) = probe(&process, &["calm", "other"]);
     assert_eq!(code, Some(3), "{printed}");
     process.set("late", "does", "stop");

@@ -145,7 +145,7 @@ impl<'a> Reader<'a> {
                 Ok(Value::List(all))
             }
             Some('{') => Ok(Value::Map(self.properties()?)),
-            Some('<') => Err("a path is no value".to_owned()),
+            Some('<') => Err("a path is not a value".to_owned()),
             _ => match self.word().as_deref() {
                 Some("null") => Ok(Value::Null),
                 Some("true") => Ok(Value::Bool(true)),
@@ -308,7 +308,7 @@ pub(crate) fn parameter(value: &Value) -> Result<Cell, Reason> {
             let all: Result<Vec<Cell>, Reason> = all.iter().map(parameter).collect();
             Cell::List(all?.into())
         }
-        _ => return Err("a map is no value".to_owned()),
+        _ => return Err("a map is not a value".to_owned()),
     })
 }
 
@@ -343,7 +343,7 @@ pub(crate) fn of_cell(cell: &Cell, graph: &Snapshot) -> Value {
     }
 }
 
-/// Whether two values are the same, also two that are no numbers.
+/// Whether two values are the same, also two that are not numbers.
 pub(crate) fn same(a: &Value, b: &Value, lists_vary: bool) -> bool {
     match (a, b) {
         (Value::Float(a), Value::Float(b)) => a == b || (a.is_nan() && b.is_nan()),

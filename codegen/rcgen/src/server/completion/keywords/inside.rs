@@ -2,8 +2,8 @@
 
 use super::{CONDITION, Keyword};
 
-/// The keywords that may stand inside a statement, by language and by the first word of the statement;
-/// `*` for any.
+/// The keywords that are allowed inside a statement, by language and by the first word of the
+/// statement; `*` for any.
 pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 16] = [
     (
         "idsl",

@@ -1,28 +1,28 @@
-//! Mends: changes of a text that solve a problem.
+//! Fixes: changes of a text that solve a problem.
 
 use crate::{Diagnostics, SourceId, SourceMap, Span};
 
-/// The longest text that is mended, in bytes.
+/// The longest text that is fixed, in bytes.
 const LONGEST: usize = 4096;
 
-/// What solves the problem of a diagnostic: one text instead of another, in its location.
+/// The solution of the problem of a diagnostic: a replacement in its location.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mend {
-    /// What is replaced: the one place in the location of the diagnostic where it stands. Empty for
-    /// a text that is missing there.
+pub struct Fix {
+    /// The text that is replaced, which occurs once in the location of the diagnostic. Empty for an
+    /// insertion.
     pub old: String,
-    /// What stands there then.
+    /// The replacement.
     pub new: String,
     /// Whether only this can have been meant. A near name is a suggestion.
     pub certain: bool,
 }
 
-impl Mend {
-    /// The edit of the diagnostic at `span`. `None` if the text there does not hold [`Mend::old`]
+impl Fix {
+    /// The edit of the diagnostic at `span`. `None` if the text there does not hold [`Fix::old`]
     /// exactly once, as a whole word, or if the new text needs quotes of its own.
     pub fn edit(&self, sources: &SourceMap, span: Span) -> Option<Edit> {
         let text = sources.text(span.source).get(span.start..span.end)?;
-        // Looking for a word in many long texts, or printing one, would take for ever.
+        // Searching or printing a word in many long texts would take too long.
         if text.len() > LONGEST || self.new.len() > LONGEST {
             return None;
         }
@@ -34,7 +34,7 @@ impl Mend {
         let mut places = text.match_indices(&self.old).map(|(at, _)| at);
         let mut places = places.by_ref().filter(|at| self.is_whole(text, *at));
         let start = span.start + places.next()?;
-        // An empty text is found behind each character.
+        // An empty text is found after each character.
         let only = self.old.is_empty() || places.next().is_none();
         only.then(|| Edit {
             span: Span::new(span.source, start, start + self.old.len()),
@@ -42,7 +42,7 @@ impl Mend {
         })
     }
 
-    /// Whether no letter before or behind continues the word at `at`.
+    /// Whether no letter before or after continues the word at `at`.
     fn is_whole(&self, text: &str, at: usize) -> bool {
         let is_word = |c: char| c.is_alphanumeric() || c == '_';
         let (before, behind) = (&text[..at], &text[at + self.old.len()..]);
@@ -55,15 +55,15 @@ impl Mend {
 /// A replacement of a part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
-    /// What is replaced. Empty for an insertion.
+    /// The text that is replaced. Empty for an insertion.
     pub span: Span,
-    /// What stands there then.
+    /// The replacement.
     pub text: String,
 }
 
 /// The edits of all diagnostics about one text, in its order; with `likely`, also suggestions.
 ///
-/// Of edits that overlap, the first counts: the other one may be right only without it.
+/// Of overlapping edits, the first counts: the other one may be right only without it.
 pub fn edits(
     sources: &SourceMap,
     found: &Diagnostics,
@@ -74,9 +74,9 @@ pub fn edits(
         .iter()
         .filter(|diagnostic| diagnostic.span.source == source)
         .filter_map(|diagnostic| {
-            let mend = diagnostic.mend.as_ref()?;
-            let wanted = likely || mend.certain;
-            wanted.then(|| mend.edit(sources, diagnostic.span))?
+            let fix = diagnostic.fix.as_ref()?;
+            let wanted = likely || fix.certain;
+            wanted.then(|| fix.edit(sources, diagnostic.span))?
         })
         .collect();
     edits.sort_by_key(|edit| edit.span);
@@ -111,15 +111,15 @@ mod tests {
     use super::*;
     use crate::Diagnostic;
 
-    /// The text after the mends of findings at ranges of bytes.
-    fn mended(text: &str, finds: &[(usize, usize, &str, &str, bool)], likely: bool) -> String {
+    /// The text after the fixes of findings at ranges of bytes.
+    fn fixed(text: &str, finds: &[(usize, usize, &str, &str, bool)], likely: bool) -> String {
         let mut sources = SourceMap::new();
         let source = sources.add("a.idsl", text);
         let mut found = Diagnostics::new();
         for (start, end, old, new, certain) in finds {
             let span = Span::new(source, *start, *end);
             let mut one = Diagnostic::error("syntax-error", span, format!("{start} {old} {new}"));
-            one.mend = Some(Box::new(Mend {
+            one.fix = Some(Box::new(Fix {
                 old: (*old).to_owned(),
                 new: (*new).to_owned(),
                 certain: *certain,
@@ -130,10 +130,10 @@ mod tests {
     }
 
     #[test]
-    fn certain_mends_and_suggestions_are_told_apart() {
+    fn certain_fixes_and_suggestions_are_told_apart() {
         let finds = [(6, 6, "", ";", true), (0, 3, "abc", "abd", false)];
-        assert_eq!(mended("abc xy", &finds, false), "abc xy;");
-        assert_eq!(mended("abc xy", &finds, true), "abd xy;");
+        assert_eq!(fixed("abc xy", &finds, false), "abc xy;");
+        assert_eq!(fixed("abc xy", &finds, true), "abd xy;");
     }
 
     #[test]
@@ -147,23 +147,23 @@ mod tests {
             ("none", "none"),
         ] {
             let find = [(0, text.len(), "Lasr", "Laser", false)];
-            assert_eq!(mended(text, &find, true), expected);
+            assert_eq!(fixed(text, &find, true), expected);
         }
     }
 
     #[test]
     fn of_overlapping_edits_the_first_counts() {
         let finds = [(0, 3, "abc", "x", true), (1, 2, "b", "y", true)];
-        assert_eq!(mended("abc", &finds, false), "x");
+        assert_eq!(fixed("abc", &finds, false), "x");
         let finds = [(3, 3, "", ";", true), (3, 3, "", ";;", true)];
-        assert_eq!(mended("abc", &finds, false), "abc;");
+        assert_eq!(fixed("abc", &finds, false), "abc;");
     }
 
     #[test]
     fn a_text_that_needs_escapes_is_not_written() {
         for new in ["a\"b", "a\nb", "a\\b"] {
-            assert_eq!(mended("abc", &[(0, 3, "abc", new, false)], true), "abc");
+            assert_eq!(fixed("abc", &[(0, 3, "abc", new, false)], true), "abc");
         }
-        assert_eq!(mended("“", &[(0, 3, "“", "\"", true)], false), "\"");
+        assert_eq!(fixed("“", &[(0, 3, "“", "\"", true)], false), "\"");
     }
 }

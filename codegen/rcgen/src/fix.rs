@@ -1,11 +1,11 @@
-//! Mends files: does what findings suggest.
+//! Applies the fixes of findings to files.
 
-use rc_diagnostics::{Diagnostics, Edit, SourceMap, mend};
+use rc_diagnostics::{Diagnostics, Edit, SourceMap, fix};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Which mends are done.
+/// Which fixes are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
     /// Those of which only one is right.
@@ -23,15 +23,15 @@ pub struct Change {
     pub line: usize,
     /// Its column in characters, from 1.
     pub column: usize,
-    /// What stood there.
+    /// The old text.
     pub old: String,
-    /// What stands there.
+    /// The new text.
     pub new: String,
 }
 
-/// Does the mends of `found` in the files that were read. Returns what was changed, and what the system
-/// refused, by file. Files that are not description files, and those that have changed since they
-/// were read, stay as they are.
+/// Applies the fixes of `found` in the files that were read. Returns the changes, and the errors of
+/// the system, by file. Files that are not description files, and those that have changed since
+/// they were read, stay as they are.
 pub fn files(
     sources: &SourceMap,
     found: &Diagnostics,
@@ -40,12 +40,12 @@ pub fn files(
     let (mut changes, mut refused) = (Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
     for source in sources.ids() {
-        let edits = mend::edits(sources, found, source, which == Which::Likely);
+        let edits = fix::edits(sources, found, source, which == Which::Likely);
         let path = sources.path(source);
         if edits.is_empty() || !crate::check::is_known(path) {
             continue;
         }
-        // What `rcgen` contains has no file.
+        // A text inside `rcgen` has no file.
         let Ok(real) = path.canonicalize() else {
             continue;
         };
@@ -77,26 +77,26 @@ fn write(file: &Path, text: &str, edits: &[Edit]) -> io::Result<bool> {
         return Ok(false);
     };
     let mark = &before[..before.len() - text.len()];
-    let after = format!("{mark}{}", mend::edited(text, edits));
+    let after = format!("{mark}{}", fix::edited(text, edits));
     rc_files::replace(file, &before, &after)?;
     Ok(true)
 }
 
-/// The content of a file, if it is still `text`, perhaps behind a byte order mark.
+/// The content of a file, if it is still `text`, with or without a byte order mark.
 fn unchanged(file: &Path, text: &str) -> io::Result<Option<String>> {
     let now = rc_files::read(file)?;
     let same = now.strip_prefix('\u{feff}').unwrap_or(&now) == text;
     Ok(same.then_some(now))
 }
 
-/// How many findings can be mended: certainly, and by a suggestion.
+/// How many findings can be fixed: certainly, and by a suggestion.
 pub fn count(sources: &SourceMap, found: &Diagnostics) -> (usize, usize) {
     let mut counts = (0, 0);
     for diagnostic in found.iter() {
-        let mend = diagnostic.mend.as_ref();
+        let fix = diagnostic.fix.as_ref();
         let known = crate::check::is_known(sources.path(diagnostic.span.source));
-        match mend.filter(|mend| known && mend.edit(sources, diagnostic.span).is_some()) {
-            Some(mend) if mend.certain => counts.0 += 1,
+        match fix.filter(|fix| known && fix.edit(sources, diagnostic.span).is_some()) {
+            Some(fix) if fix.certain => counts.0 += 1,
             Some(_) => counts.1 += 1,
             None => {}
         }

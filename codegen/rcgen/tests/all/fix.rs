@@ -1,7 +1,7 @@
 //! `rcgen check --fix`.
 
 use crate::folders::rcgen;
-use rc_diagnostics::{SourceMap, mend};
+use rc_diagnostics::{SourceMap, fix};
 use rcgen::languages::Language;
 use std::path::{Path, PathBuf};
 
@@ -18,20 +18,20 @@ fn check(folder: &Path, file: &str, text: &str, words: &[&str]) -> (i32, String,
 }
 
 #[test]
-fn what_can_only_be_meant_is_mended() {
+fn what_can_only_be_meant_is_fixed() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = "\u{feff}module M\r\n{\u{a0}struct S { int x\r\n int y }\r\n};\r\n";
     let (code, out, err, after) = check(folder.path(), "m.idsl", text, &["--fix"]);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
-    let mended = "\u{feff}module M\r\n{ struct S { int x;\r\n int y; }\r\n};\r\n";
-    assert_eq!(after, mended);
+    let fixed = "\u{feff}module M\r\n{ struct S { int x;\r\n int y; }\r\n};\r\n";
+    assert_eq!(after, fixed);
     // The character is an error of its own: what is missing shows only without it.
     assert_eq!(
         out.lines().collect::<Vec<_>>(),
         [
-            "mend m.idsl:2:2: `U+00A0` becomes ` `",
-            "mend m.idsl:2:19: add `;`",
-            "mend m.idsl:3:7: add `;`",
+            "fix m.idsl:2:2: `U+00A0` becomes ` `",
+            "fix m.idsl:2:19: add `;`",
+            "fix m.idsl:3:7: add `;`",
         ]
     );
     // A suggestion is none of these.
@@ -39,13 +39,13 @@ fn what_can_only_be_meant_is_mended() {
     let (code, out, err, after) = check(folder.path(), "n.idsl", text, &["--fix"]);
     assert_eq!((code, out.as_str(), after.as_str()), (1, "", text));
     assert!(
-        err.ends_with("`rcgen check --fix=likely` mends 1 of these\n"),
+        err.ends_with("`rcgen check --fix=likely` fixes 1 of these\n"),
         "{err}"
     );
 }
 
 #[test]
-fn near_names_are_mended_on_demand_in_every_file_that_was_read() {
+fn near_names_are_fixed_on_demand_in_every_file_that_was_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let grip = "module Grip { struct Force { flaot newton; }; interface Grip { void press(Force f); }; };\n";
@@ -55,10 +55,10 @@ fn near_names_are_mended_on_demand_in_every_file_that_was_read() {
     let (code, _, err, after) = check(folder, "c.cdsl", text, &[]);
     assert_eq!((code, after.as_str()), (1, text));
     assert!(
-        err.contains("`rcgen check --fix` mends 1 of these"),
+        err.contains("`rcgen check --fix` fixes 1 of these"),
         "{err}"
     );
-    assert!(err.contains("`rcgen check --fix=likely` mends"), "{err}");
+    assert!(err.contains("`rcgen check --fix=likely` fixes"), "{err}");
 
     let (code, out, err, after) = check(folder, "c.cdsl", text, &["--fix=likely"]);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
@@ -67,7 +67,7 @@ fn near_names_are_mended_on_demand_in_every_file_that_was_read() {
         "{after}"
     );
     assert!(
-        out.contains("mend c.cdsl:3:41: `Lasr` becomes `Laser`"),
+        out.contains("fix c.cdsl:3:41: `Lasr` becomes `Laser`"),
         "{out}"
     );
     let grip = std::fs::read_to_string(folder.join("Grip.idsl")).expect("a file");
@@ -87,14 +87,14 @@ fn editors_get_the_edit() {
         .lines()
         .map(|line| serde_json::from_str(line).expect("JSON"))
         .collect();
-    let mend = |at: usize| &edits[at]["mend"];
-    assert_eq!(mend(0)["text"], "string");
-    assert_eq!(mend(0)["certain"], false);
-    assert_eq!(mend(0)["start"]["column"], 23);
-    assert_eq!(mend(0)["end"]["column"], 29);
-    assert_eq!(mend(1)["text"], ";");
-    assert_eq!(mend(1)["certain"], true);
-    assert_eq!(mend(1)["start"], mend(1)["end"]);
+    let fix = |at: usize| &edits[at]["mend"];
+    assert_eq!(fix(0)["text"], "string");
+    assert_eq!(fix(0)["certain"], false);
+    assert_eq!(fix(0)["start"]["column"], 23);
+    assert_eq!(fix(0)["end"]["column"], 29);
+    assert_eq!(fix(1)["text"], ";");
+    assert_eq!(fix(1)["certain"], true);
+    assert_eq!(fix(1)["start"], fix(1)["end"]);
 }
 
 /// The description files below a folder of this repository.
@@ -115,7 +115,7 @@ fn a_missing_semicolon_comes_back() {
     let mut files = Vec::new();
     described(&Path::new(ROOT).join("components"), &mut files);
     described(&Path::new(ROOT).join("graph/domains"), &mut files);
-    let (mut mended, mut texts) = (0, 0);
+    let (mut fixed, mut texts) = (0, 0);
     for file in files {
         let language = Language::of(&file).expect("a language");
         let text = std::fs::read_to_string(&file).expect("a file");
@@ -129,15 +129,15 @@ fn a_missing_semicolon_comes_back() {
             if !found.has_errors() || !found.iter().all(only) {
                 continue;
             }
-            let after = mend::edited(&without, &mend::edits(&sources, &found, source, false));
+            let after = fix::edited(&without, &fix::edits(&sources, &found, source, false));
             let source = sources.add(&file, &*after);
             let left = (language.parse)(&sources, source);
             assert!(!left.has_errors(), "{}: {after}", file.display());
-            mended += 1;
+            fixed += 1;
         }
     }
     // Others are in comments, or their absence reads as something else.
-    assert!(mended * 2 > texts, "{mended} of {texts}");
+    assert!(fixed * 2 > texts, "{fixed} of {texts}");
 }
 
 #[test]
