@@ -1,4 +1,4 @@
-//! How much a solver computes.
+//! The number of operations of a solver.
 
 use rc_formula::{Operation, Program};
 

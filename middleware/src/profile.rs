@@ -1,6 +1,6 @@
-//! How calls travel.
+//! Profiles of calls.
 
-/// How the body of a call follows its envelope, see [`rpc`](crate::rpc).
+/// The relation of the body of a call to its envelope, see [`rpc`](crate::rpc).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Profile {
     /// OMG DDS-RPC: the envelope travels with the body. A reply holds a result or one exception.

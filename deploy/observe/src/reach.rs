@@ -1,4 +1,4 @@
-//! How far messages of a middleware travel.
+//! The reach of messages of a middleware.
 
 use rc_vocabulary::Middleware;
 

@@ -1,4 +1,4 @@
-//! How much a replica keeps, and a delta may say.
+//! Limits of a replica and of a delta.
 
 /// How long a name of a type or of an attribute is at most, in bytes.
 pub(crate) const MOST_NAME: usize = 256;

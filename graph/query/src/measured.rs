@@ -1,4 +1,4 @@
-//! What is known of the unit of a number.
+//! The known units of numbers, and conversions between them.
 
 use crate::ast::{Expr, InUnit, Name};
 use property_graph::schema::conversion;
@@ -24,8 +24,8 @@ impl Measured {
     }
 }
 
-/// Puts a conversion around an expression. Returns whether there is one. In a sum, it may only multiply:
-/// 5 K more is not -268 °C more.
+/// Puts a conversion around an expression. Returns whether there is one. In a sum, it may only
+/// multiply: 5 K more is not -268 °C more.
 pub(crate) fn convert(expr: &mut Expr, from: &Measured, to: &Measured, is_sum: bool) -> bool {
     let conversion = conversion(&from.unit, &to.unit);
     let Some(conversion) = conversion.filter(|way| !is_sum || way.factor().is_scale()) else {

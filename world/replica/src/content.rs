@@ -1,4 +1,4 @@
-//! What messages of replicas say.
+//! The content of messages of replicas.
 
 use crate::streams::Sample;
 use graph_merge::{Delta, Vector};
