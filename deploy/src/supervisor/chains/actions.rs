@@ -14,7 +14,7 @@ use rc_middleware::RunDirectory;
 use std::path::Path;
 use std::time::Duration;
 
-/// How long a component may take to do what it is asked.
+/// The longest time for a component to carry out a request.
 const LIMIT: Duration = Duration::from_secs(5);
 
 /// What `take_changes` needs of the supervisor.
@@ -119,7 +119,7 @@ fn ask(socket: &Path, request: &component::Request) -> Result<(), CallError> {
     Ok(())
 }
 
-/// Reports what a component has done.
+/// Reports the event of a component.
 fn tell(reporter: &NewsSender, name: &str, what: &str, result: Result<(), CallError>) {
     let event = match result {
         Ok(()) => {

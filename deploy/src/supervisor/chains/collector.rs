@@ -1,5 +1,5 @@
-//! Takes what the components of chains have noted, over their management sockets, on a thread of
-//! its own: a component that does not answer delays nothing else.
+//! Collects the records of the components on chains from their management sockets, on a thread of
+//! its own, so a component that does not answer delays only this thread.
 
 use super::join::{Coverage, JoinedHop, Joiner};
 use super::{Chains, News, NewsSender};
@@ -18,9 +18,9 @@ use std::time::Duration;
 
 /// The time from one round to the next one.
 const ROUND: Duration = Duration::from_millis(250);
-/// How long a component may take to answer. Its management has a thread of its own.
+/// The longest time for a component to answer. Its management has a thread of its own.
 const LIMIT: Duration = Duration::from_secs(1);
-/// How many rounds pass before a component that did not answer is asked again.
+/// Rounds before a component that did not answer is asked again.
 const PAUSE: u32 = 2;
 
 /// The part of a pair in a chain.
@@ -46,7 +46,7 @@ struct Connection {
     clock: Option<RemoteClock>,
 }
 
-/// What a component has answered in one round.
+/// The answer of a component in one round.
 #[derive(Debug, Default)]
 pub(super) struct Answer {
     /// Since when it is followed, if that has begun in this round, and its senders.
@@ -155,7 +155,7 @@ pub(super) fn start(
         all.any(|component| component.name == name && component.host.is_some())
     };
     let connections = components.into_iter().map(|(name, mut pairs)| {
-        // The chains behind are not measured, and say so.
+        // The chains behind it are not measured, and report that.
         pairs.truncate(MOST_PAIRS);
         Connection {
             network: plan.network.clone(),
@@ -187,7 +187,7 @@ pub(super) fn start(
 }
 
 impl Connection {
-    /// Asks for what was noted. The error says why that cannot be had.
+    /// Requests the records. The error says why they are not available.
     fn ask(&mut self) -> Result<Answer, String> {
         if self.pause > 0 {
             self.pause -= 1;
@@ -360,14 +360,14 @@ impl Collector {
         let taken = &answer.taken;
         let was_active = std::mem::replace(&mut component.coverage.is_active, taken.active);
         let since = if taken.overwritten > 0 {
-            // What was noted before the oldest one is not known.
+            // Records before the oldest one are unknown.
             Some(taken.hops.first().map_or(now, |hop| here(hop.left)))
         } else if !taken.active || !was_active {
             Some(now)
         } else {
             None
         };
-        // It may not have been followed, because its clock was not known.
+        // Perhaps it was not followed, because its clock was unknown.
         let known = component.coverage.since.or(Some(now));
         component.coverage.since = known.max(since);
         component.taken += taken.hops.len() as u64;

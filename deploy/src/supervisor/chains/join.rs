@@ -1,7 +1,7 @@
-//! Joins what the components of one chain have noted: what one has sent, the next one has received
-//! from the same sender with the same number.
+//! Joins the records of the components of one chain: a message that one has sent is the message
+//! that the next one has received from the same sender with the same number.
 //!
-//! It knows hops and times, and neither sockets nor threads, so its tests drive it alone. All times
+//! This module knows hops and times, no sockets or threads, so its tests need no others. All times
 //! are nanoseconds of the monotonic clock of the supervisor.
 
 use crate::supervisor::chains::report::Measured;
@@ -11,13 +11,13 @@ use rc_management::hops::Kind;
 use std::collections::{HashMap, VecDeque};
 use std::time::Duration;
 
-/// How many messages are remembered on their way to one component.
+/// Most messages that are remembered on their way to one component.
 const MOST_OPEN: usize = 20_000;
 /// How long a message may be on its way, in addition to the worst case, before it counts as lost.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The shortest time without any effect that breaks a chain.
 const BROKEN: Duration = Duration::from_secs(1);
-/// How long a chain is in time before a condition ends.
+/// How long a chain must be in time before a condition ends.
 const CALM: Duration = Duration::from_secs(5);
 
 /// A hop with the times of the supervisor's clock.
@@ -34,12 +34,12 @@ pub(super) struct JoinedHop {
     pub(super) left: i64,
 }
 
-/// What the supervisor knows of a component on the chain.
+/// The records of one component on the chain.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Coverage {
-    /// Whether it has been followed at all.
+    /// Whether it has ever been followed.
     pub(super) was_followed: bool,
-    /// Since when all of its hops are known; none while it is not followed.
+    /// The time since which all of its hops are known; none while it is not followed.
     pub(super) since: Option<i64>,
     /// Whether it handles messages: a managed component that is not active does not.
     pub(super) is_active: bool,
@@ -89,9 +89,10 @@ struct Stage {
     order: VecDeque<(i64, Key)>,
     /// Hops whose message is not known yet: the sender is asked after the receiver.
     early: VecDeque<JoinedHop>,
-    /// Which sender stands for all identities that one has. `None`: any sender begins the chain.
+    /// For each identity of a sender, the sender that it belongs to. `None`: any sender begins the
+    /// chain.
     senders: Option<HashMap<u32, u32>>,
-    /// Of each sender, its newest message that has arrived, and when.
+    /// The newest message that has arrived from each sender, and its time.
     newest: HashMap<u32, (u32, i64)>,
     /// When the first message was sent after the last one that arrived, and how many were.
     waits_since: Option<i64>,
@@ -113,7 +114,7 @@ pub(super) struct Joiner {
     stages: Vec<Stage>,
     pub(super) measured: Measured,
     conditions: Vec<Condition>,
-    /// When the last effect in time came.
+    /// The time of the last effect that was in time.
     in_time: Option<i64>,
     changes: Vec<Change>,
     patience: i64,
@@ -219,7 +220,7 @@ impl Joiner {
         }
     }
 
-    /// Adds what the component at `hop` has noted. `own`: the first of the identities by which it
+    /// Adds the records of the component at `hop`. `own`: the first of the identities by which it
     /// sends.
     pub(super) fn add(&mut self, hop: usize, noted: JoinedHop, own: u32) {
         let stage = &mut self.stages[hop];
@@ -379,8 +380,8 @@ impl Joiner {
         }
     }
 
-    /// Ends a round: all components were asked at `now` or later. `source` and `coverage`: what is
-    /// known of the component that begins the chain, and of those on it.
+    /// Ends a round: all components were asked at `now` or later. `source` and `coverage`: the
+    /// state of the component that begins the chain, and of those on it.
     pub(super) fn end_round(&mut self, now: i64, source: Option<Coverage>, coverage: &[Coverage]) {
         self.find_lost(now, coverage);
         let ends: Vec<&Coverage> = source.iter().chain(coverage).collect();

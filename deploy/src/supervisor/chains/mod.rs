@@ -24,7 +24,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The conditions of a chain.
 const CONDITIONS: [&str; 3] = [join::LATE, join::OLD, join::BROKEN_CODE];
 
-/// The thread that measures the chains, and what it has found.
+/// The thread that measures the chains, and its results.
 #[derive(Debug)]
 pub(super) struct ChainWatch {
     collector: Arc<Mutex<Collector>>,
@@ -34,7 +34,7 @@ pub(super) struct ChainWatch {
     _stop: Sender<()>,
 }
 
-/// What the loop of the supervisor is told.
+/// A report to the loop of the supervisor.
 #[derive(Debug)]
 enum News {
     /// A condition of the chain with this number begins or ends.
@@ -43,7 +43,7 @@ enum News {
     Done(Event),
 }
 
-/// Tells the loop of the supervisor.
+/// Reports to the loop of the supervisor.
 #[derive(Clone, Debug)]
 struct NewsSender {
     queue: Sender<News>,
@@ -52,7 +52,7 @@ struct NewsSender {
 
 impl NewsSender {
     fn send(&self, news: News) {
-        // Nobody listens any more if the network has ended.
+        // The receiver is gone if the network has ended.
         if self.queue.send(news).is_ok() {
             self.wake.wake();
         }
@@ -60,7 +60,7 @@ impl NewsSender {
 }
 
 impl ChainWatch {
-    /// Begins to measure the chains of a plan; `None` if it has none.
+    /// Starts measuring the chains of a plan; `None` if it has none.
     pub(super) fn start(plan: &Plan, directory: &RunDirectory) -> std::io::Result<Option<Self>> {
         if plan.chains.is_empty() {
             return Ok(None);

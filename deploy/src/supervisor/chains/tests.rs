@@ -20,7 +20,7 @@ const SECOND: u64 = 1000 * MS;
 const BEGIN: u64 = 5000 * SECOND;
 /// The period of the messages.
 const PERIOD: u64 = 50 * MS;
-/// How long a message takes on the way, until the reaction, and in it.
+/// The times of a message: on the way, until the reaction, and in it.
 type Delays = [[u64; 3]; HOPS];
 /// 41 ms in all.
 const USUAL: Delays = [
@@ -71,7 +71,7 @@ fn plan() -> Plan {
 
 struct Network {
     collector: Collector,
-    /// What each component has noted, with the time at which it did.
+    /// The records of each component, with the time of each.
     noted: Vec<Vec<Hop>>,
     /// How far the clock of each component is ahead.
     ahead: [i64; HOPS + 1],
