@@ -8,7 +8,7 @@ use std::process::Command;
 /// The packages that the package needs in addition to Python.
 const NUMPY: &str = "numpy==2.3.4";
 
-/// What the tests of components need. This `OpenCV` accepts the same `NumPy`.
+/// The requirements of the tests of components. This `OpenCV` accepts the same `NumPy`.
 const COMPONENTS: &str = include_str!("../../components/line_camera_detector/tests/packages.txt");
 
 /// An extension module, which cargo built beside this program.

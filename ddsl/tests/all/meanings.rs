@@ -210,8 +210,8 @@ fn prototype(semantic: &str, coordinate: &str, count: usize, axes: &str) -> Stri
     )
 }
 
-/// What a subscriber with the prototype `ours` converts of a publisher with `theirs`: as bytes, and as
-/// a plan of prototypes.
+/// The conversion of a subscriber with the prototype `ours` of a publisher with `theirs`: as bytes,
+/// and as a plan of prototypes.
 fn both_plans(
     count: usize,
     ours: &str,

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// What the doctor says of a host to which this script of a shell is the ssh: code, grade, all.
+/// The report of the doctor on a host to which this shell script is the ssh: code, grade, all.
 fn of_host(folder: &Path, ssh: &str) -> (Option<i32>, String, String) {
     let program = folder.join("ssh");
     fs::write(&program, format!("#!/bin/sh\n{ssh}\n")).expect("written");

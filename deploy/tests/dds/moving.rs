@@ -177,7 +177,7 @@ fn a_mapper_sees_points_of_a_moving_lidar_in_the_map() {
             .iter()
             .map(|n| n.parse().expect("a number"))
             .collect();
-        // What the tree says of that time, worked out by hand: right, up and ahead, in mm.
+        // The answer of the tree for that time, worked out by hand: right, up and ahead, in mm.
         let pose = site.call_tree(
             "world.InnerModel.getPoseAt",
             &json!({"to": "map", "id": "lidar", "time": stamp}),

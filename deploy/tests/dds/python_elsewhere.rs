@@ -77,7 +77,7 @@ fn a_component_in_python_runs_on_another_host() {
 
     let first = up(&site, &[("RC_SSH", &ssh)]);
     assert_eq!(first.code, 0, "{first:?}\n{}", site.log("roamer"));
-    // What it prints there comes over the connection.
+    // Its output there comes over the connection.
     Site::until("its places", || places(&site).len() == 6);
     let read = places(&site);
     for place in &read {

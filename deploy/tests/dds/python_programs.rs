@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// What the Python runtime needs, as in the tests of `rc-python`.
+/// The requirements of the Python runtime, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
 
 macro_rules! cdsl {

@@ -6,7 +6,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-/// What the Python runtime needs, as in the tests of `rc-python`.
+/// The requirements of the Python runtime, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
 
 /// Makes the workspace with a component, which these files describe: names and texts. `None`

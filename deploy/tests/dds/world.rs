@@ -118,7 +118,7 @@ impl Agents<'_> {
         assert_eq!(up.code, 0, "{up:?}");
     }
 
-    /// What the agents have, as they tell. `None` if some of them do not.
+    /// The graphs of the agents, by their reports. `None` if an agent has not reported.
     fn told(&self) -> Option<Value> {
         let mut world = self.rcdeploy(&["world", &self.site.network, "--format", "json"]);
         let output = world.output().expect("rcdeploy");

@@ -149,7 +149,7 @@ fn top_level_folders_depend_in_no_circle() {
         }
     }
     assert!(edges.len() > 10, "{edges:?}");
-    // Folders that depend on no other one are taken away until none is left.
+    // Folders that depend on no other one are removed until none is left.
     loop {
         let done = |folder: &String| !edges.contains_key(folder);
         let free = edges.iter().find(|(_, others)| others.keys().all(done));

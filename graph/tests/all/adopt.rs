@@ -188,7 +188,7 @@ fn what_the_schema_does_not_allow_changes_nothing() {
     assert!(Arc::ptr_eq(&before, &graph.snapshot()));
 }
 
-/// What is a node in one graph is an edge in the other one, with the same id.
+/// A node in one graph is an edge in the other one, with the same id.
 #[test]
 fn elements_with_equal_ids_become_what_they_are_there() {
     let id = |count| Id::new(1, count);

@@ -150,7 +150,7 @@ fn an_edge_is_a_node_while_another_one_refers_to_it() {
     assert_eq!(last.node(pose).err(), Some(Error::Removed));
     assert_eq!(last.get(scene.is_at, "since"), Some(&3.0.into()));
     assert_eq!(last.promoted().count(), 0);
-    // A node that nobody used was never there.
+    // An unused node was never there.
     let unused = scene
         .graph
         .change(Time::ZERO, |edit| edit.node_of(scene.is_at));

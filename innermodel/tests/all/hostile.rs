@@ -16,7 +16,7 @@ fn ball(radius: f64) -> Kind {
     })
 }
 
-/// What a program adds prints as a file that loads.
+/// Elements that a program adds are printed as a file that loads.
 #[test]
 fn kinds_that_no_file_can_say_are_not_added() {
     let model = InnerModel::new();

@@ -286,7 +286,7 @@ fn a_search_begins_where_it_is_told() {
     }
 }
 
-/// What a velocity costs: the error of the frame, and what is not preferred.
+/// The cost of a velocity: the error of the frame, and the distance from the preferences.
 fn cost(jacobian: &[f64], wish: &[f64; 6], rates: &[f64], preferred: &[f64], damping: f64) -> f64 {
     let count = rates.len();
     let error = (0..6).map(|row| {

@@ -67,7 +67,7 @@ fn a_value_is_copied_once_for_each_subscriber() {
     }
 }
 
-/// Queues count what a message takes: never less than is allocated for it, and not much more.
+/// Queues count the memory of a message: at least the allocated size, and not much more.
 #[test]
 fn a_queue_counts_the_memory_of_values() {
     fn texts(count: usize, text: &str) -> Vec<String> {

@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 const OPERATION: Operation = Operation::one_way("pair", 1, 7);
 
-/// What was sent: over which middleware, with which header and body.
+/// The sent messages: the middleware, the header and the body of each.
 type Sent = Rc<RefCell<Vec<(&'static str, Header, Vec<u8>)>>>;
 
 /// A middleware in memory.

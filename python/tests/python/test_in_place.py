@@ -239,7 +239,7 @@ class InPlace(unittest.TestCase):
         else:
             for number in range(100, 103):
                 self.assertEqual(self.received.get(timeout=LIMIT).number, number)
-        # What is kept is as it was.
+        # Kept values are unchanged.
         numbers = [view.number for view in views]
         self.assertEqual(numbers, [0, 2, 3] if SHARED else [0, 1, 2, 3])
         views.clear()

@@ -262,7 +262,7 @@ impl Drop for StopOnDrop<'_> {
     }
 }
 
-/// What a component of this name does while `meanwhile` waits: times and steps. `before` runs
+/// The actions of a component of this name while `meanwhile` waits: times and steps. `before` runs
 /// before the replies of each server, whose place it gets.
 fn run(
     description: &'static Description,

@@ -90,7 +90,7 @@ pub(super) struct Script {
     pub(super) trace: Vec<(u64, String, String)>,
     pub(super) ticks: u64,
     pub(super) last_tick: u64,
-    /// How often a loop has asked for what a client awaits.
+    /// How often a loop has asked for the awaited end of a client.
     pub(super) looks: usize,
     /// Replies that the servers have sent.
     pub(super) replies: [usize; 2],

@@ -505,7 +505,7 @@ impl<'a> Reference<'a> {
         for action in block {
             match action {
                 Action::Raise(event) => self.internal.push_back(event.text.clone()),
-                // The queues have a bound: what finds no room cannot be dispatched.
+                // The queues have a bound: an event beyond it cannot be dispatched.
                 Action::Send { delay, .. }
                     if delay.is_zero() && self.external.len() == rc_machine::MAX_EVENTS
                         || !delay.is_zero() && self.delayed.len() == rc_machine::MAX_DELAYED =>

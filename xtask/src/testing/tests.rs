@@ -23,7 +23,7 @@ fn output(tests: &[&str], target: &str) -> Report {
     report
 }
 
-/// What a second run of `tests` prints, in which `failed` fail again.
+/// The output of a second run of `tests`, in which `failed` fail again.
 fn second(tests: &[&str], failed: &[&str]) -> Report {
     let mut report = Report::default();
     let names: String = failed.iter().map(|test| format!("    {test}\n")).collect();

@@ -1,4 +1,4 @@
-//! What the test programs of rcdeploy share: the environment of one test ([`site::Site`]), and
+//! Shared parts of the test programs of rcdeploy: the environment of one test ([`site::Site`]), and
 //! networks that run over several middlewares.
 #![allow(
     clippy::missing_panics_doc,

@@ -30,7 +30,7 @@ struct Editor {
     folder: PathBuf,
     /// The findings of each file.
     shown: BTreeMap<String, Value>,
-    /// What the server told its user.
+    /// The messages of the server to its user.
     told: Vec<String>,
     next: u64,
 }
@@ -491,7 +491,7 @@ fn hostile_input_ends_the_server_without_a_panic() {
         assert_eq!(output.status.code(), Some(3), "{text}");
         assert!(text.starts_with("rcgen: error: "), "{text}");
     }
-    // What is not JSON, or too long, is answered; the next message is read.
+    // A message that is not JSON, or too long, is answered; the next message is read.
     let long = "a".repeat(17 << 20);
     let exit = "Content-Length: 17\r\n\r\n{\"method\":\"exit\"}";
     for input in [

@@ -104,7 +104,8 @@ fn an_environment_is_made_on_request() {
         .output();
     assert_eq!(print.expect("python").stdout, b"7\n");
 
-    // What cannot be installed is an error, and so is a version that the component does not take.
+    // A package that cannot be installed is an error, and so is a version that the component does
+    // not accept.
     needs(folder, ">=3.11", "\"no-such-package-of-anybody==1\"");
     let (code, said) = venv(folder, &path, &[]);
     assert_eq!(code, Some(3), "{said}");

@@ -249,7 +249,7 @@ fn a_file_that_hides_a_module_of_python_is_reported() {
     for folder in ["email", "guarding", "json"] {
         fs::create_dir(src.join(folder)).expect("a folder");
     }
-    // A folder without `__init__.py` hides nothing, and what is inside of a package neither.
+    // A folder without `__init__.py` hides nothing, and neither does the content of a package.
     let files = [
         "queue.py",
         "numpy.py",
@@ -392,7 +392,7 @@ fn values_in_place_make_room_for_the_names_of_the_idsl() {
     fs::write(folder.path().join("c.cdsl"), cdsl).expect("a file");
     let (code, _, err) = rcgen(folder.path(), &["c.cdsl"]);
     assert_eq!(code, 0, "{err}");
-    // What is declared, and with which types.
+    // The declarations and their types.
     let mut all = String::new();
     for file in [
         "types/m.py",

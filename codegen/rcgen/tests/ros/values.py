@@ -9,7 +9,7 @@ import sys
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-# What stands before a body and says how it is encoded: little endian.
+# The header of a body, which gives its encoding: little endian.
 HEAD = bytes([0, 1, 0, 0])
 
 

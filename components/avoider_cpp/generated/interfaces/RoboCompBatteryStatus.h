@@ -11,7 +11,7 @@ struct HardwareFailedException : rc::UserException {
   explicit HardwareFailedException(std::string what_)
       : rc::UserException("RoboCompBatteryStatus::HardwareFailedException"), what(std::move(what_)) {}
 
-  /// What went wrong, for a person to read.
+  /// The error in words.
   std::string what{};
 
   static constexpr std::int32_t rc_id = 1023798054;
@@ -26,7 +26,7 @@ enum class BatteryStates : std::int32_t {
   Disconnected = 2,
 };
 
-/// What a battery measures.
+/// The measurements of a battery.
 struct TBattery {
   /// Of its capacity, from 0 to 100.
   float percentage{};

@@ -22,7 +22,7 @@ struct TMechParams {
   float temp{};
   /// Where the base is connected, such as a serial port.
   std::string device{};
-  /// What drives it: the name of the hardware or of the simulator.
+  /// The driver: the name of the hardware or of the simulator.
   std::string handler{};
   /// The fastest it drives.
   ///
@@ -38,7 +38,7 @@ struct TMechParams {
 
 /// Calls a server of `DifferentialRobot`.
 /// Drives the base and asks where it is.
-/// What moves the base is a command, one way: the state tells what came of it.
+/// Motions are commands without replies: the state shows their effect.
 class DifferentialRobotPrx : public rc::Client {
  public:
   using rc::Client::Client;
@@ -74,7 +74,7 @@ class DifferentialRobotPrx : public rc::Client {
     return rc_try<RoboCompDifferentialRobot::TMechParams>(2);
   }
 
-  /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
+  /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until the next command.
   ///
   /// - `adv`: in mm/s
   /// - `rot`: in rad/s
@@ -126,7 +126,7 @@ class DifferentialRobotPrx : public rc::Client {
     return rc_try<void>(7, x, z, alpha);
   }
 
-  /// Says where the base really stands; what the wheels counted stays as it is.
+  /// Sets the true pose of the base; the counts of the wheels stay.
   ///
   /// - `x`: in mm
   /// - `z`: in mm

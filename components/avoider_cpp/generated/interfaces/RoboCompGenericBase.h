@@ -5,13 +5,13 @@
 
 namespace RoboCompGenericBase {
 
-/// The hardware did not do what was asked of it.
+/// The hardware did not carry out a request.
 struct HardwareFailedException : rc::UserException {
   HardwareFailedException() : rc::UserException("RoboCompGenericBase::HardwareFailedException") {}
   explicit HardwareFailedException(std::string what_)
       : rc::UserException("RoboCompGenericBase::HardwareFailedException"), what(std::move(what_)) {}
 
-  /// What went wrong, for a person to read.
+  /// The error in words.
   std::string what{};
 
   static constexpr std::int32_t rc_id = 1023798054;

@@ -8,7 +8,7 @@ namespace RoboCompLaser {
 
 /// How the scanner is built and set.
 struct LaserConfData {
-  /// What drives it: the name of the hardware or of the simulator.
+  /// The driver: the name of the hardware or of the simulator.
   std::string driver{};
   /// Where it is connected, such as a serial port.
   std::string device{};

@@ -7,7 +7,7 @@ use rc_world_typed as typed;
 /// The files of the schema.
 pub(crate) const SCHEMA: &[(&str, &str)] = &[("home.gdsl", FILE_0), typed::domain("geometry.gdsl")];
 
-const FILE_0: &str = r#"// What the components of `networks/home.ddsl` know of a home.
+const FILE_0: &str = r#"// The world of the components of `networks/home.ddsl`: a home.
 import "geometry.gdsl";
 
 Domain home

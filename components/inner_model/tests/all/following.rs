@@ -139,7 +139,7 @@ fn lost_samples_are_made_up_for() {
         .expect("a pose");
     deliver(&lost, &mut b);
     assert_eq!(place(&mut b.0, &mut b.1, "cup")[0], 2.0);
-    // Without changes, nothing is said.
+    // Without changes, nothing is published.
     a.1.advance(Duration::from_secs(1));
     assert_eq!(samples(&mut a), []);
     // At least each tenth sample is whole, so a late joiner finds one among the kept ones.

@@ -121,7 +121,7 @@ rc_middleware::in_place_struct!(PointInPlace for Point: x, y, z);
 
 /// The interface `Echo`.
 ///
-/// Gives back what it gets.
+/// Returns its argument.
 pub mod echo {
     use rc_middleware::typed;
 
@@ -130,7 +130,7 @@ pub mod echo {
             $($what)+! {
                 /// The handlers of `Echo`.
                 ///
-                /// Gives back what it gets.
+                /// Returns its argument.
                 Echo ServeEcho ReceiveEcho, EchoMembers ServeEchoMembers ReceiveEchoMembers;
 
                 fn echo(data: Vec<u8>) -> Vec<u8> {

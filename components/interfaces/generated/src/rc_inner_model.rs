@@ -163,7 +163,7 @@ pub struct MatrixInPlace {
 
 rc_middleware::in_place_struct!(MatrixInPlace for Matrix: rows);
 
-/// What is wrong with a request.
+/// The reason why a request is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Reason {
     /// No node has the id.
@@ -175,7 +175,7 @@ pub enum Reason {
     WrongKind = 2,
     /// A number is not finite or not allowed.
     WrongValue = 3,
-    /// A text is no element of an InnerModel file.
+    /// A text is not an element of an InnerModel file.
     WrongText = 4,
     /// The node has no such attribute.
     UnknownAttribute = 5,
@@ -233,7 +233,7 @@ impl rc_middleware::in_place::InPlace for ReasonInPlace {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InnerModelError {
     pub reason: Reason,
-    /// What is wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -314,7 +314,7 @@ pub struct Near {
 
 rc_middleware::cdr_struct!(Near: a, b, distance);
 
-/// What a ray meets first.
+/// The first body that a ray meets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hit {
     pub id: String,
@@ -395,7 +395,7 @@ pub struct RemovedNode {
 
 rc_middleware::cdr_struct!(RemovedNode: id, stamp);
 
-/// What changed since the last sample of the same instance, or everything.
+/// The changes since the last sample of the instance, or the whole state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
     /// The instance.
@@ -702,7 +702,7 @@ pub mod inner_model {
                     )
                 }
 
-                /// What a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
+                /// The first body that a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
                 /// empty text ignores none. The reply is empty if the ray meets nothing.
                 ///
                 /// - `range`: in mm
@@ -849,7 +849,7 @@ pub mod inner_model {
             self.client.call(&GET_DISTANCE, (a, b))
         }
 
-        /// What a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
+        /// The first body that a ray meets within a range. Bodies of the node `ignored`, with all below it, are looked through; an
         /// empty text ignores none. The reply is empty if the ray meets nothing.
         ///
         /// - `range`: in mm

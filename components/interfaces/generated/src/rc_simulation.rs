@@ -52,7 +52,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"drive","id":1105699146,"hash":"de6e376c172bed31","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"base","type":"string"},{"name":"side","type":"float64","unit":"mm/s"},{"name":"advance","type":"float64","unit":"mm/s"},{"name":"turn","type":"float64","unit":"rad/s"}],"result":"float64","throws":[["RcSimulation::SimulationError",-1798164732]]}
 ]}
 ]}"#;
-/// What is wrong with a request.
+/// The reason why a request is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Reason {
     /// No node has the id.
@@ -64,7 +64,7 @@ pub enum Reason {
     WrongKind = 2,
     /// A number is not finite or not allowed.
     WrongValue = 3,
-    /// A text is no element of an InnerModel file.
+    /// A text is not an element of an InnerModel file.
     WrongText = 4,
     /// The node has no such attribute.
     UnknownAttribute = 5,
@@ -124,7 +124,7 @@ impl rc_middleware::in_place::InPlace for ReasonInPlace {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulationError {
     pub reason: Reason,
-    /// What is wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -145,7 +145,7 @@ pub struct Clock {
     ///
     /// Unit: ns.
     pub step: i64,
-    /// Steps that were asked for and are not made yet.
+    /// Requested steps that are not done yet.
     pub pending: i64,
 }
 
@@ -166,7 +166,7 @@ pub struct ClockInPlace {
     ///
     /// Unit: ns.
     pub step: i64,
-    /// Steps that were asked for and are not made yet.
+    /// Requested steps that are not done yet.
     pub pending: i64,
 }
 
@@ -269,7 +269,7 @@ impl rc_middleware::in_place::InPlace for SignalInPlace {
     }
 }
 
-/// What would stop a base first.
+/// The first contact that would stop a base.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collision {
     /// Since the start of the motion.
@@ -278,7 +278,7 @@ pub struct Collision {
     pub after: f64,
     /// The body of the robot.
     pub body: String,
-    /// What it would touch.
+    /// The body that it would touch.
     pub obstacle: String,
 }
 
@@ -426,7 +426,7 @@ pub mod simulation {
                     )
                 }
 
-                /// Replaces what a node is by an element of the same id. Its place and what is below it stay.
+                /// Replaces a node by an element of the same id. Its place and its children stay.
                 fn set(world: String, id: String, element: String) -> Result<(), SetError> {
                     SET.try_answer(typed::read, typed::reply)
                     Set on_set query(
@@ -653,7 +653,7 @@ pub mod simulation {
                     GetSnapshots on_get_snapshots query("getSnapshots", -211428985, 0x91869504e3f13d95, &[])
                 }
 
-                /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
+                /// The pose of a base after driving at a speed for a time, and its first contact. The world does not
                 /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
                 /// has changed in its world.
                 ///
@@ -674,7 +674,7 @@ pub mod simulation {
                     )
                 }
 
-                /// Makes a world of its own, which shares with the first one what neither changes.
+                /// Copies a world. The copy shares unchanged parts with the first one.
                 fn clone(world: String, name: String) -> Result<(), CloneError> {
                     CLONE.try_answer(typed::read, typed::reply)
                     Clone on_clone query(
@@ -747,7 +747,7 @@ pub mod simulation {
             self.client.call(&REMOVE, (world, id))
         }
 
-        /// Replaces what a node is by an element of the same id. Its place and what is below it stay.
+        /// Replaces a node by an element of the same id. Its place and its children stay.
         pub fn set(&mut self, world: &str, id: &str, element: &str) -> Result<(), SetError> {
             self.client.call(&SET, (world, id, element))
         }
@@ -861,7 +861,7 @@ pub mod simulation {
             self.client.call(&GET_SNAPSHOTS, ())
         }
 
-        /// Where a base would be if it drove at a speed for a time, and what would stop it first. The world does not
+        /// The pose of a base after driving at a speed for a time, and its first contact. The world does not
         /// change. A prediction that takes longer than `work` is refused as Busy; the same request goes on with it, if nothing
         /// has changed in its world.
         ///
@@ -875,7 +875,7 @@ pub mod simulation {
             self.client.call(&PREDICT, (world, base, &side, &advance, &turn, &time))
         }
 
-        /// Makes a world of its own, which shares with the first one what neither changes.
+        /// Copies a world. The copy shares unchanged parts with the first one.
         pub fn clone(&mut self, world: &str, name: &str) -> Result<(), CloneError> {
             self.client.call(&CLONE, (world, name))
         }

@@ -119,7 +119,7 @@ pub struct Samples {
 
 rc_middleware::cdr_struct!(Samples: schema, sender, time, values);
 
-/// What a replica has.
+/// The state of a replica.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Digest {
     pub schema: u64,
@@ -141,15 +141,15 @@ pub struct Digest {
 
 rc_middleware::cdr_struct!(Digest: schema, sender, name, seen, ranges, streams, elements, conflicts, leaving);
 
-/// What a replica lacks.
+/// A request for missing changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ask {
     pub sender: u64,
     /// The replica that is asked.
     pub to: u64,
-    /// Number of the question.
+    /// The number of the request.
     pub number: u64,
-    /// What the sender has seen.
+    /// The changes that the sender has.
     pub since: Vec<Key>,
     /// The ranges that differ, if nothing else does.
     pub ranges: Vec<u32>,
@@ -164,7 +164,7 @@ rc_middleware::cdr_struct!(Ask: sender, to, number, since, ranges, chunks);
 pub struct Chunk {
     pub sender: u64,
     pub to: u64,
-    /// Number of the question.
+    /// The number of the request.
     pub number: u64,
     /// Number of the chunk, from 0.
     pub at: u32,
@@ -176,7 +176,7 @@ pub struct Chunk {
 
 rc_middleware::cdr_struct!(Chunk: sender, to, number, at, count, bytes);
 
-/// What the asked replica has, and the sender of the question lacks.
+/// The changes that the sender of the request lacks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answer {
     pub sender: u64,
@@ -194,7 +194,7 @@ rc_middleware::cdr_struct!(Answer: sender, seen, since, upto, forgotten, range, 
 
 /// The interface `World`.
 ///
-/// What replicas need: losses are repaired.
+/// The topics of replicas: losses are repaired.
 pub mod world {
     use rc_middleware::typed;
 
@@ -203,7 +203,7 @@ pub mod world {
             $($what)+! {
                 /// The handlers of `World`.
                 ///
-                /// What replicas need: losses are repaired.
+                /// The topics of replicas: losses are repaired.
                 World ServeWorld ReceiveWorld, WorldMembers ServeWorldMembers ReceiveWorldMembers;
 
                 fn change(change: crate::rc_world::Change) {

@@ -14,7 +14,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompBatteryStatus","types":[
 /// The battery does not answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -71,7 +71,7 @@ impl rc_middleware::in_place::InPlace for BatteryStatesInPlace {
     }
 }
 
-/// What a battery measures.
+/// The measurements of a battery.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TBattery {
     /// Of its capacity, from 0 to 100.

@@ -16,7 +16,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompBumper","types":[
 {"name":"getSensorData","id":1189178383,"hash":"86020b0048eab1b9","pattern":"query","result":"dictionary<string,RoboCompBumper::SensorState>"}
 ]}
 ]}"#;
-/// What one bumper feels.
+/// The state of one bumper.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorState {
     pub id_number: i32,

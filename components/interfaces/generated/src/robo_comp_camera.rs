@@ -16,7 +16,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompCamera","types":[
 {"name":"newCloud","id":2024493359,"hash":"80293d921b1ebdf2","pattern":"command","inputs":[{"name":"cloud","type":"RoboCompCamera::Cloud"}]}
 ]}
 ]}"#;
-/// What one pixel is.
+/// The format of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum PixelFormat {
     #[default]

@@ -23,7 +23,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompCameraRGBDSimple","types"
 /// The camera does not answer, or has another name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 

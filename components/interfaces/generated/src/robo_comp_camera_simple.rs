@@ -14,7 +14,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompCameraSimple","types":[
 /// The camera does not answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 

@@ -34,7 +34,7 @@ pub struct TMechParams {
     pub temp: f32,
     /// Where the base is connected, such as a serial port.
     pub device: String,
-    /// What drives it: the name of the hardware or of the simulator.
+    /// The driver: the name of the hardware or of the simulator.
     pub handler: String,
     /// The fastest it drives.
     ///
@@ -53,7 +53,7 @@ rc_middleware::cdr_struct!(
 /// The interface `DifferentialRobot`.
 ///
 /// Drives the base and asks where it is.
-/// What moves the base is a command, one way: the state tells what came of it.
+/// Motions are commands without replies: the state shows their effect.
 pub mod differential_robot {
     use rc_middleware::typed;
 
@@ -76,7 +76,7 @@ pub mod differential_robot {
                 /// The handlers of `DifferentialRobot`.
                 ///
                 /// Drives the base and asks where it is.
-                /// What moves the base is a command, one way: the state tells what came of it.
+                /// Motions are commands without replies: the state shows their effect.
                 DifferentialRobot ServeDifferentialRobot ReceiveDifferentialRobot, DifferentialRobotMembers ServeDifferentialRobotMembers ReceiveDifferentialRobotMembers;
 
                 /// The whole state at once.
@@ -118,7 +118,7 @@ pub mod differential_robot {
                     GetMechParams on_get_mech_params query("getMechParams", 1094106188, 0x8b562d9b6ea758ed, &[])
                 }
 
-                /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
+                /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until the next command.
                 ///
                 /// - `adv`: in mm/s
                 /// - `rot`: in rad/s
@@ -155,7 +155,7 @@ pub mod differential_robot {
                     SetOdometerPose on_set_odometer_pose one_way("setOdometerPose", -163556198, 0x59b1980be6f94abd)
                 }
 
-                /// Says where the base really stands; what the wheels counted stays as it is.
+                /// Sets the true pose of the base; the counts of the wheels stay.
                 ///
                 /// - `x`: in mm
                 /// - `z`: in mm
@@ -193,7 +193,7 @@ pub mod differential_robot {
             self.client.call(&GET_MECH_PARAMS, ())
         }
 
-        /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until told otherwise.
+        /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until the next command.
         ///
         /// - `adv`: in mm/s
         /// - `rot`: in rad/s
@@ -227,7 +227,7 @@ pub mod differential_robot {
             self.client.send(&SET_ODOMETER_POSE, (&x, &z, &alpha))
         }
 
-        /// Says where the base really stands; what the wheels counted stays as it is.
+        /// Sets the true pose of the base; the counts of the wheels stay.
         ///
         /// - `x`: in mm
         /// - `z`: in mm

@@ -90,7 +90,7 @@ impl rc_middleware::Cdr for FullPoseEuler {
 
 /// The interface `FullPoseEstimation`.
 ///
-/// An estimator that can be asked.
+/// An estimator with requests.
 pub mod full_pose_estimation {
     use rc_middleware::typed;
 
@@ -99,10 +99,10 @@ pub mod full_pose_estimation {
             $($what)+! {
                 /// The handlers of `FullPoseEstimation`.
                 ///
-                /// An estimator that can be asked.
+                /// An estimator with requests.
                 FullPoseEstimation ServeFullPoseEstimation ReceiveFullPoseEstimation, FullPoseEstimationMembers ServeFullPoseEstimationMembers ReceiveFullPoseEstimationMembers;
 
-                /// Where to begin: what the robot knows before its sensors have told anything.
+                /// The pose to begin with, before the sensors have measured one.
                 ///
                 /// - `x`: in mm
                 /// - `y`: in mm
@@ -131,7 +131,7 @@ pub mod full_pose_estimation {
     rc_middleware::client!(FullPoseEstimationClient);
 
     impl FullPoseEstimationClient {
-        /// Where to begin: what the robot knows before its sensors have told anything.
+        /// The pose to begin with, before the sensors have measured one.
         ///
         /// - `x`: in mm
         /// - `y`: in mm

@@ -11,10 +11,10 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompGenericBase","types":[
 {"name":"getBasePose","id":1764853400,"hash":"384af5071b78f7fc","pattern":"query","outputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"throws":[["RoboCompGenericBase::HardwareFailedException",1023798054]]}
 ]}
 ]}"#;
-/// The hardware did not do what was asked of it.
+/// The hardware did not carry out a request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -115,7 +115,7 @@ rc_middleware::in_place_struct!(
 
 /// The interface `GenericBase`.
 ///
-/// A base that can be asked where it is.
+/// A base that reports its pose on request.
 pub mod generic_base {
     use rc_middleware::typed;
 
@@ -137,7 +137,7 @@ pub mod generic_base {
             $($what)+! {
                 /// The handlers of `GenericBase`.
                 ///
-                /// A base that can be asked where it is.
+                /// A base that reports its pose on request.
                 GenericBase ServeGenericBase ReceiveGenericBase, GenericBaseMembers ServeGenericBaseMembers ReceiveGenericBaseMembers;
 
                 /// The whole state at once.

@@ -19,7 +19,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompHumanCameraBody","types":
 {"name":"newPeopleData","id":1316765421,"hash":"e8c2ffa85d694b02","pattern":"command","inputs":[{"name":"people","type":"RoboCompHumanCameraBody::PeopleData"}]}
 ]}
 ]}"#;
-/// What describes a joint, so that it is recognised again: numbers or bytes of one descriptor.
+/// Numbers or bytes of a descriptor, by which a joint is recognised later.
 pub type DescriptorFloat = Vec<f32>;
 
 pub type DescriptorByte = Vec<u8>;

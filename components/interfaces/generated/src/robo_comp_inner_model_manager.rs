@@ -44,7 +44,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompInnerModelManager","types
 {"name":"setPointCloudData","id":293656396,"hash":"2efd6f976510416a","pattern":"command","inputs":[{"name":"id","type":"string"},{"name":"cloud","type":"sequence<RoboCompInnerModelManager::Colored3DPoint>"}]}
 ]}
 ]}"#;
-/// What a node is. A prismatic joint counts as a joint, a ball, a cylinder and a cone as meshes, a lidar and
+/// The kind of a node. A prismatic joint counts as a joint, a ball, a cylinder and a cone as meshes, a lidar and
 /// an ultrasound sensor as lasers, and axes, a battery and a human as transforms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum NodeType {
@@ -134,7 +134,7 @@ rc_middleware::cdr_struct!(NodeInformation: id, parent_id, n_type, attributes);
 /// Nodes, a parent before its children.
 pub type NodeInformationSequence = Vec<NodeInformation>;
 
-/// What is wrong with a request.
+/// The reason why a request is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ErrorType {
     /// No node has the id.
@@ -206,7 +206,7 @@ impl rc_middleware::in_place::InPlace for ErrorTypeInPlace {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InnerModelManagerError {
     pub err: ErrorType,
-    /// What is wrong, for a person to read.
+    /// The error in words.
     pub text: String,
 }
 

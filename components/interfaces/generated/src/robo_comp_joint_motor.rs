@@ -32,10 +32,10 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompJointMotor","types":[
 {"name":"getBusParams","id":2021444905,"hash":"d2acba91a96e27f2","pattern":"query","result":"RoboCompJointMotor::BusParams"}
 ]}
 ]}"#;
-/// A motor does not do what it is asked: the bus does not answer, or what is asked is beyond the motor's limits.
+/// A motor did not carry out a request: the bus does not answer, or the goal is beyond the motor's limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -125,7 +125,7 @@ pub type MotorParamsList = Vec<MotorParams>;
 /// The bus.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BusParams {
-    /// What drives it: the name of the hardware or of the simulator.
+    /// The driver: the name of the hardware or of the simulator.
     pub handler: String,
     /// Where it is connected, such as a serial port.
     pub device: String,
@@ -230,7 +230,7 @@ pub mod joint_motor {
                     )
                 }
 
-                /// The motor turns on at this speed until told otherwise, or until it is at a limit.
+                /// The motor turns on at this speed until the next command or a limit.
                 fn set_velocity(goal: crate::robo_comp_joint_motor::MotorGoalVelocity) -> Result<(), SetVelocityError> {
                     SET_VELOCITY.try_answer(typed::read, typed::reply)
                     SetVelocity on_set_velocity query(
@@ -368,7 +368,7 @@ pub mod joint_motor {
             self.client.call(&SET_POSITION, (goal,))
         }
 
-        /// The motor turns on at this speed until told otherwise, or until it is at a limit.
+        /// The motor turns on at this speed until the next command or a limit.
         pub fn set_velocity(&mut self, goal: &super::MotorGoalVelocity) -> Result<(), SetVelocityError> {
             self.client.call(&SET_VELOCITY, (goal,))
         }

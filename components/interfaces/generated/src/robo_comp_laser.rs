@@ -16,7 +16,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompLaser","types":[
 /// How the scanner is built and set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaserConfData {
-    /// What drives it: the name of the hardware or of the simulator.
+    /// The driver: the name of the hardware or of the simulator.
     pub driver: String,
     /// Where it is connected, such as a serial port.
     pub device: String,

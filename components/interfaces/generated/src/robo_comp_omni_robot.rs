@@ -17,10 +17,10 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompOmniRobot","types":[
 {"name":"correctOdometer","id":-595828834,"hash":"96ae6ce7b62dd6ad","pattern":"query","inputs":[{"name":"x","type":"int32","unit":"mm"},{"name":"z","type":"int32","unit":"mm"},{"name":"alpha","type":"float32","unit":"rad"}],"throws":[["RoboCompOmniRobot::HardwareFailedException",1023798054]]}
 ]}
 ]}"#;
-/// The base does not do what it is asked.
+/// The base did not carry out a request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -34,7 +34,7 @@ pub struct TMechParams {
     /// Unit: Celsius.
     pub temp: f32,
     pub device: String,
-    /// What drives it: the name of the hardware or of the simulator.
+    /// The driver: the name of the hardware or of the simulator.
     pub handler: String,
     /// Unit: mm/s.
     pub max_vel_adv: f32,
@@ -97,7 +97,7 @@ pub mod omni_robot {
                     )
                 }
 
-                /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until told otherwise.
+                /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until the next command.
                 ///
                 /// - `advx`: in mm/s
                 /// - `advz`: in mm/s
@@ -180,7 +180,7 @@ pub mod omni_robot {
             self.client.call(&GET_BASE_POSE, ())
         }
 
-        /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until told otherwise.
+        /// Drives on to the right, forwards and turning counter-clockwise with these speeds, until the next command.
         ///
         /// - `advx`: in mm/s
         /// - `advz`: in mm/s

@@ -30,7 +30,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompRGBD","types":[
 /// The camera does not answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HardwareFailedException {
-    /// What went wrong, for a person to read.
+    /// The error in words.
     pub what: String,
 }
 
@@ -194,7 +194,7 @@ pub struct TRGBDParams {
     pub talk_to_base: bool,
     /// Whether it asks motors where they are.
     pub talk_to_joint_motor: bool,
-    /// What drives it: the name of the hardware or of the simulator.
+    /// The driver: the name of the hardware or of the simulator.
     pub driver: String,
     pub device: String,
 }

@@ -13,11 +13,11 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompSpeech","types":[
 {"name":"enableSynchronization","id":1135797090,"hash":"e4bdfa3a6c4eb122","pattern":"command","inputs":[{"name":"request","type":"RoboCompSpeech::DataenableSynchronizationin"}]}
 ]}
 ]}"#;
-/// What to say.
+/// A text to say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Datasayin {
     pub text: String,
-    /// Forgets what is still to be said, and stops in the middle of a word.
+    /// Drops all waiting texts, and stops in the middle of a word.
     pub overwrite: bool,
 }
 
@@ -41,7 +41,7 @@ pub struct DataenableSynchronizationinInPlace {
 
 rc_middleware::in_place_struct!(DataenableSynchronizationinInPlace for DataenableSynchronizationin: enable);
 
-/// What the voice answers.
+/// The reply of the voice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dataresponse {
     /// Yes or no: accepted, busy.

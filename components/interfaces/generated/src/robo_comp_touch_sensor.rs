@@ -10,7 +10,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RoboCompTouchSensor","types":[
 {"name":"getValues","id":-944407840,"hash":"08bdb956158936af","pattern":"query","result":"dictionary<string,RoboCompTouchSensor::SensorState>"}
 ]}
 ]}"#;
-/// What one sensor feels.
+/// The state of one sensor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorState {
     pub name: String,

@@ -4,12 +4,12 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"joint_controller","parameters":[{"name":"motor","doc":["The motor of the joint, as the bus calls it."],"kind":{"scalar":{"type":"string"}},"default":{"text":"shoulder"},"restart":true},{"name":"motion","doc":["What the joint does: a sine about the middle of its range, or one way point after the other."],"kind":{"scalar":{"type":"string"}},"default":{"text":"sine"},"choices":[{"text":"sine"},{"text":"way_points"}],"editable":true},{"name":"speed","doc":["How fast it may move, as a part of what its motor can."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.5},"range":{"min":{"float":0.01},"max":{"float":1.0}},"editable":true},{"name":"sine","kind":{"group":[{"name":"amplitude","doc":["To both sides of the middle; what is beyond the range of the motor is cut off."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.5},"range":{"min":{"float":0.0},"max":{"float":3.2}},"unit":"rad","editable":true},{"name":"frequency","kind":{"scalar":{"type":"float"}},"default":{"float":0.1},"range":{"min":{"float":0.001},"max":{"float":10.0}},"unit":"Hz","editable":true}]}},{"name":"way_points","doc":["Where the joint goes, one after the other, and then from the beginning."],"kind":{"scalar":{"type":"float","array":{"min":1,"max":100}}},"default":{"array":[{"float":-0.5},{"float":0.0},{"float":0.5}]},"unit":"rad","editable":true},{"name":"tolerance","doc":["A way point is reached where the joint is as near as this."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.01},"range":{"min":{"float":0.0001},"max":{"float":0.5}},"unit":"rad","editable":true}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"joint_controller","parameters":[{"name":"motor","doc":["The motor of the joint, as the bus calls it."],"kind":{"scalar":{"type":"string"}},"default":{"text":"shoulder"},"restart":true},{"name":"motion","doc":["The motion of the joint: a sine about the middle of its range, or one way point after the other."],"kind":{"scalar":{"type":"string"}},"default":{"text":"sine"},"choices":[{"text":"sine"},{"text":"way_points"}],"editable":true},{"name":"speed","doc":["Its greatest speed, as a part of the motor's."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.5},"range":{"min":{"float":0.01},"max":{"float":1.0}},"editable":true},{"name":"sine","kind":{"group":[{"name":"amplitude","doc":["To both sides of the middle; motion beyond the range of the motor is cut off."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.5},"range":{"min":{"float":0.0},"max":{"float":3.2}},"unit":"rad","editable":true},{"name":"frequency","kind":{"scalar":{"type":"float"}},"default":{"float":0.1},"range":{"min":{"float":0.001},"max":{"float":10.0}},"unit":"Hz","editable":true}]}},{"name":"way_points","doc":["Where the joint goes, one after the other, and then from the beginning."],"kind":{"scalar":{"type":"float","array":{"min":1,"max":100}}},"default":{"array":[{"float":-0.5},{"float":0.0},{"float":0.5}]},"unit":"rad","editable":true},{"name":"tolerance","doc":["A way point is reached where the joint is as near as this."],"kind":{"scalar":{"type":"float"}},"default":{"float":0.01},"range":{"min":{"float":0.0001},"max":{"float":0.5}},"unit":"rad","editable":true}]}"###;
 
 /// The group `sine`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SineParams {
-    /// To both sides of the middle; what is beyond the range of the motor is cut off.
+    /// To both sides of the middle; motion beyond the range of the motor is cut off.
     ///
     /// Allowed: a number of 32 bits, from 0 to 3.2, in rad.
     pub amplitude: f32,
@@ -34,11 +34,11 @@ pub struct Params {
     ///
     /// Allowed: a string.
     pub motor: String,
-    /// What the joint does: a sine about the middle of its range, or one way point after the other.
+    /// The motion of the joint: a sine about the middle of its range, or one way point after the other.
     ///
     /// Allowed: a string, one of "sine", "way_points".
     pub motion: String,
-    /// How fast it may move, as a part of what its motor can.
+    /// Its greatest speed, as a part of the motor's.
     ///
     /// Allowed: a number of 32 bits, from 0.01 to 1.
     pub speed: f32,

@@ -270,7 +270,7 @@ const HALL: &str = r#"<innerModel>
     </omnirobot>
 </innerModel>"#;
 
-/// What connections know of the axes is what the simulator computes with.
+/// Connections and the simulator use the same axes.
 #[test]
 fn prototypes_have_the_axes_of_the_simulator() {
     let text = include_str!("../../rcis.dproto");

@@ -54,13 +54,13 @@ fn pixel(test: &TestContext) -> Pixel {
     (x.floor() as i16, y.floor() as i16)
 }
 
-/// What the beam of the laser in the middle measures.
+/// The measured distance of the laser's beam in the middle.
 fn ahead(worker: &mut SpecificWorker, test: &mut TestContext) -> f64 {
     let front = member(test.lasers.get("front"));
     f64::from(worker.get_laser_data(test, &front)[1].dist)
 }
 
-/// What it should measure.
+/// The true distance.
 fn expected(ball: &Point) -> f64 {
     let half = RADIUS * RADIUS - ball.x * ball.x - (ball.y - 300.0).powi(2);
     if half > 0.0 {

@@ -4,12 +4,12 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"speech_client","parameters":[{"name":"sentences","doc":["What is said, in this order."],"kind":{"scalar":{"type":"string","array":{"min":1,"max":100}}},"default":{"array":[{"text":"Good morning."},{"text":"I am a robot made of components."},{"text":"Each of us is described in a few lines."}]}},{"name":"synchronized","doc":["Whether the voice announces every word when it speaks it."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"repeat","doc":["Whether to begin again after the last sentence, instead of stopping."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"speech_client","parameters":[{"name":"sentences","doc":["The texts to say, in this order."],"kind":{"scalar":{"type":"string","array":{"min":1,"max":100}}},"default":{"array":[{"text":"Good morning."},{"text":"I am a robot made of components."},{"text":"Each of us is described in a few lines."}]}},{"name":"synchronized","doc":["Whether the voice announces every word when it speaks it."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"repeat","doc":["Whether to begin again after the last sentence, instead of stopping."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}}]}"###;
 
 /// The parameters `speech_client`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// What is said, in this order.
+    /// The texts to say, in this order.
     ///
     /// Allowed: an array, 1 to 100 elements, each a string.
     pub sentences: Vec<String>,

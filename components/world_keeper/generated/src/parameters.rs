@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"world_keeper","parameters":[{"name":"schema","doc":["The schema of the world."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"start","doc":["The graph with which the world starts. Empty: it starts with what was kept, or empty."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"keep","doc":["The file in which the world is kept. Empty: it is not kept."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"each","doc":["How often it is kept, if it has changed."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":30000000000},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["each"]}},{"value":{"duration":0}},{"compare":">"}],"text":"each > 0s","message":"each has to be longer than 0s"}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"world_keeper","parameters":[{"name":"schema","doc":["The schema of the world."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"start","doc":["The graph with which the world starts. Empty: it starts with the kept graph, or empty."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"keep","doc":["The file in which the world is kept. Empty: it is not kept."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"each","doc":["How often it is kept, if it has changed."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":30000000000},"editable":true}],"rules":[{"condition":[{"parameter":{"path":["each"]}},{"value":{"duration":0}},{"compare":">"}],"text":"each > 0s","message":"each has to be longer than 0s"}]}"###;
 
 /// The parameters `world_keeper`.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Params {
     ///
     /// Allowed: a path as a string.
     pub schema: std::path::PathBuf,
-    /// The graph with which the world starts. Empty: it starts with what was kept, or empty.
+    /// The graph with which the world starts. Empty: it starts with the kept graph, or empty.
     ///
     /// Allowed: a path as a string.
     pub start: std::path::PathBuf,

@@ -15,7 +15,7 @@ constexpr std::int32_t FOREIGN = 10;
 constexpr std::int32_t THREAD = 11;
 constexpr std::int32_t CRASH = 12;
 
-// What a call from another thread throws.
+// The exception of a call from another thread.
 std::string on_another_thread(const Context& ctx) {
   std::string thrown = "nothing";
   std::thread([&] {

@@ -77,7 +77,7 @@ enum Event {
     Ends(usize),
 }
 
-/// What a thread does.
+/// The work of a thread.
 #[derive(Clone, Copy)]
 enum Run {
     Handler(usize, u64),
@@ -499,8 +499,8 @@ fn several_senders_at_once() {
     net.check("senders", 1.3);
 }
 
-/// Nobody knows when messages from outside come: the depth of their queue is the bound. It is far
-/// from what happens, and never below it.
+/// The times of messages from outside are unknown: the depth of their queue is the bound. It is far
+/// above the real wait, and never below it.
 #[test]
 fn messages_from_outside() {
     let net = Net {

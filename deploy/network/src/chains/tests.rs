@@ -210,7 +210,7 @@ fn several_ways_are_told_apart_by_what_they_pass() {
     );
 }
 
-/// The shorter way has nothing that the longer one does not pass.
+/// The longer way passes everything that the shorter one passes.
 #[test]
 fn the_shorter_one_of_two_ways_can_be_named() {
     let binds = "bind filter.raw -> lidar.ScanPub; bind both.clean -> filter.clean; bind both.near -> lidar.ScanPub;";

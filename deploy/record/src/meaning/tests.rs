@@ -202,7 +202,7 @@ fn elements_of_an_array_have_their_places() {
     assert_eq!(found, json!({"wxyz": [1.0, 0.0, 0.0, 0.0]}));
 }
 
-/// A covariance whose numbers are not converted does not stay beside those that are.
+/// A covariance is removed if its numbers are not converted with the value.
 #[test]
 fn a_covariance_that_is_not_converted_is_left_out() {
     let spread = PROTOTYPES.replace(

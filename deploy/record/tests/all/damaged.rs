@@ -134,7 +134,7 @@ fn reading_goes_on_where_a_known_record_is_whole() {
         std::fs::write(&path, &bytes).expect("to write");
         let (times, faults) = read(&path);
         assert_eq!(times, without(&[3]));
-        // What lies before the next whole record is one damage.
+        // All bytes before the next whole record are one damage.
         assert_eq!((faults.damaged, &faults.cut), (1, &None), "{faults}");
     }
 }

@@ -272,7 +272,7 @@ fn a_further_part_holds_the_last_file_of_each_name() {
     writer.finish().expect("to finish");
     let attached = |file: &PathBuf| Info::read(file).expect("info").attachments;
     let expected = |length| ("a.json".to_owned(), length);
-    // What the second file repeats counts once.
+    // Messages that the second file repeats count once.
     assert_eq!(attached(&files[0]), [expected(5), expected(10)]);
     assert_eq!(attached(&files[1]), [expected(10)]);
 }
@@ -411,7 +411,7 @@ fn a_time_is_found_in_a_file_that_is_not_in_the_order_of_time() {
     assert_eq!(times(&merged, 11), [30, 31, 21], "times begin at 20 s");
     let ordered = write("ordered.mcap", &[20, 21, 30, 31, 32]);
     assert_eq!(times(&ordered, 11), [21, 30, 31]);
-    // What is cut out keeps the tables behind it.
+    // A cut recording keeps the tables behind it.
     let part = folder.path().join("part.mcap");
     let selection = Selection {
         to: Some(Duration::from_secs(1)),

@@ -103,7 +103,7 @@ fn each_part_and_each_cut_begins_with_the_values_that_hold() {
     let info = Info::read(&part).expect("info");
     assert_eq!((info.messages(), info.attachments.len()), (6, 1));
     assert!(!info.metadata.contains_key("part"), "{info:?}");
-    // What is not selected is not kept.
+    // Topics that are not selected are not kept.
     std::fs::remove_file(&part).expect("to remove");
     let selection = Selection {
         topics: vec!["scan".to_owned()],

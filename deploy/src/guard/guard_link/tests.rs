@@ -99,7 +99,7 @@ fn its_end_is_described() {
     drop(guard.child.stdin.take());
     assert!(first_readable([&guard.pidfd], Duration::from_secs(10)).is_some());
     assert_eq!(guard.reap(), "exit status: 0");
-    // Nobody reads its link any more.
+    // The reader of its link is gone.
     let (mut guard, theirs) = self::guard(0);
     theirs.shutdown(Shutdown::Both).expect("a socket");
     guard.ended(1);
@@ -144,7 +144,7 @@ fn only_progress_gives_a_busy_guard_more_time() {
     let (mut guard, theirs) = guarding(2, 1);
     let before = guard.moved;
     guard.ended(1);
-    // What was sent is progress; a task that waits is none.
+    // Sent bytes are progress; a waiting task makes none.
     assert!(guard.moved > before);
     guard.moved = before;
     guard.write();

@@ -11,8 +11,8 @@ fn acquired() -> (String, Lock) {
     (network, lock)
 }
 
-/// What `take` gets once nobody has it. A process that another test starts has all descriptors of
-/// this one until it runs its program, and so may hold a lock a moment longer.
+/// The result of `take` once the lock is free. A process that another test starts has all
+/// descriptors of this one until it runs its program, and so may hold a lock a moment longer.
 fn once_free<T, E: std::fmt::Debug>(mut take: impl FnMut() -> Result<T, E>) -> T {
     let deadline = Instant::now() + PATIENCE;
     loop {

@@ -160,7 +160,7 @@ fn a_first_goal_that_is_missed_stops_the_network() {
     net.turn();
     assert_eq!(net.events(), ["! a not-changed: configure: no motor"]);
     assert_eq!((net.failure(), net.asked()), (None, vec!["a"]));
-    // What it misses on the way to its end is not news.
+    // Missed beats on the way to its end are not reported.
     let fails = |number| LifecycleReport {
         state: Unconfigured,
         done: number,

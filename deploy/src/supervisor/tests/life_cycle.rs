@@ -15,7 +15,7 @@ fn goal(bench: &Bench) -> LifecycleState {
     bench.unit.lifecycle_goal().expect("it is managed")
 }
 
-/// What is true of a unit: ready, settled, settled once, dependents can work.
+/// The conditions of a unit: ready, settled, settled once, dependents can work.
 fn facts(bench: &Bench) -> [bool; 4] {
     let unit = &bench.unit;
     let works = unit.lets_others_work();

@@ -110,7 +110,7 @@ fn a_local_unit_is_heard_over_its_link() {
     let mut local = Local::start(&format!("{RUNS}; exec sleep 600"));
     local.read();
     assert_eq!(local.states(), ["running"]);
-    // What it says last is read after its end.
+    // Its last output is read after its end.
     let mut local = Local::start(RUNS);
     let end = local.end();
     assert_eq!((end.done, &*end.text), (true, "exit status 0"));

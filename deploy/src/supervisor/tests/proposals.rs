@@ -89,7 +89,7 @@ impl Pair {
         }
     }
 
-    /// What the next run of each restores.
+    /// The values that the next run of each restores.
     fn restored(&self) -> [bool; 2] {
         self.benches.each_ref().map(|bench| {
             let line = bench.unit.changes.line(&[]);
@@ -121,7 +121,7 @@ fn a_change_that_all_accept_is_kept_by_all_and_by_their_next_runs() {
     assert_eq!(pair.restored(), [false, false]);
     pair.accept(1, number);
     pair.advance(false);
-    // Whoever ends from here on begins with it again.
+    // A component that ends from here on starts with it again.
     assert_eq!(pair.restored(), [true, true]);
     assert!(pair.told_to_settle(0, number) && pair.told_to_settle(1, number));
     pair.settle(0, number);

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 const SECOND: Duration = Duration::from_secs(1);
 
-/// What is true of a unit.
+/// The conditions of a unit.
 fn facts(unit: &Unit) -> Vec<&'static str> {
     let all = [
         ("waiting", unit.is_waiting()),

@@ -143,7 +143,7 @@ fn parameters_are_shown_and_edited() {
     keys(&mut model, "j");
     press(&mut model, Key::Enter);
     keys(&mut model, "12");
-    // What is typed replaces the old value, and a string stays a string.
+    // Typed text replaces the old value, and a string stays a string.
     assert_eq!(press(&mut model, Key::Enter), set("name", json!("12")));
     press(&mut model, Key::Enter);
     press(&mut model, Key::End);

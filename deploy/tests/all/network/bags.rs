@@ -97,7 +97,7 @@ fn a_recording_is_shown_to_people() {
     let wanted = "\"log_time\":\"1795694400.000000000\"";
     assert!(json.stdout.contains(wanted), "{json:?}");
 
-    // A part without messages is none.
+    // A part without messages is not written.
     let part = text(&site.path("part.mcap"));
     let empty = bag(&["cut", &file, "--from", "10min", "-o", &part]);
     assert_eq!(

@@ -150,7 +150,7 @@ fn a_monitor_in_metres_follows_a_simulator_in_millimetres() {
     }
 }
 
-/// What a full pose means, with these axes.
+/// The meaning of a full pose with these axes.
 fn pose_prototype(axes: &str) -> String {
     format!(
         "import \"FullPoseEstimation.idsl\";\n\
@@ -414,7 +414,7 @@ fn conversions_in(program: &Path) -> u64 {
     own.map(|symbol| symbol.size()).sum()
 }
 
-/// What a component may convert is known when it runs, but not whether it gets values.
+/// The conversions of a component are known when it runs, but not whether it gets values.
 #[test]
 fn a_component_that_gets_no_values_links_no_conversion() {
     assert_eq!(conversions_in(&Site::executable("simulator")), 0);

@@ -90,8 +90,8 @@ fn lines(svg: &str) -> BTreeMap<u16, String> {
     lines
 }
 
-/// What a picture shows whenever it is made: the names of the components and the columns, and
-/// whose machine is in a state.
+/// The constant content of a picture: the names of the components and the columns, and whose
+/// machine is in a state.
 fn content(svg: &str) -> Vec<String> {
     let shown = lines(svg).into_values().filter_map(|line| {
         let words: Vec<&str> = line.split_whitespace().collect();

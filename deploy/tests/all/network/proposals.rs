@@ -80,7 +80,7 @@ fn a_rule_of_the_network_holds_while_it_runs() {
     assert_eq!(done.stdout, lines);
     assert_eq!(speeds(&site), (9.5, 1.0));
 
-    // What the worker or the checker of one refuses, none has.
+    // Values that the worker or the checker of one component refuses are applied by none.
     let wrong = ["left", "motors[1].max_speed=1", "right", "motors[0].min=3"];
     let refused = set(&site, &wrong);
     assert_ne!(refused.code, 0, "{refused:?}");
@@ -95,7 +95,7 @@ fn a_rule_of_the_network_holds_while_it_runs() {
     let beside = ["right", "motors[0].zero=4", "motors[0].max_speed=2"];
     let done = set(&site, &beside);
     assert_eq!(done.code, 0, "{done:?}");
-    // Whoever asks the component itself is refused.
+    // A request to the component itself is refused.
     let changes = serde_json::json!({"changes": {"motors[1].max_speed": 9.0}});
     let changed = site.tell("left", "parameters_set", &changes);
     let period = site.tell("left", "period", &serde_json::json!({"ms": 30.0}));

@@ -31,7 +31,7 @@ fn events_are_fired_and_states_are_shown() {
     let stop = fire("stop");
     assert_eq!(stop.code, 0, "{stop:?}");
     assert_eq!(stop.stdout, "avoider: on.motion.idle, on.battery.charged\n");
-    // What no transition takes, what may not be fired, what does not exist.
+    // Events without a transition, internal events, and events that do not exist.
     for (event, expected) in [
         (
             "stop",

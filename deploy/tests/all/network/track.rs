@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 const TRACK: &str = include_str!("../../../../components/networks/track.ddsl");
 /// The images of a minute, one in each step.
 const IMAGES: usize = 300;
-/// How far the head may be from the true place, in mm.
+/// The greatest distance of the head from the true place, in mm.
 const BOUND: f64 = 100.0;
 /// Until then, in ms, the person has walked far enough to count as one.
 const FOUND_AT: i64 = 1500;

@@ -69,7 +69,7 @@ fn a_replica_that_nobody_hears_is_an_event_and_its_return_another_one() {
     site.assert_nothing_left();
 }
 
-/// What a user does with a world from a shell. No component counts these commands as replicas.
+/// The commands of a user for a world. No component counts these commands as replicas.
 #[test]
 fn commands_read_change_ask_and_compare_a_world() {
     let site = Site::new("world_tools");

@@ -95,7 +95,7 @@ fn several_attributes_are_one_value() {
     let before = graph.snapshot();
     set(&graph, node, "raw", [500.0, 0.0, 4000.0]).expect("a change");
     assert_eq!(numbers(&graph, node, "where"), [4.0, -0.5, 0.0]);
-    // What was set is as it was set, and it is there once.
+    // A set value stays as it was set, and is there once.
     assert_eq!(numbers(&graph, node, "raw"), [500.0, 0.0, 4000.0]);
     let now = graph.snapshot();
     let listed: Vec<&str> = now
@@ -424,7 +424,7 @@ Domain frames
     let edge = now.edges().next().expect("an edge").edge_id();
     let refused = graph.change(Time::ZERO, |edit| edit.set(edge, "pose", refused));
     assert!(matches!(refused, Err(Error::Value { .. })), "{refused:?}");
-    // Whoever reads a file of it without checks has the same poses.
+    // A reader of a file of it without checks has the same poses.
     let kept = Document::of(&now).kept(&schema, 2).expect("a graph");
     let again = kept.snapshot();
     let ends = |of: &property_graph::Snapshot| {

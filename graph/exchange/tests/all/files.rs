@@ -1,4 +1,4 @@
-//! What is written is read again.
+//! Written files are read again.
 
 use graph_exchange::{Document, dsr, graph_json, graphml, innermodel, lenient};
 use property_graph::{Error, Graph, Id, Schema, Time, Value};

@@ -79,7 +79,7 @@ fn parts_of_all_domains_joined_are_the_graph() {
         rng.shuffle(&mut parts);
         let mut joined = Document::default();
         for part in &parts {
-            // What was written and read is the same part.
+            // A part that was written and read is unchanged.
             let mut sources = SourceMap::new();
             let source = sources.add("part.graph", graph_json::write(part));
             let (read, found) = graph_json::read(&sources, source);
@@ -202,8 +202,8 @@ fn graphs_of_different_schemas_are_not_joined() {
     assert_eq!(free, whole);
 }
 
-/// A schema that a running graph has outgrown: what differs and what does not fit is listed, and nothing
-/// is left out in silence.
+/// A schema that a running graph has outgrown: differences and misfits are listed, and nothing is
+/// left out in silence.
 #[test]
 fn a_migration_lists_what_differs() {
     let schema = |text: &str| {

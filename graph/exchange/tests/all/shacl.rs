@@ -135,7 +135,7 @@ fn random_graph(random: &mut fastrand::Rng) -> String {
         kinds.push(kind);
     }
     let mut edges: Vec<String> = Vec::new();
-    // What a relation has at its ports, and edges that are events.
+    // The rules of a relation at its ports, and edges that are events.
     let mut events: Vec<u32> = Vec::new();
     for at in 0..random.u32(0..8) {
         let (kind, from, to): (_, &[&str], &[&str]) = match random.u32(0..5) {

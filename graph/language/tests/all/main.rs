@@ -409,7 +409,7 @@ Domain a
         outline.refusal(&[0.0; 8]).as_deref(),
         Some("8 numbers, not 3 numbers for each value")
     );
-    // What the schema requires is required once.
+    // A requirement of the schema holds once.
     let thing = schema.entity("Thing").expect("an entity");
     let optional: Vec<bool> = thing.attributes.iter().map(|a| a.optional).collect();
     assert_eq!(optional, [false, true, true]);
@@ -512,7 +512,7 @@ Domain a
     expect![[r#"
         a.gdsl:1:32: error[unknown-prototype]: unknown prototype `place` (import a `.dproto` file that declares it)
     "#]].assert_eq(&found);
-    // What is wrong with a file of prototypes is said once.
+    // An error in a file of prototypes is reported once.
     let (_, found) = loaded("import \"broken.dproto\"; Domain a { entity T { p dproto p; }; };");
     expect![[r#"
         broken.dproto:1:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)

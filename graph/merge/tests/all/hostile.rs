@@ -298,7 +298,7 @@ fn more_than_a_replica_keeps_is_refused() {
     assert_eq!(small.kept(), 2);
     small.merge(&nodes(999)).expect("998 nodes");
     assert_eq!(small.kept(), 1000);
-    // What it has may change.
+    // Its elements may change.
     let more = Delta {
         since: [(2, 999)].into(),
         upto: [(2, 1000)].into(),

@@ -271,7 +271,7 @@ fn ranges_tell_of_forgotten_removals() {
         for range in 0..8 {
             replica.merge(&a.range(range, 8)).expect("a sound delta");
         }
-        // A replica that has not heard of it does not bring it back.
+        // A replica without the removal does not bring it back.
         for range in 0..8 {
             replica.merge(&old.range(range, 8)).expect("a sound delta");
         }
@@ -362,7 +362,7 @@ fn the_bound_holds_for_any_removals() {
     a.merge(&delta).expect("a sound delta");
     assert!(a.tombstones() <= 20, "{}", a.tombstones());
     assert!(a.range(0, 1).records.len() <= 60);
-    // A removal that had no place is not undone by what it had removed.
+    // A removal that had no place is not undone by the elements that it had removed.
     let mut d = Replica::new(4, []).with_most_tombstones(0);
     let of = Id::new(5, 100);
     let delta_of = |record: Record| Delta {

@@ -80,7 +80,7 @@ struct Plain {
     attributes: BTreeMap<String, Value>,
 }
 
-/// What the plain implementation shows, and what it does not.
+/// The elements that the plain implementation shows, and those that it does not.
 #[derive(Debug, Default, PartialEq)]
 struct Shown {
     nodes: BTreeMap<Id, (String, BTreeMap<String, Value>)>,

@@ -64,7 +64,7 @@ fn the_last_change_of_one_value_wins() {
     assert_eq!(shown(&b), expected.into());
     assert_eq!(a.set(node, "place", Some(nothing())), Ok(true));
     assert_eq!(shown(&a), [("place".to_owned(), nothing())].into());
-    // Whoever removes it by any name removes it.
+    // A removal by any of its names removes it.
     assert_eq!(a.set(node, "raw", None), Ok(true));
     assert!(shown(&a).is_empty());
 }

@@ -3,7 +3,7 @@
 use crate::imported;
 use innermodel::language::print;
 
-/// What is imported without an error is a file that loads.
+/// A file that is imported without an error loads.
 #[test]
 fn wrong_parts_of_robots_are_refused_with_a_place() {
     let visual = |geometry: &str| format!(r#"<link name="a"><visual>{geometry}</visual></link>"#);

@@ -9,7 +9,7 @@ use std::path::Path;
 const SQUARE: &str = "v -100 -100 0\nv 100 -100 0\nv 100 100 0\nv -100 100 0\n\
     vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
 
-/// What the camera sees of `mesh.NAME` in the folder, and what is reported.
+/// The camera's picture of `mesh.NAME` in the folder, and the findings.
 fn drawn(folder: &Path, file: &str) -> (Image, Vec<String>) {
     let path = folder.join("scene.xml");
     let text = format!(r#"<innerModel><mesh id="mesh" file="{file}"/></innerModel>"#);

@@ -21,8 +21,8 @@ fn write_square(folder: &Path, name: &str, material: &str) {
     );
 }
 
-/// What a camera at z = −400 sees with the light behind it, so a surface that faces it has exactly
-/// its own colour.
+/// The picture of a camera at z = −400 with the light behind it, so a surface that faces it has
+/// exactly its own colour.
 fn drawn(folder: &Path, inside: &str) -> (Image, InnerModel) {
     let path = folder.join("scene.xml");
     std::fs::write(&path, format!("<innerModel>{inside}</innerModel>")).expect("a file");

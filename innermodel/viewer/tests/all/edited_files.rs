@@ -76,7 +76,7 @@ fn a_file_that_another_program_changed_is_not_overwritten() {
     );
     assert_eq!(user.saved(), theirs);
     assert!(user.editor.is_changed());
-    // What they wrote is loaded, and nothing of both is lost.
+    // The text that they wrote is loaded, and no edit of either is lost.
     user.key('l');
     assert!(!user.editor.is_changed());
     user.key('u');

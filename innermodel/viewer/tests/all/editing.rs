@@ -440,7 +440,7 @@ fn a_mesh_is_added_if_its_file_is_there() {
     assert!(!user.editor.is_changed());
     user.key('y');
     assert_eq!(user.message(), "nothing to redo");
-    // What was undone can still be redone, and the selection stays.
+    // An undone edit can still be redone, and the selection stays.
     user.select("ball");
     user.set("radius=111");
     user.key('u');

@@ -109,7 +109,7 @@ fn files_in_the_way_of_one_run_are_not_in_that_of_the_next() {
     }
 }
 
-/// Nobody can guess these names; the test takes what the first opening has made.
+/// These names cannot be guessed; the test takes those that the first opening has made.
 #[test]
 fn a_foreign_file_that_makes_an_opening_fail_is_named_with_its_owner() {
     let network = Network::new("of");

@@ -12,13 +12,13 @@ use std::process::Command;
 struct Printed {
     from: String,
     to: String,
-    /// What stands before the members of the source and of the target.
+    /// The prefixes of the members of the source and of the target.
     source: String,
     target: String,
     statements: String,
 }
 
-/// What is between two texts, and what follows.
+/// The text between two texts, and the rest.
 fn between<'t>(text: &'t str, open: &str, close: &str) -> Option<(&'t str, &'t str)> {
     let (_, rest) = text.split_once(open)?;
     rest.split_once(close)

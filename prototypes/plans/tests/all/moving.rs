@@ -211,7 +211,7 @@ fn all(end: &End) -> String {
     out
 }
 
-/// What a connection makes of the numbers of a message.
+/// The numbers of a message behind a connection.
 fn in_a_message(plan: &Plan, numbers: &[f64], transform: [f64; TRANSFORM]) -> Vec<f64> {
     let places: Vec<Option<u32>> = (0..).map(Some).take(numbers.len()).collect();
     let marks = u32::try_from(numbers.len()).expect("few");

@@ -1131,7 +1131,7 @@ fn a_circle_of_free_conversions_has_an_end() {
         lost      nothing: the plan is exact
     "]],
     );
-    // What no way leads to is refused, and not looked for without end.
+    // A prototype that no path leads to is refused, after a bounded search.
     check(
         &text,
         "one",

@@ -178,7 +178,7 @@ fn replicas_with_one_start_have_it_once() {
     });
     removed.expect("a sound change");
     network.converge(5 * SECOND);
-    // Nobody waits for the writer of the start.
+    // The writer of the start is not waited for.
     network.run(2 * SECOND);
     for at in [0, 1, 2] {
         assert_eq!(network.at(at).status(network.now).tombstones, 0);
@@ -355,7 +355,7 @@ fn one_that_hears_a_newcomer_first_has_not_joined() {
     assert_eq!(keeper.snapshot().node_count(), 1);
 }
 
-/// A tool that tells nothing of itself gets values of streams that nobody repeats for it.
+/// A tool that does not announce itself gets values of streams that are not repeated for it.
 #[test]
 fn one_that_only_asks_gets_the_values_of_streams_with_the_next_digest() {
     let rights = Rights::everything().with_stream("door", "width", Duration::ZERO);

@@ -12,7 +12,7 @@ const STORM: Weather = Weather {
     late: 40,
 };
 
-/// A random change. What the schema does not allow is left.
+/// A random change. Steps that the schema does not allow are left out.
 fn change(network: &mut Network, at: usize, step: usize) -> Option<Token> {
     let what = network.random.u32(..10);
     let pick = network.random.usize(..);
@@ -190,7 +190,7 @@ fn conflicts_of_a_partition_are_listed_when_it_heals() {
     assert_eq!(network.at(1).snapshot().node_count(), 3);
 }
 
-/// Whoever wrote the value that is shown learns of the other one, and may decide: the other one cannot
+/// The writer of the shown value learns of the other one, and may decide: the other writer cannot
 /// know that it was asked.
 #[test]
 fn of_two_values_of_a_partition_the_winner_learns_and_may_decide() {

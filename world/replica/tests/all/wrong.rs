@@ -152,7 +152,7 @@ fn what_no_replica_sends_is_refused() {
 /// A step: what, name, element, end, value.
 type StepOf<'s> = (u8, &'s str, Id, Id, Option<Value>);
 
-/// What a stranger with the writer 9 sends as one change: steps that follow each other.
+/// The steps that a stranger with the writer 9 sends as one change, in order.
 fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
     let mut writer = Writer::default();
     writer.put(&schema);
@@ -262,7 +262,7 @@ fn no_step_of_a_stranger_keeps_others_from_being_shown() {
     assert!(is_alive(&world));
     let reasons = world.conflicts().into_iter().map(|lost| lost.reason);
     assert_eq!(reasons.collect::<Vec<_>>(), [rc_world::Reason::Schema]);
-    // What is too large is refused in an open world, too.
+    // A change that is too large is refused in an open world, too.
     let world = World::new(Setup::new("mapper", Schema::anything().into()).with_writer(7));
     let schema = schema_of(&world);
     let large = Some(Value::Bytes(vec![0; 70_000].into()));
@@ -510,7 +510,7 @@ fn a_replica_goes_on_after_its_clock_was_set_back() {
     assert_eq!(steady.time(), 5004 * SECOND);
 }
 
-/// A change that is too large for one message goes in chunks. Nobody shows a part of it.
+/// A change that is too large for one message is sent in chunks. No replica shows a part of it.
 #[test]
 fn one_that_is_killed_in_the_middle_of_a_change_leaves_nothing_of_it() {
     let mut network = Network::new(3, CALM, 7);

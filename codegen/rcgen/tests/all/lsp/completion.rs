@@ -183,7 +183,7 @@ fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
             "bind brain.spare -> third.Grip { convert via ▮; };",
         ),
         ("inner.ddsl", "export Grip;", "export ▮"),
-        // Not in a comment, and not in a string that means nothing.
+        // No completion in a comment, and none in a string without a meaning.
         ("net.ddsl", "    Host", "    // bind ▮\n    Host"),
     ] {
         session.completes(file, old, new);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const ROUNDS: usize = 4;
 const EDITS: usize = 25;
 
-/// What is put into a text.
+/// The inserted text.
 const PIECES: [&str; 16] = [
     "{",
     "}",

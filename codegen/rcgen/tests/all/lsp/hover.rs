@@ -1,4 +1,4 @@
-//! What the things in a workspace with one file of each kind are.
+//! Hovers in a workspace with one file of each kind.
 
 use super::workspace::Session;
 use expect_test::expect_file;

@@ -79,7 +79,7 @@ fn a_new_name_is_written_into_all_files() {
         ("net.ddsl", "Component br", "mind"),
         ("net.ddsl", "hands \"le", "right"),
         ("net.ddsl", "Host ro", "machine"),
-        // What is refused.
+        // Refused names.
         ("interfaces/Units.idsl", "struct Fo", "Side"),
         ("interfaces/Units.idsl", "struct Fo", "a b"),
         ("interfaces/Units.idsl", "module Un", "Other"),
@@ -88,7 +88,7 @@ fn a_new_name_is_written_into_all_files() {
     ] {
         session.renames(file, before, new);
     }
-    // Nothing of a refused or an unused answer stays: the findings are those of the files.
+    // A refused or an unused answer leaves nothing behind: the findings are those of the files.
     session.editor.wait_for("interfaces/Units.idsl", &[]);
     let prepared = session.editor.ask(
         "textDocument/prepareRename",

@@ -52,7 +52,7 @@ const WORKER: &str = "use hand_generated::{Context, Grip, StateMachine, Worker};
 /// A session in the workspace, with all of its files open.
 pub(super) struct Session {
     pub(super) editor: Editor,
-    /// What was asked, with the answers.
+    /// The requests, with the answers.
     pub(super) log: String,
     _folder: tempfile::TempDir,
 }

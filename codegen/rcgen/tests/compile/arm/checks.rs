@@ -124,7 +124,7 @@ fn a_state_refuses_calls_and_events_change_it() {
     wait_for(&unavailable("working.joint.compliant, working.hand.open"));
     let speeds = SPEEDS.lock().unwrap().len();
     assert!(speeds > 0);
-    // Events that nothing takes, that are not for others, that do not exist.
+    // Events without a transition, internal events, and events that do not exist.
     for (event, expected) in [
         (
             "HoldingToCompliant",

@@ -10,7 +10,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// What the workers saw.
+/// The records of the workers.
 static SEEN: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn see(what: String) {

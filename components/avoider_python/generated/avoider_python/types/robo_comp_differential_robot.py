@@ -28,7 +28,7 @@ class TMechParams(_robocomp.Struct):
     device: str = ""
     """Where the base is connected, such as a serial port."""
     handler: str = ""
-    """What drives it: the name of the hardware or of the simulator."""
+    """The driver: the name of the hardware or of the simulator."""
     max_vel_adv: float = 0.0
     """The fastest it drives.
 

@@ -13,7 +13,7 @@ import robocomp as _robocomp
 
 
 class PixelFormat(_enum.IntEnum):
-    """What one pixel is."""
+    """The format of one pixel."""
 
     GREY = 0
     RGB = 1

@@ -17,7 +17,7 @@ const LIMIT: Duration = Duration::from_secs(20);
 /// The limit of a call that is not answered.
 const SHORT: Duration = Duration::from_millis(100);
 
-/// What a component got: the slot, and the level or the error.
+/// The results of a component: the slot, and the level or the error.
 type Ended = (&'static str, Result<f32, String>);
 
 /// Where the components of this name report.

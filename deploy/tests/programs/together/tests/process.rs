@@ -189,7 +189,7 @@ impl Supervised {
         self.folder.path().join(format!("{name}.log"))
     }
 
-    /// What a component has logged, or what the process has printed (`process`).
+    /// The log of a component, or the output of the process (`process`).
     fn log(&self, name: &str) -> String {
         std::fs::read_to_string(self.log_path(name)).expect("a log")
     }

@@ -32,7 +32,7 @@ pub struct SpecificWorker {
     moved: i64,
 }
 
-/// What it writes down.
+/// Its report.
 struct Log {
     file: File,
     /// The last digest that it sent.
@@ -174,7 +174,7 @@ impl SpecificWorker {
         }
     }
 
-    /// What it has, line by line.
+    /// Its content, line by line.
     fn state(&self) -> String {
         let now = self.world.snapshot();
         let status = self.world.state();

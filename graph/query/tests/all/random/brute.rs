@@ -311,7 +311,7 @@ fn variables(pattern: &Match) -> impl Iterator<Item = &String> {
     })
 }
 
-/// How many rows there may be on the way.
+/// The limit of rows in between.
 const MOST_ROWS: usize = 2000;
 
 /// All that a function finds for each of some; nothing if that is too much.
@@ -354,7 +354,7 @@ fn aggregate(world: &World, expr: &Expr, group: &[Row]) -> Value {
     };
     let mut values: Vec<Value> = group.iter().map(|row| eval(world, of, row)).collect();
     values.retain(|value| *value != Value::Null);
-    // What is collected has no order.
+    // Collected values have no order.
     values.sort_by(Value::order);
     if *distinct {
         values.dedup();

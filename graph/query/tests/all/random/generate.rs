@@ -17,7 +17,7 @@ enum Type {
 
 #[derive(Default)]
 struct Maker {
-    /// What may be named now.
+    /// The names that are in scope.
     scope: Vec<(String, Type)>,
     made: usize,
 }

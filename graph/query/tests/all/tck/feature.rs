@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What a scenario expects.
+/// The expectations of a scenario.
 #[derive(Clone, Debug)]
 pub(crate) enum Expected {
     Rows {

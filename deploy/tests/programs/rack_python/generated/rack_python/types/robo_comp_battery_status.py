@@ -23,12 +23,12 @@ class HardwareFailedException(_robocomp.RemoteError):
     """The battery does not answer."""
 
     what: str = ""
-    """What went wrong, for a person to read."""
+    """The error in words."""
 
 
 @_dataclasses.dataclass(slots=True, eq=False)
 class TBattery(_robocomp.Struct):
-    """What a battery measures."""
+    """The measurements of a battery."""
 
     percentage: float = 0.0
     """Of its capacity, from 0 to 100."""

@@ -10,10 +10,10 @@ import robocomp as _robocomp
 
 @_dataclasses.dataclass(eq=False)
 class HardwareFailedException(_robocomp.RemoteError):
-    """The hardware did not do what was asked of it."""
+    """The hardware did not carry out a request."""
 
     what: str = ""
-    """What went wrong, for a person to read."""
+    """The error in words."""
 
 
 @_dataclasses.dataclass(slots=True, eq=False)

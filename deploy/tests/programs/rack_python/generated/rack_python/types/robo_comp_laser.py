@@ -17,7 +17,7 @@ class LaserConfData(_robocomp.Struct):
     """How the scanner is built and set."""
 
     driver: str = ""
-    """What drives it: the name of the hardware or of the simulator."""
+    """The driver: the name of the hardware or of the simulator."""
     device: str = ""
     """Where it is connected, such as a serial port."""
     static_conf: int = 0
