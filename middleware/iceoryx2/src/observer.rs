@@ -189,7 +189,7 @@ impl Subscriber for Observer {
         })?;
         for source in [&mut self.volatile, &mut self.transient_local] {
             if let Some(source) = source
-                && source.receive(&address, &mut |header, sample| {
+                && source.receive(&address, &mut |header, sample, _| {
                     take(header, sample.payload());
                 })?
             {

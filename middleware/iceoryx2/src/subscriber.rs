@@ -115,7 +115,7 @@ impl SharedSubscriber {
     }
 
     /// Takes one sample.
-    fn next(&mut self, take: &mut dyn FnMut(Header, Received)) -> Result<bool, ReceiveError> {
+    fn next(&mut self, take: &mut Take<'_>) -> Result<bool, ReceiveError> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
@@ -148,7 +148,7 @@ impl Subscriber for SharedSubscriber {
     }
 
     fn receive(&mut self, take: &mut dyn FnMut(Header, &[u8])) -> Result<bool, ReceiveError> {
-        self.next(&mut |header, sample| take(header, sample.payload()))
+        self.next(&mut |header, sample, _| take(header, sample.payload()))
     }
 
     fn can_keep(&self) -> bool {
@@ -160,9 +160,10 @@ impl Subscriber for SharedSubscriber {
         take: &mut dyn FnMut(Header, Box<dyn KeptSample>),
     ) -> Result<bool, ReceiveError> {
         let session = Arc::clone(&self.session);
-        self.next(&mut |header, sample| {
+        self.next(&mut |header, sample, port| {
             let kept = Kept {
                 sample,
+                _port: Arc::clone(port),
                 _session: Arc::clone(&session),
             };
             take(header, Box::new(kept));
@@ -177,7 +178,10 @@ impl Subscriber for SharedSubscriber {
 /// A sample that its receiver keeps.
 struct Kept {
     sample: Received,
-    /// Dropped after the sample: the last process that leaves must have no port open.
+    /// Dropped after the sample: as soon as a port is gone, a publisher writes again into the memory of all
+    /// samples that it had.
+    _port: Arc<SubscriberPort>,
+    /// Dropped after the port: the last process that leaves must have no port open.
     _session: Arc<Session>,
 }
 
@@ -187,9 +191,12 @@ impl KeptSample for Kept {
     }
 }
 
+/// Takes a sample, which came to a port.
+pub(crate) type Take<'t> = dyn FnMut(Header, Received, &Arc<SubscriberPort>) + 't;
+
 /// One publish/subscribe service.
 pub(crate) struct Source {
-    port: SubscriberPort,
+    port: Arc<SubscriberPort>,
     topic: TopicService,
     unread: Unread,
 }
@@ -225,7 +232,7 @@ impl Source {
             .create()
             .map_err(|error| refusal(endpoint.address.as_str())(format!("{error:?}")))?;
         Ok(Self {
-            port,
+            port: Arc::new(port),
             topic,
             unread: Unread::default(),
         })
@@ -240,7 +247,7 @@ impl Source {
     pub(crate) fn receive(
         &mut self,
         address: &str,
-        take: &mut dyn FnMut(Header, Received),
+        take: &mut Take<'_>,
     ) -> Result<bool, ReceiveError> {
         let failed = |reason: String| ReceiveError {
             address: address.to_owned(),
@@ -259,7 +266,7 @@ impl Source {
             }
         };
         self.unread.renumber(&mut header);
-        take(header, sample);
+        take(header, sample, &self.port);
         Ok(true)
     }
 

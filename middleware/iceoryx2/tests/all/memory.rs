@@ -205,3 +205,31 @@ fn samples_suffice_for_subscribers_that_keep_old_ones_and_others_that_do_not_rea
         assert_eq!(receive(&mut **subscriber, 1)[0].1, [2; 5000]);
     }
 }
+
+/// Nobody writes into a kept sample while it lives, whether its subscriber and its publisher do or not.
+#[test]
+fn a_kept_sample_outlives_its_subscriber() {
+    let network = Network::new("ou");
+    let (backend, at) = (&network.1, endpoint("default/Camera/image"));
+    let mut publisher = backend.publisher(&at).expect("a publisher");
+    let mut subscriber = backend.subscriber(&at).expect("a subscriber");
+    let mut kept = Vec::new();
+    publisher
+        .publish(header(1), &[1; 5000])
+        .expect("to publish");
+    let received = subscriber.receive_kept(&mut |_, sample| kept.push(sample));
+    assert_eq!(received, Ok(true));
+    drop(subscriber);
+    // Somebody who does not read keeps many samples busy, so that all memory is used in turn.
+    let _slow = backend.subscriber(&at).expect("a subscriber");
+    for sequence in 2..100 {
+        let published = publisher.publish(header(sequence), &[2; 5000]);
+        published.expect("to publish");
+        assert!(kept[0].memory() == [1; 5000], "overwritten");
+    }
+    drop(publisher);
+    assert!(kept[0].memory() == [1; 5000], "overwritten");
+    kept.clear();
+    let publisher = backend.publisher(&at).expect("a publisher");
+    until("the subscriber is gone", || publisher.peers() == 1);
+}
