@@ -51,7 +51,7 @@ pub fn an_expired_call_leaves_nothing_behind(subject: &dyn Subject) {
         let _stop = StopOnDrop(stop);
         is_ready.recv_timeout(LIMIT).expect("a server");
         let backend = network.join("client");
-        let mut client = backend.client(address).expect("a client");
+        let mut client = network.client(&*backend, address);
         let mut reply = Vec::new();
         for request in [b"first", b"other"] {
             let start = Instant::now();
@@ -88,7 +88,7 @@ pub fn a_late_reply_is_not_taken_for_the_next_one(subject: &dyn Subject) {
     };
     network.serving(&address, handler, || {
         let backend = network.join("client");
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         let mut reply = Vec::new();
         let late = client.call(header(1), b"slow", SHORT, &mut |_, body| {
             body.clone_into(&mut reply);
@@ -108,7 +108,7 @@ pub fn a_full_queue_is_reported(subject: &dyn Subject) {
     let address = endpoint("default/Motor");
     let backend = network.join("both");
     let mut server = backend.server(&address).expect("a server");
-    let mut client = backend.client(&address).expect("a client");
+    let mut client = network.client(&*backend, &address);
     for _ in 0..3 {
         let mut accepted = 0;
         let refused = loop {
@@ -145,7 +145,7 @@ pub fn a_stop_ends_a_call(subject: &dyn Subject) {
         let (ended, end) = channel();
         scope.spawn(move || {
             let backend = network.join_as(own);
-            let mut client = backend.client(address).expect("a client");
+            let mut client = network.client(&*backend, address);
             let mut reply = Vec::new();
             let first = client.call(header(1), b"query", LIMIT, &mut |_, body| {
                 body.clone_into(&mut reply);
@@ -191,7 +191,7 @@ pub fn a_wake_up_during_a_call_is_not_lost(subject: &dyn Subject) {
     };
     network.serving(&address, woken, || {
         let backend = network.join_as(&environment);
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         for _ in 0..3 {
             assert_eq!(ask(&mut *client, b"query"), b"query!");
         }
@@ -210,7 +210,7 @@ pub fn a_closing_server_ends_queued_calls(subject: &dyn Subject) {
         let (network, address) = (&network, &address);
         let caller = scope.spawn(move || {
             let backend = network.join("client");
-            let mut client = backend.client(address).expect("a client");
+            let mut client = network.client(&*backend, address);
             let mut reply = Vec::new();
             let start = Instant::now();
             let result = client.call(header(1), b"query", LIMIT, &mut |_, body| {
@@ -241,7 +241,7 @@ pub fn a_closing_server_ends_accepted_calls(subject: &dyn Subject) {
         let (go, may_go) = channel();
         let caller = scope.spawn(move || {
             let backend = network.join("client");
-            let mut client = backend.client(address).expect("a client");
+            let mut client = network.client(&*backend, address);
             client.send(header(1), b"command").expect("to be sent");
             may_go.recv().expect("a test that goes on");
             client.call(header(2), b"query", LIMIT, &mut |_, _| {})
@@ -277,7 +277,7 @@ pub fn a_polling_client_sleeps_in_the_end(subject: &dyn Subject) {
     };
     network.serving(&address, slow, || {
         let backend = network.join("client");
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         for _ in 0..100 {
             assert_eq!(ask(&mut *client, b"quick"), b"quick!");
         }

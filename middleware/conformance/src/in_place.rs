@@ -105,6 +105,7 @@ pub fn samples_are_written_in_place(subject: &dyn Subject) {
         .map(|_| backend.subscriber(&address).expect("a subscriber"))
         .collect();
     let port = backend.publisher(&address).expect("a publisher");
+    network.meet(|| port.peers() == 3 && subscribers.iter().all(|one| one.peers() == 1));
     let mut topic = TypedPublisher::new(port, SCAN);
     for length in [0, 1, 1000, 1_000_000, 3] {
         let beams: Vec<i16> = (0..length).map(|at| at as i16).collect();
@@ -182,7 +183,7 @@ pub fn replies_are_written_in_place(subject: &dyn Subject) {
     };
     network.serving_bare(&address, handler, || {
         let backend = network.join_bare("client");
-        let port = backend.client(&address).expect("a client");
+        let port = network.client(&*backend, &address);
         let mut caller = TypedClient::new(port, LIMIT);
         let parameters = |length: i32, placed: bool| {
             move |writer: &mut Writer<'_>| {

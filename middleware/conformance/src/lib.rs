@@ -55,6 +55,12 @@ pub trait Subject: Sync {
         false
     }
 
+    /// Whether ends know each other as soon as they are open. Else, as between hosts, a message from an
+    /// end that the receiver does not know yet may not arrive, and tests wait until both know each other.
+    fn meets_at_once(&self) -> bool {
+        true
+    }
+
     /// Removes the files that the network may leave.
     fn wipe(&self, _directory: &RunDirectory) {}
 }

@@ -20,7 +20,7 @@ pub fn sixty_four_clients_are_served(subject: &dyn Subject) {
                 scope.spawn(move || {
                     let backend = network.join("client");
                     let mut clients: Vec<_> = (0..MAX_READERS / COMPONENTS)
-                        .map(|_| backend.client(address).expect("a client"))
+                        .map(|_| network.client(&*backend, address))
                         .collect();
                     for round in 0..5 {
                         for (at, client) in clients.iter_mut().enumerate() {
@@ -64,7 +64,7 @@ pub fn a_thousand_requests_get_their_own_replies(subject: &dyn Subject) {
             clients.push(go);
             scope.spawn(move || {
                 let backend = network.join("client");
-                let mut client = backend.client(address).expect("a client");
+                let mut client = network.client(&*backend, address);
                 for round in 1..=ROUNDS {
                     may_go.recv_timeout(LIMIT).expect("a round");
                     for at in 1..=u64::from(COMMANDS) {
@@ -110,6 +110,7 @@ fn all_reach_all(subject: &dyn Subject, publishers: usize, subscribers: usize) {
     let mut writers: Vec<_> = (0..publishers)
         .map(|_| backend.publisher(&topic).expect("a publisher"))
         .collect();
+    network.meet(|| readers.iter().all(|reader| reader.peers() == publishers));
     for (writer, number) in writers.iter_mut().zip(0_u8..) {
         until("all are there", || writer.peers() == subscribers);
         writer.publish(header(1), &[number]).expect("to publish");

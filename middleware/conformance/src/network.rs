@@ -3,8 +3,8 @@
 use crate::Subject;
 use crate::envelope::Enveloping;
 use rc_middleware::{
-    Address, Backend, Endpoint, Environment, ExternalType, Header, Qos, Reply, RunDirectory,
-    Server, Settings, Subscriber, TypeIdentity, WakeEvent, wait,
+    Address, Backend, Client, Endpoint, Environment, ExternalType, Header, Qos, Reply,
+    RunDirectory, Server, Settings, Subscriber, TypeIdentity, WakeEvent, wait,
 };
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::os::fd::AsFd;
@@ -50,6 +50,20 @@ impl<'a> Network<'a> {
             name,
             directory,
         }
+    }
+
+    /// Waits until ends know each other, where they do not as soon as they are open.
+    pub(crate) fn meet(&self, known: impl FnMut() -> bool) {
+        if !self.subject.meets_at_once() {
+            until("the ends know each other", known);
+        }
+    }
+
+    /// Opens a client of a server that is there, and lets both meet.
+    pub(crate) fn client(&self, backend: &dyn Backend, address: &Endpoint) -> Box<dyn Client> {
+        let client = backend.client(address).expect("a client");
+        self.meet(|| client.peers() == 1);
+        client
     }
 
     /// The environment of a component called `instance`.

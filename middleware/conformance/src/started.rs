@@ -64,7 +64,7 @@ pub fn started_calls_get_their_own_replies(subject: &dyn Subject) {
     let address = endpoint(ADDRESS);
     network.serving(&address, echo, || {
         let backend = network.join("client");
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         assert_nothing_left(&mut *client);
         for round in 0..100 {
             let first = round * STARTED_CALLS as u64;
@@ -87,7 +87,7 @@ pub fn the_number_of_started_calls_is_limited(subject: &dyn Subject) {
     let address = endpoint(ADDRESS);
     let backend = network.join("both");
     let mut server = backend.server(&address).expect("a server");
-    let mut client = backend.client(&address).expect("a client");
+    let mut client = network.client(&*backend, &address);
     let count = STARTED_CALLS as u64;
     for sequence in 0..count {
         start(&mut *client, sequence, LIMIT).expect("to be started");
@@ -124,7 +124,7 @@ pub fn a_started_call_ends_at_its_deadline(subject: &dyn Subject) {
     let address = endpoint(ADDRESS);
     let backend = network.join("both");
     let mut server = backend.server(&address).expect("a server");
-    let mut client = backend.client(&address).expect("a client");
+    let mut client = network.client(&*backend, &address);
     let begin = Instant::now();
     start(&mut *client, 1, LIMIT).expect("to be started");
     start(&mut *client, 2, SHORT).expect("to be started");
@@ -192,7 +192,7 @@ pub fn a_forgotten_call_does_not_end(subject: &dyn Subject) {
     let address = endpoint(ADDRESS);
     let backend = network.join("both");
     let mut server = backend.server(&address).expect("a server");
-    let mut client = backend.client(&address).expect("a client");
+    let mut client = network.client(&*backend, &address);
     for (sequence, limit) in [(1, LIMIT), (2, SHORT), (3, LIMIT)] {
         start(&mut *client, sequence, limit).expect("to be started");
     }
@@ -219,7 +219,7 @@ pub fn started_calls_keep_their_order_with_others(subject: &dyn Subject) {
     };
     network.serving(&address, record, || {
         let backend = network.join("client");
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         for sequence in (0..60).step_by(3) {
             start(&mut *client, sequence, LIMIT).expect("to be started");
             let command = header(sequence + 1);
@@ -252,7 +252,7 @@ pub fn a_stop_ends_started_calls(subject: &dyn Subject) {
     };
     network.serving(&address, held, || {
         let backend = network.join_as(&environment);
-        let mut client = backend.client(&address).expect("a client");
+        let mut client = network.client(&*backend, &address);
         start(&mut *client, 1, LIMIT).expect("to be started");
         start(&mut *client, 2, LIMIT).expect("to be started");
         assert_eq!(poll(&mut *client), None);

@@ -6,6 +6,7 @@ use crate::network::{
 };
 use rc_middleware::now;
 use rc_middleware::{Durability, Endpoint, Gaps, Header, OpenError, Qos, TypeIdentity, wait};
+use std::sync::Barrier;
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
@@ -61,15 +62,18 @@ pub fn a_sample_reaches_every_subscriber(subject: &dyn Subject) {
                     let backend = network.join("subscriber");
                     let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
                     ready.send(()).expect("a test that waits");
+                    network.meet(|| subscriber.peers() == 1);
+                    ready.send(()).expect("a test that waits");
                     receive(&mut *subscriber, 5)
                 })
             })
             .collect();
-        for _ in 0..3 {
-            is_ready.recv_timeout(LIMIT).expect("a subscriber");
-        }
+        let all_ready = || (0..3).for_each(|_| is_ready.recv_timeout(LIMIT).expect("a subscriber"));
+        all_ready();
         let backend = network.join("publisher");
         let mut publisher = backend.publisher(&topic).expect("a publisher");
+        network.meet(|| publisher.peers() == 3);
+        all_ready();
         let headers: Vec<_> = (1..=5).map(header).collect();
         for header in &headers {
             publisher.publish(*header, b"beam").expect("to publish");
@@ -103,14 +107,18 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
     let topic = keep_last(100, &endpoint("default/Laser/scan"));
     let backend = network.join("subscriber");
     let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
+    let start = Barrier::new(5);
     std::thread::scope(|scope| {
         let (done, all_done) = channel::<()>();
         let all_done = std::sync::Arc::new(std::sync::Mutex::new(all_done));
         for number in 0..4_u8 {
             let (network, topic, all_done) = (&network, &topic, all_done.clone());
+            let start = &start;
             scope.spawn(move || {
                 let backend = network.join("publisher");
                 let mut publisher = backend.publisher(topic).expect("a publisher");
+                network.meet(|| publisher.peers() == 1);
+                start.wait();
                 for sequence in 1..=EACH {
                     publisher
                         .publish(header(sequence), &[number])
@@ -121,6 +129,8 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
                 let _ = all_done.lock().map(|all_done| all_done.recv());
             });
         }
+        network.meet(|| subscriber.peers() == 4);
+        start.wait();
         let values = receive(&mut *subscriber, 4 * EACH as usize);
         drop(done);
         for number in 0..4_u8 {
@@ -145,6 +155,7 @@ pub fn samples_of_every_size_arrive(subject: &dyn Subject) {
     let (camera, viewer) = (network.join("camera"), network.join("viewer"));
     let mut subscriber = viewer.subscriber(&topic).expect("a subscriber");
     let mut publisher = camera.publisher(&topic).expect("a publisher");
+    network.meet(|| publisher.peers() == 1 && subscriber.peers() == 1);
     let sizes = SIZES.iter().chain(SIZES.iter().rev()).copied();
     for (size, sequence) in sizes.zip(1..) {
         let sent = (header(sequence), pattern(size));
@@ -178,6 +189,7 @@ pub fn a_late_subscriber_gets_no_volatile_samples(subject: &dyn Subject) {
     let mut publisher = backend.publisher(&topic).expect("a publisher");
     publisher.publish(header(1), b"old").expect("to publish");
     let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
+    network.meet(|| publisher.peers() == 1 && subscriber.peers() == 1);
     publisher.publish(header(2), b"new").expect("to publish");
     assert_eq!(sequences(&receive(&mut *subscriber, 1)), [2]);
     assert!(receive_all(&mut *subscriber).is_empty());
@@ -212,6 +224,7 @@ pub fn a_late_subscriber_gets_transient_local_samples(subject: &dyn Subject) {
     }
     let mut uninterested = backend.subscriber(&asking(&topic)).expect("a subscriber");
     until("all three are there", || publisher.peers() == 3);
+    network.meet(|| uninterested.peers() == 1);
     publisher.publish(header(6), b"map").expect("to publish");
     for subscriber in [&mut late, &mut shallow, &mut uninterested] {
         assert_eq!(sequences(&receive(&mut **subscriber, 1)), [6]);
@@ -230,6 +243,16 @@ pub fn a_transient_local_publisher_reaches_all_subscribers(subject: &dyn Subject
     let publishing = network.join("publisher");
     let mut ordinary = publishing.publisher(&topic).expect("a publisher");
     let mut keeper = publishing.publisher(&keeping(&topic)).expect("a publisher");
+    let both = [b"kept".as_slice(), b"ordinary"];
+    let heard = if subject.keeps_or_refuses() { 1 } else { 2 };
+    network.meet(|| {
+        (
+            keeper.peers(),
+            ordinary.peers(),
+            volatile.peers(),
+            late.peers(),
+        ) == (2, heard, 2, heard)
+    });
     for sequence in 1..=3 {
         keeper
             .publish(header(sequence), b"kept")
@@ -238,8 +261,6 @@ pub fn a_transient_local_publisher_reaches_all_subscribers(subject: &dyn Subject
             .publish(header(sequence), b"ordinary")
             .expect("to publish");
     }
-    let both = [b"kept".as_slice(), b"ordinary"];
-    let heard = if subject.keeps_or_refuses() { 1 } else { 2 };
     for (subscriber, heard) in [(&mut volatile, &both[..]), (&mut late, &both[..heard])] {
         let values = receive(&mut **subscriber, 3 * heard.len());
         for body in heard {
@@ -261,6 +282,7 @@ pub fn a_slow_subscriber_keeps_the_newest_and_delays_nobody(subject: &dyn Subjec
         .expect("a subscriber");
     let mut quick = backend.subscriber(&asking(&topic)).expect("a subscriber");
     let mut publisher = backend.publisher(&topic).expect("a publisher");
+    network.meet(|| (publisher.peers(), quick.peers(), slow.peers()) == (2, 1, 1));
     let mut got = Vec::new();
     let start = Instant::now();
     for sequence in 1..=100 {
@@ -299,6 +321,10 @@ pub fn lost_samples_are_counted(subject: &dyn Subject) {
     let mut counts = [(); 2].map(|()| Gaps::default());
     for round in 0..3 {
         let mut brief = backend.publisher(&topic).expect("a publisher");
+        network.meet(|| {
+            let known = subscribers.iter().map(|subscriber| subscriber.peers());
+            brief.peers() == 2 && steady.peers() == 2 && known.eq([2, 2])
+        });
         for sequence in 1..=20 {
             let next = header(20 * round + sequence + 1);
             steady.publish(next, b"steady").expect("to publish");
@@ -338,12 +364,17 @@ pub fn a_subscriber_outlives_its_publishers(subject: &dyn Subject) {
     for round in 1..=3_u8 {
         std::thread::scope(|scope| {
             let (network, topic) = (&network, &topic);
+            let (go, may_go) = channel();
             scope.spawn(move || {
                 let backend = network.join("publisher");
                 let mut publisher = backend.publisher(topic).expect("a publisher");
+                network.meet(|| publisher.peers() == 1);
+                may_go.recv_timeout(LIMIT).expect("a subscriber");
                 publisher.publish(header(1), &[round]).expect("to publish");
                 backend.linger(LIMIT);
             });
+            network.meet(|| subscriber.peers() == 1);
+            go.send(()).expect("a publisher");
             let (header, body) = receive(&mut *subscriber, 1).remove(0);
             assert_eq!((header.sequence, body), (1, vec![round]));
         });
@@ -375,6 +406,7 @@ pub fn a_sample_wakes_its_subscriber(subject: &dyn Subject) {
     let mut subscriber = backend.subscriber(&asking(&topic)).expect("a subscriber");
     let mut publisher = backend.publisher(&topic).expect("a publisher");
     until("the connection stands", || publisher.peers() == 1);
+    network.meet(|| subscriber.peers() == 1);
     subscriber.acknowledge(false);
     let now = std::time::Duration::ZERO;
     assert_eq!(wait(&[subscriber.descriptor()], now), 0, "quiet at first");
@@ -416,6 +448,7 @@ pub fn topics_of_different_types_refuse_each_other(subject: &dyn Subject) {
             ours: ours.types.to_string(),
             theirs: theirs.types.to_string(),
         };
+        network.meet(|| other.subscriber(&ours).is_err());
         assert_eq!(other.subscriber(&ours).err(), Some(expected.clone()));
         assert_eq!(other.publisher(&ours).err(), Some(expected.clone()));
         assert_eq!(other.publisher(&keeping(&ours)).err(), Some(expected));

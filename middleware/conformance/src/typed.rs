@@ -43,6 +43,7 @@ pub fn topics_carry_values(subject: &dyn Subject) {
     let backend = network.join_bare("both");
     let mut subscriber = backend.subscriber(&address).expect("a subscriber");
     let port = backend.publisher(&address).expect("a publisher");
+    network.meet(|| port.peers() == 1 && subscriber.peers() == 1);
     let mut topic = TypedPublisher::new(port, DIVIDE);
     for number in 1..=3_i32 {
         topic
@@ -80,7 +81,7 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
     };
     network.serving_bare(&address, handler, || {
         let backend = network.join_bare("client");
-        let port = backend.client(&address).expect("a client");
+        let port = network.client(&*backend, &address);
         let mut caller = TypedClient::new(port, LIMIT);
         caller
             .send_with(&NOTE, |writer| writer.put(&"begin".to_owned()))
@@ -177,7 +178,7 @@ pub fn started_queries_end_with_results_exceptions_and_errors(subject: &dyn Subj
     let address = endpoint("default/Calculator");
     network.serving_bare(&address, divide, || {
         let backend = network.join_bare("client");
-        let port = backend.client(&address).expect("a client");
+        let port = network.client(&*backend, &address);
         let mut caller = TypedClient::new(port, LIMIT);
         let start = |caller: &mut TypedClient, a: i32, b: i32| {
             caller
@@ -223,6 +224,7 @@ pub fn replies_may_come_later(subject: &dyn Subject) {
     let mut callers = clients
         .each_ref()
         .map(|client| TypedClient::new(client.client(&address).expect("a client"), LIMIT));
+    network.meet(|| callers.iter().all(|caller| caller.peers() == 1));
     let state = "driving.forward".to_owned();
     let cases = [
         (42, 6, Ok(7)),

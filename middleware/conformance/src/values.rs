@@ -60,6 +60,7 @@ pub fn values_reach_every_subscriber(subject: &dyn Subject) {
         .map(|_| backend.subscriber(&address).expect("a subscriber"))
         .collect();
     let port = backend.publisher(&address).expect("a publisher");
+    network.meet(|| port.peers() == 4 && subscribers.iter().all(|one| one.peers() == 1));
     let mut topic = TypedPublisher::new(port, ANY);
     let map: BTreeMap<String, Vec<f64>> = [("a".to_owned(), vec![1.5, -2.0])].into();
     let large = vec![7_u16; 100_000];

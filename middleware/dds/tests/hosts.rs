@@ -1,16 +1,16 @@
-//! Requirements of the conformance suite between two hosts: network namespaces with a cable between
-//! them. Each component is on the other host than the one before.
+//! The conformance suite between two hosts: network namespaces with a cable between them.
 //!
-//! Left out is what holds on one host only, where ends meet when they are opened: the first samples
-//! and requests of an end that the other host does not know yet arrive, and a second server is
-//! refused.
+//! Ends on two hosts do not know each other when they are opened. So the tests wait until they do
+//! (`meets_at_once`); the rules hold from then on. A second server is refused by then, too.
 
-use rc_conformance::network::{Network, endpoint, header, keep_last, receive, sequences, until};
-use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
+use rc_middleware::{
+    Backend, Client, Endpoint, Environment, OpenError, Publisher, RunDirectory, Server, Subscriber,
+};
 use rc_test_support::cable::Cable;
 use rc_test_support::python::skipped;
 use rc_vocabulary::Value;
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
+use std::cell::OnceCell;
 use std::fs::File;
 use std::os::fd::AsFd;
 use std::path::Path;
@@ -21,17 +21,27 @@ use std::time::Duration;
 /// The domain of each network. Nobody else is on its cable.
 const DOMAIN: i64 = 19;
 
+/// Which ends are on which of the two hosts.
+#[derive(Clone, Copy)]
+enum Split {
+    /// Each component is on the other host than the one before.
+    Components,
+    /// Publishers and servers are on the first one, subscribers and clients on the second one.
+    Ends,
+}
+
 /// Two hosts, with a run directory each. Each test has its own.
 struct Hosts {
     /// `None` where this machine has none: then all are on this one.
     cable: Option<Cable>,
     places: [tempfile::TempDir; 2],
+    split: Split,
     /// The components that there were.
     components: AtomicUsize,
 }
 
 impl Hosts {
-    fn new() -> Self {
+    fn new(split: Split) -> Self {
         static SKIPPED: Once = Once::new();
         let cable = Cable::lay().map_err(|reason| {
             SKIPPED.call_once(|| skipped("conformance between two hosts", &reason));
@@ -39,13 +49,37 @@ impl Hosts {
         Self {
             cable: cable.ok(),
             places: [0, 1].map(|_| tempfile::tempdir().expect("a folder")),
+            split,
             components: AtomicUsize::new(0),
         }
     }
+
+    /// The network namespace of a host; `None` for this machine.
+    fn host(&self, side: usize) -> Option<&str> {
+        self.cable.as_ref().map(|cable| cable.name(side))
+    }
+
+    /// What a component on this host is told.
+    fn environment(&self, side: usize, environment: &Environment) -> Environment {
+        let mut environment = environment.clone();
+        let mut set = |key, value| environment.settings.set("dds", key, value);
+        set("domain", Value::Int(DOMAIN));
+        // Sixty-four components in one process announce themselves slowly.
+        set("lease", Value::Duration(Duration::from_secs(10)));
+        let interface = self.host(side).unwrap_or("lo").to_owned();
+        set("interfaces", Value::Texts(vec![interface]));
+        if self.cable.is_some() {
+            let place = self.places[side].path();
+            environment.directory = RunDirectory::below(place, &environment.network);
+            std::fs::create_dir_all(environment.directory.path()).expect("a run directory");
+        }
+        environment
+    }
 }
 
-/// Runs a function on another host: what it opens stays there.
-fn on<R>(host: &str, run: impl FnOnce() -> R) -> R {
+/// Runs a function on a host: what it opens stays there.
+fn on<R>(host: Option<&str>, run: impl FnOnce() -> R) -> R {
+    let Some(host) = host else { return run() };
     let open = |path: &Path| File::open(path).expect("a network namespace");
     let enter = |space: &File| {
         let kind = Some(LinkNameSpaceType::Network);
@@ -58,23 +92,70 @@ fn on<R>(host: &str, run: impl FnOnce() -> R) -> R {
     result
 }
 
+/// The half of a component on one host.
+struct Half {
+    host: Option<String>,
+    environment: Environment,
+    backend: OnceCell<Box<dyn Backend>>,
+}
+
+impl Half {
+    /// Joins the network with the first end.
+    fn open<E>(
+        &self,
+        open: impl FnOnce(&dyn Backend) -> Result<E, OpenError>,
+    ) -> Result<E, OpenError> {
+        on(self.host.as_deref(), || {
+            if self.backend.get().is_none() {
+                let _ = self.backend.set(rc_dds::connect(&self.environment)?);
+            }
+            open(&**self.backend.get().expect("it has joined"))
+        })
+    }
+}
+
+/// A component whose publishers and servers are on one host, its other ends on another one.
+struct Parted([Half; 2]);
+
+impl Backend for Parted {
+    fn name(&self) -> &'static str {
+        "dds"
+    }
+
+    fn publisher(&self, endpoint: &Endpoint) -> Result<Box<dyn Publisher>, OpenError> {
+        self.0[0].open(|backend| backend.publisher(endpoint))
+    }
+
+    fn subscriber(&self, endpoint: &Endpoint) -> Result<Box<dyn Subscriber>, OpenError> {
+        self.0[1].open(|backend| backend.subscriber(endpoint))
+    }
+
+    fn client(&self, endpoint: &Endpoint) -> Result<Box<dyn Client>, OpenError> {
+        self.0[1].open(|backend| backend.client(endpoint))
+    }
+
+    fn server(&self, endpoint: &Endpoint) -> Result<Box<dyn Server>, OpenError> {
+        self.0[0].open(|backend| backend.server(endpoint))
+    }
+
+    fn linger(&self, limit: Duration) {
+        let joined = self.0.iter().filter_map(|half| half.backend.get());
+        joined.for_each(|backend| backend.linger(limit));
+    }
+}
+
 impl rc_conformance::Subject for Hosts {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
+        if matches!(self.split, Split::Ends) {
+            return Ok(Box::new(Parted([0, 1].map(|side| Half {
+                host: self.host(side).map(str::to_owned),
+                environment: self.environment(side, environment),
+                backend: OnceCell::new(),
+            }))));
+        }
         let side = self.components.fetch_add(1, Ordering::Relaxed) % 2;
-        let mut environment = environment.clone();
-        let mut set = |key, value| environment.settings.set("dds", key, value);
-        set("domain", Value::Int(DOMAIN));
-        // Sixty-four components in one process announce themselves slowly.
-        set("lease", Value::Duration(Duration::from_secs(10)));
-        let Some(cable) = &self.cable else {
-            set("interfaces", Value::Texts(vec!["lo".to_owned()]));
-            return rc_dds::connect(&environment);
-        };
-        let host = cable.name(side);
-        set("interfaces", Value::Texts(vec![host.to_owned()]));
-        environment.directory = RunDirectory::below(self.places[side].path(), &environment.network);
-        std::fs::create_dir_all(environment.directory.path()).expect("a run directory");
-        on(host, || rc_dds::connect(&environment))
+        let environment = self.environment(side, environment);
+        on(self.host(side), || rc_dds::connect(&environment))
     }
 
     /// Endpoints compare types when they find each other, not with every message.
@@ -86,85 +167,18 @@ impl rc_conformance::Subject for Hosts {
     fn keeps_or_refuses(&self) -> bool {
         true
     }
+
+    fn meets_at_once(&self) -> bool {
+        false
+    }
 }
 
-rc_conformance::suite!(@of topics, Hosts::new(),
-    publishing_without_a_subscriber_succeeds
-    a_late_subscriber_gets_transient_local_samples
-    publishers_and_subscribers_are_counted
-);
-rc_conformance::suite!(@of calls, Hosts::new(),
-    commands_and_queries_keep_their_order
-    each_client_gets_its_own_replies
-    a_late_server_is_found
-    a_server_survives_its_clients
-    clients_are_served_round_robin
-    requests_and_replies_may_be_large
-    clients_and_servers_are_counted
-    calls_of_different_types_refuse_each_other
-);
-rc_conformance::suite!(@of failures, Hosts::new(),
-    without_a_server_a_call_fails_at_once
-    an_expired_call_leaves_nothing_behind
-    a_late_reply_is_not_taken_for_the_next_one
-    a_full_queue_is_reported
-    a_stop_ends_a_call
-    a_wake_up_during_a_call_is_not_lost
-    a_closing_server_ends_queued_calls
-    a_closing_server_ends_accepted_calls
-    a_polling_client_sleeps_in_the_end
-);
-rc_conformance::suite!(@of started, Hosts::new(),
-    started_calls_get_their_own_replies
-    the_number_of_started_calls_is_limited
-    a_started_call_ends_at_its_deadline
-    without_a_server_no_call_is_started
-    a_closing_server_ends_started_calls
-    a_forgotten_call_does_not_end
-    started_calls_keep_their_order_with_others
-    a_stop_ends_started_calls
-);
-rc_conformance::suite!(@of limits, Hosts::new(), sixty_four_clients_are_served);
-rc_conformance::suite!(@of typed, Hosts::new(),
-    queries_return_results_exceptions_and_errors
-    started_queries_end_with_results_exceptions_and_errors
-);
-rc_conformance::suite!(@of in_place, Hosts::new(), replies_are_written_in_place);
-rc_conformance::suite!(@of values, Hosts::new(), calls_carry_values);
+/// Each component is on another host than the one before.
+mod components_apart {
+    rc_conformance::suite!(super::Hosts::new(super::Split::Components));
+}
 
-/// Once both ends know each other, samples of all sizes arrive, each once and in their order.
-#[test]
-fn samples_reach_another_host_in_their_order() {
-    let hosts = Hosts::new();
-    let network = Network::new(&hosts);
-    let topic = keep_last(100, &endpoint("default/Laser/scan"));
-    let (here, there) = (network.join("publisher"), network.join("subscriber"));
-    let mut publisher = here.publisher(&topic).expect("a publisher");
-    let mut subscriber = there.subscriber(&topic).expect("a subscriber");
-    until("both know each other", || {
-        publisher.peers() == 1 && subscriber.peers() == 1
-    });
-    for (round, size) in [0, 1, 17, 4097, 1 << 16, (1 << 20) + 1]
-        .into_iter()
-        .enumerate()
-    {
-        let first = 10 * round as u64;
-        for number in first + 1..=first + 10 {
-            let body = vec![number as u8; size];
-            publisher
-                .publish(header(number), &body)
-                .expect("to publish");
-        }
-        let came = receive(&mut *subscriber, 10);
-        assert_eq!(
-            sequences(&came),
-            (first + 1..=first + 10).collect::<Vec<_>>()
-        );
-        for (header, body) in &came {
-            assert_eq!(
-                (body.len(), body.first()),
-                (size, Some(&(header.sequence as u8)).filter(|_| size > 0))
-            );
-        }
-    }
+/// Each message goes to the other host.
+mod ends_apart {
+    rc_conformance::suite!(super::Hosts::new(super::Split::Ends));
 }
