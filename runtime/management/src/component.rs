@@ -313,10 +313,13 @@ pub struct WorldStatus {
     /// Why it refused the last one; empty if it refused none.
     #[serde(default, deserialize_with = "foreign::text")]
     pub last_refusal: String,
-    /// The instances whose replicas have been silent for five seconds and have not said goodbye.
+    /// The instances whose replicas have been silent for five seconds and have not said goodbye, at most 32.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(deserialize_with = "foreign::texts")]
     pub silent: Vec<String>,
+    /// How many more there are than those named.
+    #[serde(default)]
+    pub more_silent: u64,
 }
 
 /// The state machine of a component.

@@ -253,6 +253,7 @@ fn status_of(seen: Seen) -> WorldStatus {
         refused: seen.health.refused,
         last_refusal: seen.health.last_refusal,
         silent: seen.silent,
+        more_silent: seen.more_silent as u64,
     }
 }
 

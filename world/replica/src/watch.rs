@@ -30,6 +30,8 @@ pub struct Seen {
     pub behind_for: Duration,
     /// Instances that are silent and have not said goodbye, some of them if there are many.
     pub silent: Vec<String>,
+    /// How many more there are.
+    pub more_silent: usize,
 }
 
 impl Watch {
@@ -49,13 +51,15 @@ impl Watch {
         if self.known.len() > health.live.len().saturating_add(MOST_SILENT) {
             self.known.clone_from(&health.live);
         }
-        let silent = self.known.difference(&health.live);
-        let silent = silent.take(MOST_NAMES).cloned().collect();
+        let mut all = self.known.difference(&health.live);
+        let silent = all.by_ref().take(MOST_NAMES).cloned().collect();
+        let more_silent = all.count();
         let since = self.behind_since.unwrap_or(now);
         Some(Seen {
             health,
             behind_for: now.saturating_sub(since),
             silent,
+            more_silent,
         })
     }
 }

@@ -90,8 +90,12 @@ impl HealthMonitor {
         let silent: Vec<&str> = silent.filter(|name| running.contains(name)).collect();
         let text = (!silent.is_empty()).then(|| {
             let names = silent.join(", ");
+            let others = match world.more_silent {
+                0 => String::new(),
+                more => format!(", nor from {more} that are not listed"),
+            };
             format!(
-                "its world hears nothing from {names}, still running; each side goes on with what it has"
+                "its world hears nothing from {names}, still running{others}; each side goes on with what it has"
             )
         });
         let ended = "its world hears all that run again";
@@ -185,6 +189,7 @@ mod tests {
         let mut watch = HealthMonitor::default();
         watch.heartbeat(told(WorldStatus {
             silent: vec!["finder".to_owned(), "gone".to_owned()],
+            more_silent: 7,
             ..WorldStatus::default()
         }));
         assert!(watch.has_world_for(Duration::ZERO));

@@ -306,6 +306,7 @@ pub(crate) fn world() -> component::WorldStatus {
         refused: 2,
         last_refusal: text("another schema"),
         silent: vec![text("finder")],
+        more_silent: 3,
     }
 }
 
