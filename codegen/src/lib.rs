@@ -31,6 +31,7 @@ mod packages;
 pub mod parallel;
 pub mod paths;
 pub mod project;
+pub mod proxies;
 pub mod purpose;
 pub mod python;
 mod requirements;

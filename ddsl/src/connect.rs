@@ -447,17 +447,38 @@ impl<'a> Connector<'a> {
     /// Warns of components that require each other: simultaneous queries time out. A component does
     /// not wait for the queries of an asynchronous slot.
     fn check_requires_cycles(&mut self, network: &Network) {
-        let mut next = vec![BTreeSet::new(); network.required.len()];
+        // A proxy serves its exports side by side, as if each had a component of its own; in simulated
+        // time, one call after the other.
+        let mut nodes: Vec<usize> = (0..self.deployment.instances.len()).collect();
+        let mut exports: HashMap<(usize, usize), usize> = HashMap::new();
+        let mut node = |end: Endpoint| {
+            let is_proxy = self.instance(end).proxy.is_some() && self.deployment.time.is_none();
+            let component = self.components[end.instance].filter(|_| is_proxy);
+            let Some(half) = component.map(|component| component.slots.len() / 2) else {
+                return end.instance;
+            };
+            let export = (end.instance, end.slot % half.max(1));
+            *exports.entry(export).or_insert_with(|| {
+                nodes.push(end.instance);
+                nodes.len() - 1
+            })
+        };
+        let mut calls = Vec::new();
         for Connection { consumer, provider } in &network.connections {
-            let calls = self
+            let is_call = self
                 .slot(*consumer)
                 .is_some_and(|s| s.role == Role::Requires && !s.asynchronous);
-            if calls && consumer.instance != provider.instance {
-                next[consumer.instance].insert(provider.instance);
+            if is_call && consumer.instance != provider.instance {
+                calls.push((node(*consumer), node(*provider)));
             }
+        }
+        let mut next = vec![BTreeSet::new(); nodes.len()];
+        for (from, to) in calls {
+            next[from].insert(to);
         }
         let next: Vec<Vec<usize>> = next.into_iter().map(Vec::from_iter).collect();
         for cycle in cycles(&next) {
+            let cycle: Vec<usize> = cycle.into_iter().map(|node| nodes[node]).collect();
             let names = cycle.iter().chain(cycle.first());
             let names = names.map(|i| self.deployment.instances[*i].path.as_str());
             let message = format!(
@@ -467,7 +488,7 @@ impl<'a> Connector<'a> {
             let span = self.deployment.instances[cycle[0]].name.span;
             let proxies = cycle.iter();
             let proxies = proxies.filter(|at| self.deployment.instances[**at].proxy.is_some());
-            self.found.push(if proxies.count() < 2 {
+            self.found.push(if proxies.collect::<BTreeSet<_>>().len() < 2 {
                 Diagnostic::warning("requires-cycle", span, message)
             } else {
                 let help = "a proxy waits for each call that it forwards: remove one of the proxies, or export only one direction";

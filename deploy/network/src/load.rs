@@ -58,8 +58,8 @@ pub fn load(
     check_members(&mut deployment, &projects, overrides.parameters, &mut found);
     let mut declared = projects.clone();
     name_members(&mut deployment, &mut projects, &mut found);
-    let tools = (&mut *sources, loader);
-    let mut proxies = proxies::make(&mut deployment, &mut projects, tools, &mut found);
+    let tools = (&mut *sources, loader as _);
+    let mut proxies = rc_codegen::proxies::make(&mut deployment, &mut projects, tools, &mut found);
     let followers = adaptors::add(&mut deployment, &mut projects, &peers, &mut found);
     declared.resize(projects.len(), None);
     let mut configured = configurations(&deployment, &projects, sources, &mut found);

@@ -3,9 +3,9 @@
 use crate::chains::{CheckedChain, Port};
 use crate::parameters::OverriddenParameters;
 use crate::programs::Programs;
-use crate::proxies::Proxies;
 use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
+use rc_codegen::proxies::Proxies;
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
 use serde::Serialize;

@@ -12,14 +12,6 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// Differences that a proxy may have between its two sides. `rcdeploy check` checks them.
-const BRIDGED: [&str; 4] = [
-    "domain-mismatch",
-    "middleware-mismatch",
-    "requires-cycle",
-    "shared-memory-across-hosts",
-];
-
 /// A network whose components are being read.
 pub(super) struct Wiring {
     /// The `.ddsl`.
@@ -27,14 +19,16 @@ pub(super) struct Wiring {
     sources: SourceMap,
     deployment: Deployment,
     /// The components that were read, in the order of the instances.
-    components: Vec<Option<Rc<Component>>>,
+    components: Vec<Option<Rc<Project>>>,
     /// Those of programs outside, in the order of the external slots.
-    peers: Vec<Option<Rc<Component>>>,
-    known: HashMap<PathBuf, Option<Rc<Component>>>,
+    peers: Vec<Option<Rc<Project>>>,
+    known: HashMap<PathBuf, Option<Rc<Project>>>,
     /// The file of each instance, and of each source.
     files: Vec<Option<PathBuf>>,
     pub(super) sources_files: HashMap<SourceId, PathBuf>,
     keys: Keys,
+    /// Whether the components of proxies are made.
+    has_proxies: bool,
     found: Diagnostics,
 }
 
@@ -131,6 +125,12 @@ impl Networks {
     }
 }
 
+/// The components of projects.
+fn described(projects: &[Option<Rc<Project>>]) -> Vec<Option<&Component>> {
+    let each = projects.iter().map(Option::as_deref);
+    each.map(|project| Some(&project?.component)).collect()
+}
+
 impl Wiring {
     /// A network of which no component is read yet.
     pub(super) fn new(path: &Path, sources: SourceMap, deployment: Deployment) -> Self {
@@ -144,6 +144,7 @@ impl Wiring {
             files: Vec::new(),
             sources_files: HashMap::new(),
             keys: Keys::default(),
+            has_proxies: false,
             found: Diagnostics::new(),
         }
     }
@@ -159,6 +160,7 @@ impl Wiring {
         let at = self.components.len();
         let Some(instance) = self.deployment.instances.get(at) else {
             let Some(external) = self.deployment.externals.get(self.peers.len()) else {
+                self.make_proxies(loader);
                 return false;
             };
             let peer = external.peer.as_ref();
@@ -176,22 +178,35 @@ impl Wiring {
         let component = self.component(&file, &named, loader);
         let instance = &mut self.deployment.instances[at];
         let network = &self.deployment.name.text;
-        let component = component.map(|component| {
-            let expanded = rc_ddsl::expand(network, instance, &component, &mut self.found);
-            expanded.map_or(component, Rc::new)
+        let component = component.map(|mut project| {
+            let declared = &project.component;
+            let expanded = rc_ddsl::expand(network, instance, declared, &mut self.found);
+            if let Some(component) = expanded {
+                Rc::make_mut(&mut project).component = component;
+            }
+            project
         });
         self.components.push(component);
         self.files.push(Some(self.keys.of(&file)));
         true
     }
 
+    /// Makes the components of proxies, which have no files.
+    fn make_proxies(&mut self, loader: &FileLoader) {
+        if !self.has_proxies {
+            self.has_proxies = true;
+            let tools = (&mut self.sources, loader as _);
+            rc_codegen::proxies::make(
+                &mut self.deployment,
+                &mut self.components,
+                tools,
+                &mut self.found,
+            );
+        }
+    }
+
     /// The component of a file. Reports a file that cannot be read.
-    fn component(
-        &mut self,
-        file: &Path,
-        named: &Name,
-        loader: &FileLoader,
-    ) -> Option<Rc<Component>> {
+    fn component(&mut self, file: &Path, named: &Name, loader: &FileLoader) -> Option<Rc<Project>> {
         let path = paths::normal(file);
         if let Some(known) = self.known.get(&path) {
             return known.clone();
@@ -200,7 +215,7 @@ impl Wiring {
             Ok((project, more)) => {
                 let project = project.filter(|_| !more.has_errors());
                 self.found.extend(more);
-                project.map(|project| Rc::new(project.component))
+                project.map(Rc::new)
             }
             Err(error) => {
                 let message = format!("`{}` cannot be read: {error}", named.text);
@@ -216,23 +231,17 @@ impl Wiring {
 
     /// The connections, and all that is wrong with them and the components.
     pub(super) fn connected(&self) -> (Wired, &SourceMap, Diagnostics) {
-        let mut components: Vec<Option<&Component>> =
-            self.components.iter().map(Option::as_deref).collect();
+        let mut components = described(&self.components);
         let mut found = Diagnostics::new();
         found.extend(self.found.iter().cloned());
         let mut deployment = self.deployment.clone();
-        // The editor makes no components for proxies: the slots behind a proxy are connected
-        // directly.
-        let proxies = deployment.groups.iter_mut();
-        let has_proxies = proxies.filter_map(|group| group.proxy.take()).count() > 0;
-        let peers: Vec<Option<&Component>> = self.peers.iter().map(Option::as_deref).collect();
+        let peers = described(&self.peers);
         let all = [components.as_slice(), &peers].concat();
         let adaptors = rc_ddsl::add_adaptors(&mut deployment, &all, &mut found);
         components.extend(adaptors.iter().map(|adaptor| Some(&adaptor.component)));
         let all = [components.as_slice(), &peers].concat();
         let (network, more) = rc_ddsl::connect(&deployment, &all);
-        let is_of_proxy = |one: &Diagnostic| has_proxies && BRIDGED.contains(&one.code);
-        found.extend(more.into_iter().filter(|one| !is_of_proxy(one)));
+        found.extend(more);
         let mut ends: HashMap<Endpoint, End> = HashMap::new();
         let mut all = Vec::new();
         for (number, component) in components.iter().enumerate() {
@@ -256,6 +265,25 @@ impl Wiring {
                 let instance = number;
                 ends.insert(Endpoint { instance, slot }, end.clone());
                 all.push(end);
+            }
+        }
+        // What is declared of a slot of a proxy is declared of the one inside.
+        for (number, group) in deployment.groups.iter().enumerate().rev() {
+            let Some(proxy) = &group.proxy else { continue };
+            let behind = rc_ddsl::proxied(&deployment, &components, number);
+            let instance = proxy.instance;
+            let slots = components[instance].map_or(&[][..], |made| &made.slots);
+            for (slot, own) in slots.iter().enumerate() {
+                let inside = behind.get(slot % behind.len().max(1));
+                let Some(inside) = inside.and_then(|(_, inside)| ends.get(inside)).cloned() else {
+                    continue;
+                };
+                let path = format!("{}.{}", group.path, own.name);
+                let end = End { path, ..inside };
+                ends.insert(Endpoint { instance, slot }, end.clone());
+                if slot < behind.len() {
+                    all.push(end);
+                }
             }
         }
         let leaders = network.leaders(&components);

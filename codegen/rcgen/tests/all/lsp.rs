@@ -6,6 +6,7 @@ mod edits;
 mod hover;
 mod navigation;
 mod networks;
+mod proxies;
 mod rename;
 mod workspace;
 
