@@ -45,8 +45,9 @@ pub enum Decl {
     /// `time simulated by sensors.simulator;`: the keyword, groups from outside to inside, then a
     /// component
     Time(Name, Vec<Name>),
-    /// `record { ring 60s; };`: the keyword, and each field with its value
-    Record(Name, Vec<(Name, Literal)>),
+    /// `record { ring 60s; };`: the keyword, and each field with its value. `exact`, a field of
+    /// components, has none.
+    Record(Name, Vec<(Name, Option<Literal>)>),
     /// `Chain NAME { … };`
     Chain(Chain),
     /// `World NAME { … };`

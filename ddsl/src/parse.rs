@@ -323,14 +323,15 @@ fn field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, word: &Name) -> Option<
     })
 }
 
-fn network_record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Literal)> {
+fn network_record(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<(Name, Option<Literal>)> {
     let mut fields = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::ring => {
                 let word = r.first_word(&part);
-                fields.extend(values(r, part).into_iter().next().map(|time| (word, time)));
+                fields.push((word, values(r, part).into_iter().next()));
             }
+            Rule::record_field => fields.push((r.first_word(&part), None)),
             Rule::skipped => report_skipped(r, &part, &NETWORK_RECORD, "`ring`"),
             _ => {}
         }

@@ -337,7 +337,23 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn record(&mut self, word: &Name, fields: &[(Name, Literal)], context: &BlockContext<'_>) {
+    fn record(
+        &mut self,
+        word: &Name,
+        fields: &[(Name, Option<Literal>)],
+        context: &BlockContext<'_>,
+    ) {
+        if let Some((exact, _)) = fields
+            .iter()
+            .find(|(word, _)| word.text.eq_ignore_ascii_case("exact"))
+        {
+            let message =
+                "an exact recording is of one component, not of a network, a group or its proxy";
+            let error = Diagnostic::error("misplaced-record", exact.span, message);
+            return self.found.push(error.help(
+                "write `record { exact; };` in the components that are to live again: behind a proxy, those inside",
+            ));
+        }
         if let Some(group) = context.group {
             let message = "`record` with `ring` holds for the whole network, not for a group";
             let error = Diagnostic::error("misplaced-record", word.span, message)
@@ -354,7 +370,7 @@ impl<'a> Resolver<'a> {
             "field",
             &mut self.found,
         );
-        if let Some((word, time)) = fields.first() {
+        if let Some((word, Some(time))) = fields.first() {
             self.deployment.ring = duration(time, word, &mut self.found);
         }
     }

@@ -500,6 +500,18 @@ fn external_slots() {
     );
 }
 
+/// A network, a group and its proxy have none, and are told where to write it.
+#[test]
+fn exact_recordings_are_of_components() {
+    check(
+        "record { exact; };\nGroup g { record { exact; }; Component a { cdsl \"a\"; record { exact; }; }; export A; proxy; };",
+        &expect![[r#"
+            n.ddsl:2:10: error[misplaced-record]: an exact recording is of one component, not of a network, a group or its proxy (write `record { exact; };` in the components that are to live again: behind a proxy, those inside)
+            n.ddsl:3:20: error[misplaced-record]: an exact recording is of one component, not of a network, a group or its proxy (write `record { exact; };` in the components that are to live again: behind a proxy, those inside)
+        "#]],
+    );
+}
+
 /// Also of a group that begins with another one with a proxy, or with a component in a process.
 #[test]
 fn a_proxy_is_on_the_host_of_the_first_component() {

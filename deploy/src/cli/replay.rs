@@ -184,10 +184,22 @@ fn recording(options: &Replay) -> Result<PathBuf, Failure> {
     }
     let network = network_of(&options.file.to_string_lossy())?;
     let folder = logs::directory(&network);
-    if let Some(component) = &options.component {
-        return Ok(folder.join(format!("{component}.exact.mcap")));
-    }
     let mut recorded = components(&folder);
+    if let Some(component) = options.component.as_ref().filter(|_| !recorded.is_empty()) {
+        let file = folder.join(format!("{component}.exact.mcap"));
+        if file.exists() {
+            return Ok(file);
+        }
+        let names = recorded.iter().map(|(name, _)| name.as_str());
+        let hint = match rc_diagnostics::nearest(component, names.clone()) {
+            Some(near) => format!("did you mean `{}`?", clean(near)),
+            None => format!("there is one of {}", clean(&names.collect::<Vec<_>>().join(", "))),
+        };
+        return Err(Failure(
+            2,
+            format!("{network} has no exact recording of `{}`; {hint}", clean(component)),
+        ));
+    }
     match recorded.as_slice() {
         [_] => Ok(recorded.swap_remove(0).1),
         [] => Err(Failure(

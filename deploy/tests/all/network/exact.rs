@@ -180,6 +180,10 @@ fn a_group_with_a_proxy_lives_again_exactly() {
         site.await_end_of("monitor");
         assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
         site.assert_nothing_left();
+        // The proxy itself has none.
+        let none = site.rcdeploy(&["replay", &site.network, "robot"], false);
+        let text = "no exact recording of `robot`";
+        assert!(none.code == 2 && none.stderr.contains(text), "{none:?}");
         for component in ["robot.simulator", "avoider"] {
             let ran = replay(&site, &recording(&site, component));
             assert_eq!(ran.code, 0, "{component}: {ran:?}");
