@@ -4,7 +4,9 @@
 use crate::connection::{Connection, is_listening};
 use crate::names::check_name;
 use crate::place;
-use rc_management::component::{self, ClockKind, Request, State};
+use rc_management::component::{
+    self, ClockKind, Request, Role, SlotStatus, State, TransportStatus,
+};
 use rc_management::lifecycle::LifecycleState;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
 use rc_middleware::RunDirectory;
@@ -75,6 +77,24 @@ pub fn networks() -> Vec<String> {
     names
 }
 
+/// The messages of a slot by middleware.
+fn carried(slot: &SlotStatus) -> Option<(String, Vec<TransportStatus>)> {
+    slot.address.as_ref()?;
+    let messages = match slot.role {
+        Role::Requires | Role::Publishes => slot.sent,
+        Role::Implements | Role::SubscribesTo => slot.handlers.count,
+    };
+    let mut all = slot.transports.clone();
+    if all.is_empty() {
+        let middleware = slot.middleware.clone();
+        all.push(TransportStatus {
+            middleware,
+            messages,
+        });
+    }
+    Some((slot.name.clone(), all))
+}
+
 /// The status of a component that was started by hand, from its own report.
 pub fn status(report: &component::Status) -> ComponentStatus {
     let lost = report.slots.iter().filter(|slot| slot.lost > 0);
@@ -104,6 +124,7 @@ pub fn status(report: &component::Status) -> ComponentStatus {
         lost: lost
             .map(|slot| (slot.name.clone(), slot.lost))
             .collect::<BTreeMap<String, u64>>(),
+        messages: report.slots.iter().filter_map(carried).collect(),
         forwarded: forwarded.collect(),
         converted: converted.collect(),
         ..silent(&report.name)
@@ -133,6 +154,7 @@ fn silent(name: &str) -> ComponentStatus {
         ready_ms: 0,
         stop_ms: 0,
         lost: BTreeMap::new(),
+        messages: BTreeMap::new(),
         forwarded: BTreeMap::new(),
         converted: BTreeMap::new(),
         troubles: Vec::new(),

@@ -72,6 +72,7 @@ fn refresh(status: &mut NetworkStatus) {
             component.lifecycle = component.lifecycle.and(fresh.lifecycle);
             let runs = [ComponentState::Running, ComponentState::Emergency];
             component.forwarded = fresh.forwarded;
+            component.messages = fresh.messages;
             // The state of a proxy is that of the components behind it.
             let is_own = component.behind.is_empty();
             if is_own && runs.contains(&component.state) && runs.contains(&fresh.state) {
@@ -232,7 +233,13 @@ fn write_components(components: &[&ComponentStatus], f: &mut String) -> fmt::Res
         if !component.transports.is_empty() {
             let each = component.transports.iter();
             let each: Vec<String> = each
-                .map(|(slot, over)| format!("{slot} over {over}"))
+                .map(|(slot, over)| {
+                    let carried = component.messages.get(slot).into_iter().flatten();
+                    let carried = carried.map(|of| format!("{} ({})", of.middleware, of.messages));
+                    let carried = carried.collect::<Vec<_>>().join(", ");
+                    let over = if carried.is_empty() { over } else { &carried };
+                    format!("{slot} over {over}")
+                })
                 .collect();
             writeln!(f, "{:width$}  {}", "", each.join("; "))?;
         }

@@ -1,7 +1,7 @@
 //! Requests of tools to the supervisor of a network, on `rcdeploy.sock` in its run directory.
 
 use crate::component::{
-    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State,
+    Changed, ClockStatus, ConvertedStatus, ForwardedStatus, MachineStatus, State, TransportStatus,
 };
 pub use crate::component_state::ComponentState;
 pub use crate::event::{Event, Severity};
@@ -301,6 +301,10 @@ pub struct ComponentStatus {
     #[serde(default)]
     #[serde(deserialize_with = "foreign::keys")]
     pub lost: BTreeMap<String, u64>,
+    /// How many messages went over each middleware, by slot. Only a report of `rc-deploy-client` has it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(deserialize_with = "foreign::keys")]
+    pub messages: BTreeMap<String, Vec<TransportStatus>>,
     /// The counts of forwarded messages of each slot, and its added delay.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[serde(deserialize_with = "foreign::keys")]

@@ -4,6 +4,7 @@ use super::{Phase, Stop, Unit};
 use crate::supervisor::process_handle::ProcessHandle;
 use rc_management::component::State;
 use rc_management::supervisor::{ComponentState, ComponentStatus};
+use std::collections::BTreeMap;
 
 impl Unit {
     pub(super) fn pid_text(&self) -> String {
@@ -37,6 +38,8 @@ impl Unit {
             ready_ms: self.component.ready.as_millis() as u64,
             stop_ms: self.component.stop.as_millis() as u64,
             lost: self.lost.clone(),
+            // A tool asks the component itself.
+            messages: BTreeMap::new(),
             forwarded: self.forwarded.clone(),
             converted: self.converted.clone(),
             troubles: running.map_or_else(Vec::new, |_| self.health.troubles()),

@@ -71,6 +71,7 @@ fn status() -> NetworkStatus {
             .into_iter()
             .filter(|_| at == 4)
             .collect(),
+        messages: std::collections::BTreeMap::new(),
         forwarded: std::collections::BTreeMap::new(),
         converted: std::collections::BTreeMap::new(),
         troubles: Vec::new(),

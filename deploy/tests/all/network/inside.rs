@@ -72,6 +72,19 @@ fn tools_reach_what_stays_inside_a_process() {
     ]);
     assert!(calls.stdout.contains("getLaserData"), "{calls:?}");
     tool(&["call", &network, "getBasePose"]);
+    // The messages of each connection are counted.
+    let counted = site.status();
+    let components = counted["components"].as_array().expect("a list");
+    let monitor = components.iter().find(|one| one["name"] == "monitor");
+    let carried = &monitor.expect("it")["messages"]["FullPoseEstimationPub"];
+    let poses = carried[0]["messages"].as_u64();
+    assert!(
+        poses > Some(0) && carried[0]["middleware"] == "local",
+        "{counted}"
+    );
+    let table = tool(&["status", &network]);
+    let text = "FullPoseEstimationPub over local (";
+    assert!(table.stdout.contains(text), "{table:?}");
     // Parameters of one thread, and events of its machine.
     let seed = tool(&["params", "get", &network, "simulator", "seed"]);
     assert_eq!(seed.stdout, "seed = 7\n");

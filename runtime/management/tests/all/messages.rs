@@ -155,6 +155,7 @@ fn of_supervisors(golden: &mut Golden) {
         ready_ms: 10_000,
         stop_ms: 3000,
         lost: BTreeMap::from([(text("pose"), 3)]),
+        messages: BTreeMap::new(),
         forwarded: BTreeMap::new(),
         converted: BTreeMap::from([(
             text("height"),
