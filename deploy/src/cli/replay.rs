@@ -193,11 +193,17 @@ fn recording(options: &Replay) -> Result<PathBuf, Failure> {
         let names = recorded.iter().map(|(name, _)| name.as_str());
         let hint = match rc_diagnostics::nearest(component, names.clone()) {
             Some(near) => format!("did you mean `{}`?", clean(near)),
-            None => format!("there is one of {}", clean(&names.collect::<Vec<_>>().join(", "))),
+            None => format!(
+                "there is one of {}",
+                clean(&names.collect::<Vec<_>>().join(", "))
+            ),
         };
         return Err(Failure(
             2,
-            format!("{network} has no exact recording of `{}`; {hint}", clean(component)),
+            format!(
+                "{network} has no exact recording of `{}`; {hint}",
+                clean(component)
+            ),
         ));
     }
     match recorded.as_slice() {

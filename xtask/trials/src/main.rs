@@ -65,6 +65,7 @@ fn main() -> ExitCode {
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
         ["bench", "place"] => place::run(false).map_err(|e| e.to_string()),
+        ["bench", "place", "--build"] => place::build().map_err(|e| e.to_string()),
         ["bench", "place", "--smoke"] => place::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),

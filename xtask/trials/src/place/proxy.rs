@@ -9,7 +9,7 @@ use crate::pair::{Network, Pair, Times};
 use crate::programs::{Failure, Program};
 use crate::variant;
 use rc_deploy_network::Profile;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The goal for the cost of a proxy, divided by one more hop.
 const GOAL: f64 = 1.1;
@@ -22,13 +22,18 @@ const ROWS: [Row; 3] = [
     row("query 64 B, round trip", "query", 64, 1000),
 ];
 
+/// The program of the proxy, and its description.
+pub(super) fn build(profile: Profile, builds: bool) -> Result<(PathBuf, String), Failure> {
+    variant::proxy("place_proxy", "peer", profile, builds)
+}
+
 /// Measures all with the program of both components, and prints them.
 pub(super) fn run(
     program: &Path,
     (profile, builds): (Profile, bool),
     (blocks, share): (usize, f64),
 ) -> Result<Vec<Ratio>, Failure> {
-    let (forwarder, description) = variant::proxy("place_proxy", "peer", profile, builds)?;
+    let (forwarder, description) = build(profile, builds)?;
     let direct = Pair::members_in(Network::new("direct")?, program, &[])?;
     let through = Proxied::start(program, &forwarder, &description)?;
     let mut pairs = [direct, through.pair];
