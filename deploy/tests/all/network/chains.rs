@@ -32,7 +32,7 @@ fn network(site: &Site) -> String {
     )
 }
 
-fn chains(site: &Site) -> Vec<Value> {
+pub(crate) fn chains(site: &Site) -> Vec<Value> {
     let shown = site.rcdeploy(&["chains", &site.network, "--format", "json"], false);
     assert_eq!(shown.code, 0, "{shown:?}");
     let document: Value = serde_json::from_str(&shown.stdout).expect("JSON");

@@ -1,6 +1,8 @@
 //! Groups with a proxy: one component for everybody outside.
 
+use crate::network::chains::chains;
 use crate::network::dds::{Domain, Over};
+use crate::network::recorded::{Tool, down, info, play, text, up};
 use rc_codegen::FileLoader;
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::{self as network, Overrides, Profile};
@@ -124,6 +126,77 @@ fn a_group_with_a_proxy_is_one_component() {
     assert_eq!(component(&status, "robot")["state"], "stopped", "{status}");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+/// Chains from the inside of the group to a component outside, and back.
+const CHAINS: &str = "
+    Chain pose { from robot.simulator.FullPoseEstimationPub.newFullPose;
+        to monitor.FullPoseEstimationPub.newFullPose; within 10s; };
+    Chain drive { from avoider.DifferentialRobot.setSpeedBase;
+        to robot.simulator.DifferentialRobot.setSpeedBase; within 10s; };
+    bind avoider";
+
+/// A recording has both sides of a proxy, and one side of it plays for the other. Chains are measured
+/// through it.
+#[test]
+fn recordings_and_chains_pass_a_proxy() {
+    let site = Site::new("proxied_tools");
+    site.write_ddsl(&PATROL.replacen("\n    bind avoider", CHAINS, 1));
+    up(&site);
+    let file = site.path("x.mcap");
+    let recorder = Tool::record(&site, &["-o", &text(&file)]);
+    let sides = ["robot", "robot/simulator"];
+    let messages = [
+        "FullPoseEstimationPub/newFullPose",
+        "Laser/getLaserData/_request",
+        "Laser/getLaserData/_reply",
+        "DifferentialRobot/setSpeedBase/_request",
+    ];
+    Site::until("messages of both sides", || {
+        let info = info(&file);
+        let mut all = sides
+            .iter()
+            .flat_map(|side| messages.map(|message| format!("/{}/{side}/{message}", site.network)));
+        all.all(|topic| {
+            info.topics
+                .get(&topic)
+                .is_some_and(|topic| topic.count > 20)
+        })
+    });
+    Site::until("both chains to be measured", || {
+        let mut all = chains(&site).into_iter();
+        all.all(|chain| chain["complete"].as_u64() >= Some(20))
+    });
+    for (chain, through) in chains(&site).iter().zip([
+        [
+            "robot.inside_FullPoseEstimationPub.newFullPose",
+            "monitor.FullPoseEstimationPub.newFullPose",
+        ],
+        [
+            "robot.DifferentialRobot.setSpeedBase",
+            "robot.simulator.DifferentialRobot.setSpeedBase",
+        ],
+    ]) {
+        let hops = chain["hops"].as_array().expect("hops");
+        let part = |hop: &Value, key: &str| hop[key].as_str().expect("a name").to_owned();
+        let names = hops
+            .iter()
+            .map(|hop| [part(hop, "component"), part(hop, "receives")].join("."));
+        let names: Vec<_> = names.collect();
+        assert_eq!(names, through, "{chain}");
+        assert!(hops.iter().all(|hop| hop["lost"] == 0), "{chain}");
+    }
+    assert_eq!(recorder.end(Signal::INT), Some(0));
+    // The group is gone, and its recording takes its place for those outside.
+    let stop = site.rcdeploy(&["stop", &site.network, "robot"], false);
+    assert_eq!(stop.code, 0, "{stop:?}");
+    let poses = site.count_in_log("monitor", "poses=");
+    let played = play(&site, &file, &["--rate", "4"]);
+    assert!(played.stdout.contains("calls answered"), "{played:?}");
+    Site::until("poses of the recording", || {
+        site.count_in_log("monitor", "poses=") > poses
+    });
+    down(&site);
 }
 
 /// Components over shared memory and over DDS, which ROS 2 sees as one node.
