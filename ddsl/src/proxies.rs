@@ -41,8 +41,8 @@ impl Connector<'_> {
         group.is_some() && self.deployment.is_inside(own, group)
     }
 
-    /// Whether a slot is exported by a group whose proxy has no component: an editor makes none, so it
-    /// does not know the peers.
+    /// Whether a slot is exported by a group whose proxy has no component because of an error, so that its
+    /// peers are unknown.
     pub(crate) fn is_behind_unknown(&self, end: Endpoint) -> bool {
         let Some(slot) = self.slot(end) else {
             return false;

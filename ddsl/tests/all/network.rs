@@ -612,7 +612,7 @@ fn a_component_starts_without_a_peer_that_it_does_not_need() {
     );
 }
 
-/// As an editor reads a network: a proxy has no component there.
+/// A proxy whose exports have errors has no component.
 #[test]
 fn slots_behind_a_proxy_without_a_component_are_not_missed() {
     let all = [
