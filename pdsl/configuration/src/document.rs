@@ -1,9 +1,7 @@
 //! Access to the values of a TOML document.
 
 use crate::model::Value;
-#[cfg(feature = "tools")]
-use rc_diagnostics::SourceMap;
-use rc_diagnostics::{SourceId, Span};
+use rc_diagnostics::{SourceId, SourceMap, Span};
 use serde_json::Value as Json;
 use std::ops::Range;
 use toml_edit::{Item, TableLike};
