@@ -333,9 +333,7 @@ fn on_two_hosts(test: &str, size: Size, domain: u32) {
     agents.run();
 }
 
-/// Where packets are lost, all replicas end equal; in some runs the replay of the logs has another value.
 #[test]
-#[ignore = "some runs differ from the replay of their logs"]
 fn agents_on_two_hosts_end_equal() {
     let test = "agents_on_two_hosts_end_equal";
     on_two_hosts(test, Size { cuts: 1, ..SMALL }, 213);

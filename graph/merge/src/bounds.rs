@@ -101,8 +101,11 @@ impl Replica {
         element.map_or(0, |element| element.attributes.len())
     }
 
-    /// Refuses what no replica sends.
-    pub(crate) fn check(&self, delta: &Delta) -> Result<(), Error> {
+    /// Refuses what no replica sends, as [`Replica::merge`] does, and changes nothing.
+    ///
+    /// # Errors
+    /// Those of [`Replica::merge`].
+    pub fn check(&self, delta: &Delta) -> Result<(), Error> {
         let own = count(self.seen(), self.writer());
         let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
             && count(&delta.since, self.writer()) <= own;

@@ -470,10 +470,38 @@ impl Replica {
     /// nothing is changed. What else it says of the changes of others is believed, also that they
     /// were removed: accept deltas only from replicas that you trust.
     pub fn merge(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
+        self.merge_where(delta, |_, _| true)
+    }
+
+    /// Takes the changes of another replica but for those behind a gap: changes of a writer of which
+    /// earlier ones are missing. A replica that merges in no other way has what `seen` says and nothing else.
+    ///
+    /// # Errors
+    /// Those of [`Replica::merge`].
+    pub fn merge_in_order(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
+        // A range has single changes of many writers.
+        let is_part = delta.all_of.is_some_and(|(_, ranges)| ranges > 1);
+        self.merge_where(delta, |seen, stamp| {
+            let known = count(seen, stamp.writer);
+            if is_part {
+                stamp.sequence <= known
+            } else {
+                count(&delta.since, stamp.writer) <= known
+            }
+        })
+    }
+
+    fn merge_where(
+        &mut self,
+        delta: &Delta,
+        is_wanted: impl Fn(&Vector, Stamp) -> bool,
+    ) -> Result<BTreeSet<Id>, Error> {
         self.check(delta)?;
         let mut touched: BTreeSet<Id> = delta.records.iter().map(Record::of).collect();
         for record in &delta.records {
-            self.put(record, false);
+            if is_wanted(&self.seen, record.stamp()) {
+                self.put(record, false);
+            }
         }
         if let Some((range, ranges)) = delta.all_of {
             let listed: HashSet<Id> = delta.records.iter().map(Record::of).collect();

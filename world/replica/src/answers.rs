@@ -335,6 +335,7 @@ impl Core {
                     let at = between(time, graph.snapshot().time(), time);
                     self.merge(graph, at, &delta);
                 }
+                self.take_waiting(graph, time);
             }
             Err(error) => self.protocol.refuse(&error.to_string()),
         }

@@ -35,6 +35,7 @@ mod content;
 mod core;
 mod digest;
 mod error;
+mod gaps;
 mod health;
 mod local;
 mod message;

@@ -6,6 +6,7 @@ use crate::check::Check;
 use crate::content::{Content, DigestOf};
 use crate::core::Core;
 use crate::digest::{self, Digests};
+use crate::gaps::Gaps;
 use crate::message::{MOST_CHUNK, Message};
 use crate::overruled;
 use crate::peers::{Peers, missing};
@@ -40,6 +41,7 @@ pub(crate) struct Protocol {
     pub(crate) digests: Digests,
     pub(crate) peers: Peers,
     pub(crate) answers: Answers,
+    pub(crate) gaps: Gaps,
     pub(crate) counts: Counts,
     pub(crate) outbox_bytes: usize,
     outbox: VecDeque<Message>,
@@ -63,6 +65,7 @@ impl Protocol {
             digests: Digests::default(),
             peers: Peers::default(),
             answers: Answers::default(),
+            gaps: Gaps::default(),
             counts: Counts::default(),
             outbox_bytes: 0,
             outbox: VecDeque::new(),
@@ -262,16 +265,40 @@ impl Core {
             return;
         }
         if since > seen {
-            self.protocol.counts.gaps += 1;
-            self.protocol.ask_by(now.saturating_add(PATIENCE));
-            // The sender had this when it sent the change.
-            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
-                let known = peer.seen.entry(sender).or_default();
-                *known = (*known).max(upto);
-            }
-        }
-        if self.merge(graph, time, delta) {
+            self.wait_with(time, now, delta, (since, upto));
+        } else if self.merge(graph, time, delta) {
             self.protocol.counts.received += 1;
+            self.take_waiting(graph, time);
+        }
+    }
+
+    /// Keeps a change until those before it are known, and asks for these.
+    fn wait_with(&mut self, time: Time, now: Duration, delta: &Delta, (since, upto): (u64, u64)) {
+        let checked = Check::of(self).delta(delta);
+        let checked = checked.and_then(|()| {
+            let taken = self.replica.check(delta);
+            taken.map_err(|error| error.to_string())
+        });
+        if let Err(reason) = checked {
+            return self.protocol.refuse(&reason);
+        }
+        self.protocol.counts.gaps += 1;
+        self.protocol.gaps.put(since, time, delta);
+        self.protocol.ask_by(now.saturating_add(PATIENCE));
+        // The sender had this when it sent the change.
+        if let Some(peer) = self.protocol.peers.all.get_mut(&delta.sender) {
+            let known = peer.seen.entry(delta.sender).or_default();
+            *known = (*known).max(upto);
+        }
+    }
+
+    /// Takes the changes before which nothing is missing any more, each as a version of its own.
+    pub(crate) fn take_waiting(&mut self, graph: &Graph, time: Time) {
+        while let Some((made, delta)) = self.protocol.gaps.next(self.replica.seen()) {
+            let at = between(made, graph.snapshot().time(), time);
+            if self.merge(graph, at, &delta) {
+                self.protocol.counts.received += 1;
+            }
         }
     }
 
@@ -280,7 +307,7 @@ impl Core {
         let sound = Check::of(self).delta(delta);
         let merged = sound.and_then(|()| {
             overruled::note(self, delta);
-            let merged = self.replica.merge(delta);
+            let merged = self.replica.merge_in_order(delta);
             merged.map_err(|error| error.to_string())
         });
         match merged {
@@ -410,6 +437,7 @@ impl Core {
         self.protocol.ticks = self.protocol.ticks.wrapping_add(1);
         for gone in self.protocol.peers.sweep(now) {
             self.replica.forget(gone);
+            self.protocol.gaps.forget(gone);
         }
         self.protocol.answers.expire(now);
         self.repeat_streams(now);

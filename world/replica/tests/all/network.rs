@@ -91,6 +91,8 @@ pub(crate) struct Network {
     writers: u64,
     /// How many messages of each topic were sent.
     pub(crate) sent: BTreeMap<Topic, usize>,
+    /// All changes, also those that nobody got, as they were made.
+    pub(crate) changes: Vec<Message>,
 }
 
 impl Network {
@@ -108,6 +110,7 @@ impl Network {
             clock: Arc::default(),
             writers: 100,
             sent: BTreeMap::new(),
+            changes: Vec::new(),
         };
         for at in 0..count {
             let world = network.world(at, Rights::everything());
@@ -144,6 +147,9 @@ impl Network {
 
     fn send(&mut self, from: usize, message: &Message) {
         *self.sent.entry(message.topic()).or_default() += 1;
+        if message.topic() == Topic::Change {
+            self.changes.push(message.clone());
+        }
         for to in self.living() {
             if to == from || self.groups[to] != self.groups[from] {
                 continue;

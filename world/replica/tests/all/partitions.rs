@@ -6,14 +6,14 @@ use rc_world::{Reason, Rights, Token, World};
 use std::time::Duration;
 
 const SECOND: Duration = Duration::from_secs(1);
-const STORM: Weather = Weather {
+pub(crate) const STORM: Weather = Weather {
     lost: 10,
     repeated: 5,
     late: 40,
 };
 
 /// A random change. Steps that the schema does not allow are left out.
-fn change(network: &mut Network, at: usize, step: usize) -> Option<Token> {
+pub(crate) fn change(network: &mut Network, at: usize, step: usize) -> Option<Token> {
     let what = network.random.u32(..10);
     let pick = network.random.usize(..);
     let world = network.at(at);
@@ -138,7 +138,7 @@ fn twenty_replicas_end_equal_after_losses_kills_and_partitions() {
 }
 
 /// The graph as a text.
-fn graph_of(world: &World) -> Vec<String> {
+pub(crate) fn graph_of(world: &World) -> Vec<String> {
     let now = world.snapshot();
     let nodes = now.nodes().map(|node| {
         let mut all: Vec<_> = node.attributes().map(|a| format!("{a:?}")).collect();
