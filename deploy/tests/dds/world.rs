@@ -6,15 +6,18 @@ use crate::remote::Robot;
 use fastrand::Rng;
 use rc_test_site::site::Site;
 use rc_test_support::cable::{Cable, cable, install, run};
-use rc_test_support::python::skipped;
+use rc_test_support::python::{self, skipped};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 const REPLAY: &str = include_str!("world_replay.py");
+const STRANGER: &str = include_str!("world_stranger.py");
+const CYCLONE: &str = "cyclonedds==11.0.1";
 const AGENT: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/tests/programs/world_agent/world_agent.cdsl"
@@ -65,6 +68,48 @@ struct Agents<'c> {
     size: Size,
     cable: Option<&'c Cable>,
     up: Vec<String>,
+    /// The domain of DDS in which a stranger takes part.
+    stranger: Option<u32>,
+}
+
+/// A replica in plain Python, until its input ends.
+struct Stranger(Child);
+
+impl Stranger {
+    /// Starts it with an interpreter that has the package `cyclonedds`.
+    fn start(agents: &Agents<'_>, python: &Path, domain: u32) -> Self {
+        let script = agents.site.path("world_stranger.py");
+        std::fs::write(&script, STRANGER).expect("to write");
+        let mut command = agents.site.command(python);
+        command.arg(script);
+        // All agents share the addresses of the first one.
+        for slot in ["told", "values"] {
+            command.arg(format!("{}/{}/{slot}", agents.site.network, Agents::name(0)));
+        }
+        command.arg(domain.to_string());
+        command.arg(agents.site.path("agents"));
+        command.arg(agents.size.rate.to_string());
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.spawn().expect("the interpreter");
+        let mut said = String::new();
+        let out = child.stdout.as_mut().expect("an output");
+        BufReader::new(out).read_line(&mut said).expect("a line");
+        assert_eq!(said, "ready\n");
+        Self(child)
+    }
+
+    /// Lets it write down what it has.
+    fn end(mut self) {
+        drop(self.0.stdin.take());
+        assert!(self.0.wait().expect("the end").success());
+    }
+}
+
+impl Drop for Stranger {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 impl Agents<'_> {
@@ -99,6 +144,7 @@ impl Agents<'_> {
             size,
             cable,
             up: Vec::new(),
+            stranger: None,
         }
     }
 
@@ -123,8 +169,13 @@ impl Agents<'_> {
         let mut world = self.rcdeploy(&["world", &self.site.network, "--format", "json"]);
         let output = world.output().expect("rcdeploy");
         let told: Value = serde_json::from_slice(&output.stdout).ok()?;
-        let all = told["replicas"].as_array()?.len() == self.size.agents;
+        let all = told["replicas"].as_array()?.len() == self.count();
         all.then_some(told)
+    }
+
+    /// How many replicas there are.
+    fn count(&self) -> usize {
+        self.size.agents + usize::from(self.stranger.is_some())
     }
 
     fn pid(&self, at: usize) -> Option<Pid> {
@@ -158,7 +209,12 @@ impl Agents<'_> {
     /// Everything, and what the replay says.
     fn run(mut self) {
         build();
+        let test = "a stranger shares the world";
+        let python = self.stranger.and_then(|_| python::interpreter(CYCLONE, test));
+        self.stranger = self.stranger.filter(|_| python.is_some());
         self.start();
+        let stranger = self.stranger.zip(python);
+        let stranger = stranger.map(|(domain, python)| Stranger::start(&self, python, domain));
         if let Some(cable) = self.cable {
             lose(cable).expect("to lose packets");
         }
@@ -190,6 +246,9 @@ impl Agents<'_> {
         // The last values of streams, and the digest that has all of it.
         std::thread::sleep(Duration::from_secs(4));
         let memory = self.memory();
+        if let Some(stranger) = stranger {
+            stranger.end();
+        }
         let down = self.site.rcdeploy(&["down", &self.site.network], false);
         assert_eq!(down.code, 0, "{down:?}");
         let script = self.site.path("world_replay.py");
@@ -197,7 +256,7 @@ impl Agents<'_> {
         let replayed = Command::new("python3")
             .arg(script)
             .arg(self.site.path("agents"))
-            .arg(self.size.agents.to_string())
+            .arg(self.count().to_string())
             .output()
             .expect("python3");
         let text = String::from_utf8_lossy(&replayed.stdout).into_owned();
@@ -248,7 +307,9 @@ fn agents_over_shared_memory_end_equal() {
 fn agents_over_dds_end_equal() {
     let site = Site::new("world_dds");
     let head = "middleware dds { domain 211; };";
-    Agents::new(site, SMALL, None, head, |_| String::new()).run();
+    let mut agents = Agents::new(site, SMALL, None, head, |_| String::new());
+    agents.stranger = Some(211);
+    agents.run();
 }
 
 #[test]
@@ -260,6 +321,36 @@ fn agents_over_ros_2_end_equal() {
         "ROS_LOCALHOST_ONLY=1".to_owned(),
     ];
     agents.run();
+}
+
+/// Agents of three middlewares on one host. Each hears its neighbours alone, over adaptors where these have
+/// another middleware, and gets what the others have changed from them.
+#[test]
+fn agents_over_three_middlewares_end_equal() {
+    let site = Site::new("world_mixed");
+    let middlewares = ["iceoryx2", "iceoryx2", "dds", "dds", "ros2"];
+    let mut head = "middleware iceoryx2; middleware dds { domain 217; }; middleware ros2 { domain 218; };".to_owned();
+    for (first, pair) in middlewares.windows(2).enumerate() {
+        let convert = if pair[0] == pair[1] {
+            ";"
+        } else {
+            " { convert via process; };"
+        };
+        for (one, other) in [(first, first + 1), (first + 1, first)] {
+            let (one, other) = (Agents::name(one), Agents::name(other));
+            head += &format!("\n    bind {one}.peers -> {other}.told{convert}");
+            head += &format!("\n    bind {one}.streams -> {other}.values{convert}");
+        }
+    }
+    let size = Size {
+        agents: middlewares.len(),
+        kills: 3,
+        ..SMALL
+    };
+    Agents::new(site, size, None, &head, |at| {
+        format!("middleware {};", middlewares[at])
+    })
+    .run();
 }
 
 /// Filters what arrives at both ends of the cable.

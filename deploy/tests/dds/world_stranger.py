@@ -1,5 +1,6 @@
 """A replica of a world in plain Python, written by docs/protocol/world.md over the package `cyclonedds`
-and nothing else: `world_stranger.py NETWORK DOMAIN FOLDER RATE`. It changes the world at random until FOLDER
+and nothing else: `world_stranger.py STATE STREAM DOMAIN FOLDER RATE`, of which the first two are the
+addresses of `World` and `WorldStream`. It changes the world at random until FOLDER
 has a file `stop`, writes down what it sends as the agents of the test do, and ends when its input does.
 """
 
@@ -397,7 +398,7 @@ class Replica:
 
 
 class Stranger:
-    def __init__(self, network, domain, folder, rate):
+    def __init__(self, state, stream, domain, folder, rate):
         self.folder, self.period = Path(folder), 1 / float(rate)
         self.random = random.Random()
         self.replica = Replica(self.random.getrandbits(63) | 1 << 62)
@@ -413,14 +414,14 @@ class Stranger:
                 Policy.History.KeepLast(256),
                 Policy.DataRepresentation(use_cdrv0_representation=True),
             )
-            return kind(member, Topic(member, f"{network}/{name}", of), qos)
+            return kind(member, Topic(member, name, of), qos)
 
         topics = {
-            "change": ("World/change", WorldChange, True),
-            "digest": ("World/digest", WorldDigest, True),
-            "ask": ("World/ask", WorldAsk, True),
-            "chunk": ("World/chunk", WorldChunk, True),
-            "samples": ("WorldStream/samples", WorldSamples, False),
+            "change": (f"{state}/change", WorldChange, True),
+            "digest": (f"{state}/digest", WorldDigest, True),
+            "ask": (f"{state}/ask", WorldAsk, True),
+            "chunk": (f"{state}/chunk", WorldChunk, True),
+            "samples": (f"{stream}/samples", WorldSamples, False),
         }
         self.readers = {name: end(DataReader, *of, name) for name, of in topics.items()}
         self.writers = {name: end(DataWriter, *of, name) for name, of in topics.items()}
@@ -605,4 +606,4 @@ class Stranger:
         (self.folder / f"{replica.writer}.end").write_text("\n".join(lines) + "\n")
 
 
-Stranger(*sys.argv[1:5]).run()
+Stranger(*sys.argv[1:6]).run()
