@@ -330,13 +330,13 @@ fn agents_over_three_middlewares_end_equal() {
     let site = Site::new("world_mixed");
     let middlewares = ["iceoryx2", "iceoryx2", "dds", "dds", "ros2"];
     let mut head = "middleware iceoryx2; middleware dds { domain 217; }; middleware ros2 { domain 218; };".to_owned();
-    for (first, pair) in middlewares.windows(2).enumerate() {
-        let convert = if pair[0] == pair[1] {
+    for (first, second) in [(0, 1), (1, 2), (2, 3), (2, 4)] {
+        let convert = if middlewares[first] == middlewares[second] {
             ";"
         } else {
             " { convert via process; };"
         };
-        for (one, other) in [(first, first + 1), (first + 1, first)] {
+        for (one, other) in [(first, second), (second, first)] {
             let (one, other) = (Agents::name(one), Agents::name(other));
             head += &format!("\n    bind {one}.peers -> {other}.told{convert}");
             head += &format!("\n    bind {one}.streams -> {other}.values{convert}");
@@ -421,6 +421,7 @@ fn on_two_hosts(test: &str, size: Size, domain: u32) {
         host(at).unwrap_or_default()
     });
     agents.up = vec![format!("RC_SSH={}", robot.ssh())];
+    agents.stranger = Some(domain);
     agents.run();
 }
 
