@@ -2,14 +2,15 @@
 
 use graph_pages::{Ids, Pages};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The number of a name. It is the same in all versions of one graph and of its forks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Symbol(pub(crate) u32);
 
-/// All names of a graph.
+/// All names of a graph. It is public for the sealed trait alone.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Names {
+pub struct Names {
     texts: Pages<Arc<str>>,
     places: Ids<Arc<str>>,
 }
@@ -17,6 +18,11 @@ pub(crate) struct Names {
 impl Names {
     pub(crate) fn get(&self, text: &str) -> Option<Symbol> {
         self.places.get(text).map(Symbol)
+    }
+
+    fn has(&self, symbol: Symbol, text: &str) -> bool {
+        let known = self.texts.get(symbol.0 as usize);
+        known.is_some_and(|known| **known == *text)
     }
 
     pub(crate) fn text(&self, symbol: Symbol) -> &str {
@@ -35,25 +41,57 @@ impl Names {
     }
 }
 
+/// A name that remembers its number. In all versions of the graph where it was found last, a comparison
+/// finds it again in place of a look-up; in other graphs, it is looked up.
+#[derive(Debug)]
+pub struct KnownName {
+    text: String,
+    last: AtomicU32,
+}
+
+impl KnownName {
+    /// A name whose number is not known yet.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            last: AtomicU32::new(u32::MAX),
+        }
+    }
+
+    /// The name.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+}
+
+impl Clone for KnownName {
+    fn clone(&self) -> Self {
+        Self {
+            text: self.text.clone(),
+            last: AtomicU32::new(self.last.load(Ordering::Relaxed)),
+        }
+    }
+}
+
 mod sealed {
-    use super::Symbol;
+    use super::{Names, Symbol};
 
     pub trait Named: Copy {
-        /// The symbol; `known` looks a text up.
-        fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol>;
+        /// The symbol among these names.
+        fn symbol(self, names: &Names) -> Option<Symbol>;
         /// The text; `known` gives that of a symbol.
         fn text(self, known: impl FnOnce(Symbol) -> String) -> String;
     }
 }
 
-/// Names a type or an attribute: a text, or a [`Symbol`], which is found without a look-up.
+/// Names a type or an attribute: a text, a [`KnownName`], or a [`Symbol`], which is found without a look-up.
 pub trait Named: sealed::Named {}
 
 impl<T: sealed::Named> Named for T {}
 
 impl sealed::Named for Symbol {
     #[inline]
-    fn symbol(self, _: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
+    fn symbol(self, _: &Names) -> Option<Symbol> {
         Some(self)
     }
 
@@ -64,8 +102,8 @@ impl sealed::Named for Symbol {
 
 impl sealed::Named for &str {
     #[inline]
-    fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
-        known(self)
+    fn symbol(self, names: &Names) -> Option<Symbol> {
+        names.get(self)
     }
 
     fn text(self, _: impl FnOnce(Symbol) -> String) -> String {
@@ -74,11 +112,28 @@ impl sealed::Named for &str {
 }
 
 impl sealed::Named for &String {
-    fn symbol(self, known: impl FnOnce(&str) -> Option<Symbol>) -> Option<Symbol> {
-        known(self)
+    fn symbol(self, names: &Names) -> Option<Symbol> {
+        names.get(self)
     }
 
     fn text(self, _: impl FnOnce(Symbol) -> String) -> String {
         self.clone()
+    }
+}
+
+impl sealed::Named for &KnownName {
+    #[inline]
+    fn symbol(self, names: &Names) -> Option<Symbol> {
+        let last = Symbol(self.last.load(Ordering::Relaxed));
+        if names.has(last, &self.text) {
+            return Some(last);
+        }
+        let found = names.get(&self.text)?;
+        self.last.store(found.0, Ordering::Relaxed);
+        Some(found)
+    }
+
+    fn text(self, _: impl FnOnce(Symbol) -> String) -> String {
+        self.text.clone()
     }
 }

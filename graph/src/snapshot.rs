@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 mod refs;
 
-pub use refs::{EdgeRef, NodeRef};
+pub use refs::{EdgeRef, NodeRef, Step};
 
 /// One version of the graph.
 ///
@@ -37,8 +37,8 @@ pub struct Snapshot {
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     /// Wide pages: a step of a traversal reads two of them and one at the bottom.
-    pub(crate) places: Pages<Place, 5>,
-    pub(crate) lists: Pages<Lists, 5>,
+    pub(crate) places: Pages<Place, 7, 4>,
+    pub(crate) lists: Pages<Lists, 7, 4>,
     pub(crate) names: Names,
     pub(crate) node_ids: Ids<Id>,
     pub(crate) edge_ids: Ids<Id>,
@@ -131,8 +131,9 @@ impl Snapshot {
     }
 
     /// The number of a name, if any element or the schema has it.
+    #[inline]
     pub fn symbol(&self, name: impl Named) -> Option<Symbol> {
-        name.symbol(|text| self.shape.names.get(text))
+        name.symbol(&self.shape.names)
     }
 
     /// The name with a number.
@@ -365,7 +366,6 @@ impl Snapshot {
         relation: Option<Symbol>,
     ) -> impl Iterator<Item = EdgeRef<'_>> {
         self.edges_of(self.outgoing(node), relation)
-            .map(|(edge, _)| edge)
     }
 
     /// The edges to a node, of a relation or of all.
@@ -375,46 +375,50 @@ impl Snapshot {
         relation: Option<Symbol>,
     ) -> impl Iterator<Item = EdgeRef<'_>> {
         self.edges_of(self.incoming(node), relation)
-            .map(|(edge, _)| edge)
     }
 
-    /// The edges from a node, those to it, or both, of a relation or of all; each with the node at its
-    /// other end. An edge from the node to itself is there once.
+    /// Steps along the edges from a node, those to it, or both, of a relation or of all. An edge from the
+    /// node to itself is one step.
+    #[inline]
     pub fn steps(
         &self,
         node: NodeId,
         relation: Option<Symbol>,
         [forth, back]: [bool; 2],
-    ) -> impl Iterator<Item = (EdgeRef<'_>, NodeId)> {
+    ) -> impl Iterator<Item = Step<'_>> {
         let out = if forth { self.outgoing(node) } else { &[] };
         let incoming = if back { self.incoming(node) } else { &[] };
-        let incoming = self.edges_of(incoming, relation);
-        let incoming = incoming.filter(move |(_, other)| !(forth && *other == node));
-        self.edges_of(out, relation).chain(incoming)
+        let incoming = self.steps_of(incoming, relation, false);
+        let incoming = incoming.filter(move |step| !(forth && step.node() == node));
+        self.steps_of(out, relation, true).chain(incoming)
+    }
+
+    #[inline]
+    fn steps_of<'s>(
+        &'s self,
+        halves: &'s [Half],
+        relation: Option<Symbol>,
+        is_forth: bool,
+    ) -> impl Iterator<Item = Step<'s>> {
+        let wanted = move |half: &&Half| relation.is_none_or(|wanted| wanted == half.relation);
+        let halves = halves.iter().filter(wanted);
+        halves.map(move |half| Step {
+            snapshot: self,
+            half,
+            is_forth,
+        })
     }
 
     fn edges_of<'s>(
         &'s self,
         halves: &'s [Half],
         relation: Option<Symbol>,
-    ) -> impl Iterator<Item = (EdgeRef<'s>, NodeId)> {
-        let wanted = move |half: &&Half| relation.is_none_or(|wanted| wanted == half.relation);
-        let edges = halves.iter().filter(wanted);
-        edges.filter_map(|half| {
-            let edge = self.edges.get(half.edge as usize)?;
-            let id = EdgeId {
-                place: half.edge,
-                generation: edge.generation,
-            };
-            let found = EdgeRef {
-                snapshot: self,
-                id,
-                edge,
-            };
-            Some((found, half.node))
-        })
+    ) -> impl Iterator<Item = EdgeRef<'s>> {
+        self.steps_of(halves, relation, true)
+            .filter_map(|step| step.edge())
     }
 
+    #[inline]
     pub(crate) fn attributes(&self, element: Element) -> Result<&Attributes, Error> {
         match element {
             Element::Node(node) => {

@@ -1,5 +1,6 @@
 //! Formats files.
 
+use crate::graphs;
 use crate::innermodel;
 use crate::languages::{LANGUAGES, Language};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -33,20 +34,26 @@ pub fn file(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<bool> {
-    if Language::of(path).is_none() && !is_xml(path) {
+    if Language::of(path).is_none() && !is_xml(path) && !is_graph(path) {
         if !path.exists() {
             return Err(rc_codegen::paths::missing(path));
         }
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");
-        let message = format!("expected a file with one of the extensions {extensions}, .xml");
+        let message =
+            format!("expected a file with one of the extensions {extensions}, .graph, .xml");
         let span = Span::new(source, 0, 0);
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);
     }
     let text = rc_files::read(path)?;
     let source = sources.add(path, text.clone());
-    match laid_out(path, sources, source) {
+    let formatted = if is_graph(path) {
+        Some(graphs::format(sources, source))
+    } else {
+        laid_out(path, sources, source)
+    };
+    match formatted {
         None => Ok(false),
         Some(Err(more)) => {
             found.extend(more);
@@ -65,6 +72,10 @@ pub fn file(
 /// Whether `rcgen fmt` lays out a file that it finds in a folder.
 pub fn is_formatted(path: &Path) -> bool {
     Language::of(path).is_some() || is_xml(path) && innermodel::is_wanted(path)
+}
+
+fn is_graph(path: &Path) -> bool {
+    path.extension() == Some("graph".as_ref())
 }
 
 fn is_xml(path: &Path) -> bool {

@@ -170,3 +170,19 @@ pub fn check(
     }
     Ok(())
 }
+
+/// The text of a `.graph` file with one node or edge a line, in the order of ids, attributes in that of
+/// names.
+///
+/// # Errors
+/// The findings of a file that cannot be read.
+pub fn format(sources: &SourceMap, source: SourceId) -> Result<String, Diagnostics> {
+    let (document, found) = graph_json::read(sources, source);
+    match document {
+        Some(document) if !found.has_errors() => {
+            let text = graph_json::write(&document);
+            Ok(rc_syntax::with_ends_of(sources.text(source), text))
+        }
+        _ => Err(found),
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::document::{self, Document, Edge, Node};
 use crate::places::{Places, SEPARATOR};
-use graph_schema::{Attribute, Relation, Schema, compared_units, is_same_unit};
+use graph_schema::{Attribute, Kind, Relation, Schema, compared_units, is_same_unit};
 use property_graph::{Id, MOST_BYTES, Value, fits, in_order};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
@@ -27,6 +27,8 @@ struct Checker<'a> {
     nodes: HashMap<Id, &'a Node>,
     /// The edges by id: others may start and end there.
     edges: HashMap<Id, &'a Edge>,
+    /// Where attributes are whose values could not be read, which is told.
+    unread: HashSet<&'a str>,
     /// Attributes of nodes that rules compare.
     compared: HashMap<(Id, &'a str), f64>,
     findings: Vec<Finding>,
@@ -44,6 +46,7 @@ pub fn check(
         document,
         nodes: HashMap::with_capacity(document.nodes.len()),
         edges: HashMap::new(),
+        unread: document.unread.iter().map(String::as_str).collect(),
         compared: compared(document, schema),
         findings: Vec::new(),
     };
@@ -248,12 +251,19 @@ impl<'a> Checker<'a> {
             }
             if !is_long && let Err((expected, found)) = fits(attribute, value) {
                 let message = format!("`{shown}` of `{kind}` is {expected}, found {found}");
-                let help = thousandth(attribute, value);
+                let help = thousandth(attribute, value).or_else(|| empty(attribute, value));
                 self.push(Severity::Error, "wrong-value", &path, message, help);
             }
         }
         for attribute in described.iter().filter(|a| !a.optional) {
-            if !seen.contains(attribute.name.as_str()) && !said.contains_key(&*attribute.name) {
+            let is_there = || {
+                let path = path_of(above, member, &attribute.name);
+                self.unread.contains(path.as_str())
+            };
+            if !seen.contains(attribute.name.as_str())
+                && !said.contains_key(&*attribute.name)
+                && !is_there()
+            {
                 let message = format!(
                     "`{kind}` has no `{}`, which is not optional",
                     attribute.name
@@ -560,6 +570,19 @@ fn path_of(above: &str, member: &str, name: &str) -> String {
         return format!("{above}{SEPARATOR}name");
     }
     format!("{above}{SEPARATOR}{member}{SEPARATOR}{name}")
+}
+
+/// A help for an empty array, whose type no item says.
+fn empty(attribute: &Attribute, value: &Value) -> Option<String> {
+    let is_empty = matches!(value, Value::Floats(all) if all.is_empty());
+    let word = match attribute.kind {
+        Kind::Ints(None) if is_empty => "ints",
+        Kind::Texts if is_empty => "strings",
+        _ => return None,
+    };
+    Some(format!(
+        "write an empty array of them as `{{\"{word}\": []}}`"
+    ))
 }
 
 /// A help for lengths that are a thousand times too large: the usual mistake.

@@ -14,6 +14,8 @@ pub struct Document {
     pub nodes: Vec<Node>,
     /// Edges, in the order of the file.
     pub edges: Vec<Edge>,
+    /// Where attributes are whose values have been told to be wrong already.
+    pub(crate) unread: Vec<String>,
 }
 
 /// Name, value, and the unit as written.
@@ -173,9 +175,9 @@ impl Document {
             .collect();
         edges.sort_by_key(|edge| edge.id);
         Self {
-            schema: None,
             nodes,
             edges,
+            ..Self::default()
         }
     }
 }

@@ -61,6 +61,12 @@ const TYPES: [&str; 10] = [
     "uint64 vector",
 ];
 
+/// The attributes of `RT` as the oldest files name them, and as all others do.
+const OLDER: [(&str, &str); 2] = [
+    ("translation", "rt_translation"),
+    ("rotation_euler_xyz", "rt_rotation_euler_xyz"),
+];
+
 /// Whether a text looks like a file of DSR.
 pub fn is_dsr(text: &str) -> bool {
     let start: &str = text.trim_start_matches('\u{feff}').trim_start();
@@ -68,7 +74,8 @@ pub fn is_dsr(text: &str) -> bool {
     rest.is_some_and(|rest| rest.starts_with("\"DSRModel\""))
 }
 
-/// Reads a file. `None` if it is not JSON, or not one of DSR.
+/// Reads a file. `None` if it is not JSON, or not one of DSR. Poses with the names of the oldest files get the
+/// present ones, with a warning.
 pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnostics) {
     let mut found = Diagnostics::new();
     let file: File = match json::read(sources, source) {
@@ -79,6 +86,7 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
         }
     };
     let mut wrong: Vec<(String, String)> = Vec::new();
+    let mut older = Older::default();
     let mut document = Document::default();
     for (key, symbol) in file.model.symbols.0 {
         let path = ["", "DSRModel", "symbols", &key].join(&SEPARATOR.to_string());
@@ -116,15 +124,15 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
                 continue;
             };
             let above = format!("{path}{SEPARATOR}linkAttribute");
-            let attributes = link
-                .attributes
-                .0
-                .into_iter()
-                .filter_map(|(name, attribute)| {
-                    let path = || format!("{above}{SEPARATOR}{name}");
-                    let value = value(&attribute, path, &mut wrong)?;
-                    Some((name, value, None))
-                });
+            let mut attributes = link.attributes.0;
+            if link.label == "RT" {
+                older.rename(&above, &mut attributes);
+            }
+            let attributes = attributes.into_iter().filter_map(|(name, attribute)| {
+                let path = || format!("{above}{SEPARATOR}{name}");
+                let value = value(&attribute, path, &mut wrong)?;
+                Some((name, value, None))
+            });
             document.edges.push(Edge {
                 id: None,
                 kind: link.label,
@@ -135,13 +143,61 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
             });
         }
     }
-    if !wrong.is_empty() {
+    let older: Vec<_> = older.findings().collect();
+    if !wrong.is_empty() || !older.is_empty() {
         let places = Places::new(source, sources.text(source));
+        for (path, message) in older {
+            found.push(Diagnostic::warning("older-name", places.of(&path), message));
+        }
         for (path, message) in wrong {
             found.push(Diagnostic::error("wrong-json", places.of(&path), message));
+            let attribute = path.strip_suffix(&format!("{SEPARATOR}value"));
+            document.unread.extend(attribute.map(str::to_owned));
         }
     }
     (Some(document), found)
+}
+
+/// The attributes with names of the oldest files: of each name, the first place, and how many there are.
+#[derive(Default)]
+struct Older([Option<(String, usize)>; OLDER.len()]);
+
+impl Older {
+    /// Gives the attributes of an edge their present names, unless it has these, too.
+    fn rename(&mut self, above: &str, attributes: &mut [(String, Attribute)]) {
+        for ((oldest, present), seen) in OLDER.iter().zip(&mut self.0) {
+            if attributes.iter().any(|(name, _)| name == present) {
+                continue;
+            }
+            for (name, _) in attributes.iter_mut().filter(|(name, _)| name == oldest) {
+                let place = || (format!("{above}{SEPARATOR}{oldest}"), 0);
+                seen.get_or_insert_with(place).1 += 1;
+                (*present).clone_into(name);
+            }
+        }
+    }
+
+    /// Places and messages.
+    fn findings(self) -> impl Iterator<Item = (String, String)> {
+        let all = OLDER.iter().zip(self.0);
+        all.filter_map(|((oldest, present), seen)| {
+            let (path, count) = seen?;
+            let times = if count == 1 {
+                String::new()
+            } else {
+                format!(" ({count} times)")
+            };
+            let message = format!("`{oldest}` is read as `{present}`, its present name{times}");
+            Some((path, message))
+        })
+    }
+}
+
+/// A path to an attribute as the oldest files name it.
+pub(crate) fn oldest(path: &str) -> Option<String> {
+    let (above, name) = path.rsplit_once(SEPARATOR)?;
+    let (oldest, _) = OLDER.iter().find(|(_, present)| *present == name)?;
+    Some(format!("{above}{SEPARATOR}{oldest}"))
 }
 
 /// The value of an attribute, by the number of its type.

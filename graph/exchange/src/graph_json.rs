@@ -112,6 +112,7 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
         let places = Places::new(source, sources.text(source));
         for (path, message) in wrong {
             found.push(Diagnostic::error("wrong-json", places.of(&path), message));
+            document.unread.push(path);
         }
     }
     (Some(document), found)

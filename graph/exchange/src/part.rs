@@ -79,6 +79,7 @@ impl Document {
             schema: self.schema.clone(),
             nodes: self.nodes.iter().filter(is_in).cloned().collect(),
             edges,
+            ..Self::default()
         }
     }
 
@@ -120,6 +121,7 @@ impl Document {
             schema,
             nodes: nodes.into_values().cloned().collect(),
             edges: edges.into_values().cloned().collect(),
+            ..Self::default()
         };
         Ok(())
     }

@@ -35,7 +35,8 @@ impl Places {
     pub(crate) fn of(&self, path: &str) -> Span {
         let mut path = path;
         loop {
-            if let Some((start, end)) = self.values.get(path) {
+            let oldest = || self.values.get(&crate::dsr::oldest(path)?);
+            if let Some((start, end)) = self.values.get(path).or_else(oldest) {
                 return Span::new(self.source, *start, *end);
             }
             match path.rsplit_once(SEPARATOR) {

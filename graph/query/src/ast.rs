@@ -10,11 +10,11 @@ pub(crate) struct Name {
     pub(crate) span: Span,
 }
 
-/// The name of an attribute.
+/// The name of a type or an attribute.
 #[derive(Clone, Debug)]
-pub(crate) struct Property {
+pub(crate) struct SchemaName {
     pub(crate) name: Name,
-    /// Its place among all names of attributes in the query, which are looked up once.
+    /// Its place among all such names in the query, which are looked up once.
     pub(crate) slot: usize,
 }
 
@@ -29,40 +29,60 @@ pub(crate) enum Clause {
 pub(crate) struct Match {
     pub(crate) optional: bool,
     pub(crate) chains: Vec<Chain>,
-    pub(crate) condition: Option<Expr>,
+    /// The parts of its condition, all of which must hold.
+    pub(crate) parts: Vec<Part>,
     /// The variables of its chains that earlier clauses have.
     pub(crate) earlier: Vec<usize>,
 }
 
+/// A part of a condition.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) value: Expr,
+    pub(crate) variables: Vec<usize>,
+}
+
+impl Part {
+    fn new(value: Expr) -> Self {
+        let mut variables = Vec::new();
+        value.variables(&mut variables);
+        Self { value, variables }
+    }
+}
+
 impl Match {
+    /// Adds a condition.
+    pub(crate) fn require(&mut self, condition: Expr) {
+        match condition {
+            Expr::Binary(Operator::And, a, b) => {
+                self.require(*a);
+                self.require(*b);
+            }
+            part => self.parts.push(Part::new(part)),
+        }
+    }
+
     /// Turns each attribute of the pattern that depends on a variable into a condition: the order
     /// of matching may reach the pattern before the variable has a value, and a condition waits for
     /// it.
     pub(crate) fn free_properties(&mut self) {
-        let mut parts = Vec::new();
-        let mut free = |variable: usize, properties: &mut Vec<(Property, Expr)>| {
+        let parts = &mut self.parts;
+        let mut free = |variable: usize, properties: &mut Vec<(SchemaName, Expr)>| {
+            let before = parts.len();
             for (name, value) in properties.extract_if(.., |(_, value)| value.has_variable()) {
                 let own = Expr::Property(Box::new(Expr::Variable(variable)), name);
-                parts.push(Expr::Binary(
-                    Operator::Equal,
-                    Box::new(own),
-                    Box::new(value),
-                ));
+                let (own, value) = (Box::new(own), Box::new(value));
+                parts.push(Part::new(Expr::Binary(Operator::Equal, own, value)));
             }
+            parts.len() > before
         };
         for chain in &mut self.chains {
             for node in &mut chain.nodes {
                 free(node.variable, &mut node.properties);
             }
             for edge in chain.edges.iter_mut().filter(|edge| edge.length.is_none()) {
-                free(edge.variable, &mut edge.properties);
+                edge.is_read |= free(edge.variable, &mut edge.properties);
             }
-        }
-        for part in parts {
-            self.condition = Some(match self.condition.take() {
-                Some(condition) => Expr::Binary(Operator::And, Box::new(condition), Box::new(part)),
-                None => part,
-            });
         }
     }
 }
@@ -77,8 +97,8 @@ pub(crate) struct Chain {
 #[derive(Clone, Debug)]
 pub(crate) struct NodePattern {
     pub(crate) variable: usize,
-    pub(crate) label: Option<Name>,
-    pub(crate) properties: Vec<(Property, Expr)>,
+    pub(crate) label: Option<SchemaName>,
+    pub(crate) properties: Vec<(SchemaName, Expr)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,10 +113,12 @@ pub(crate) struct EdgePattern {
     pub(crate) variable: usize,
     pub(crate) direction: Direction,
     /// No type is any type.
-    pub(crate) types: Vec<Name>,
-    pub(crate) properties: Vec<(Property, Expr)>,
+    pub(crate) types: Vec<SchemaName>,
+    pub(crate) properties: Vec<(SchemaName, Expr)>,
     /// The least and the greatest number of edges. `None` is one edge, which is not a list.
     pub(crate) length: Option<(usize, usize)>,
+    /// Whether the query asks for the value of its variable.
+    pub(crate) is_read: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -180,7 +202,7 @@ pub(crate) enum Expr {
     Variable(usize),
     /// With its place among all parameters of the query.
     Parameter(Name, usize),
-    Property(Box<Expr>, Property),
+    Property(Box<Expr>, SchemaName),
     Index(Box<Expr>, Box<Expr>),
     List(Vec<Expr>),
     Not(Box<Expr>),

@@ -124,16 +124,19 @@ impl Budget {
     }
 
     /// Counts the memory of a computed value.
+    #[inline]
     pub(crate) fn hold(&mut self, cell: Cell) -> Result<Cell> {
         self.take(cell.bytes())?;
         Ok(cell)
     }
 
     /// Counts cells that are kept until the end, without their contents.
+    #[inline]
     pub(crate) fn keep(&mut self, cells: usize) -> Result<()> {
         self.take(cells * size_of::<Cell>())
     }
 
+    #[inline]
     fn take(&mut self, bytes: usize) -> Result<()> {
         if self.bytes < bytes {
             return Err(Error::Bytes(MOST_BYTES >> 20).into());

@@ -1,6 +1,6 @@
 //! Compares a query with the schema before it runs.
 
-use crate::ast::{Aggregate, Chain, Clause, Expr, Function, Item, Name, Operator};
+use crate::ast::{Aggregate, Chain, Clause, Expr, Function, Item, Name, Operator, SchemaName};
 use crate::cell::Cell;
 use crate::measured::Measured;
 use crate::parse::Parsed;
@@ -43,8 +43,8 @@ pub(crate) fn check(
                 for chain in &mut pattern.chains {
                     checker.chain(chain);
                 }
-                if let Some(condition) = &mut pattern.condition {
-                    checker.expr(condition);
+                for part in &mut pattern.parts {
+                    checker.expr(&mut part.value);
                 }
             }
             Clause::Project(project) => {
@@ -94,7 +94,7 @@ impl Checker<'_> {
     fn chain(&mut self, chain: &mut Chain) {
         let schema = self.schema;
         for node in &mut chain.nodes {
-            if let Some(label) = &node.label {
+            if let Some(SchemaName { name: label, .. }) = &node.label {
                 let is_relation = schema.relation(&label.text).is_some();
                 if schema.entity(&label.text).is_some() || is_relation {
                     self.nodes.insert(node.variable, label.text.clone());
@@ -110,7 +110,7 @@ impl Checker<'_> {
             }
         }
         for edge in &mut chain.edges {
-            for kind in &edge.types {
+            for SchemaName { name: kind, .. } in &edge.types {
                 if schema.relation(&kind.text).is_none() && !schema.relations.is_empty() {
                     let known: Vec<&str> = schema.relations.iter().map(|r| &*r.name).collect();
                     let name = foreign::clean(&kind.text);
@@ -118,7 +118,7 @@ impl Checker<'_> {
                     self.unknown("unknown-type", kind, message, &known);
                 }
             }
-            if let [kind] = edge.types.as_slice()
+            if let [SchemaName { name: kind, .. }] = edge.types.as_slice()
                 && schema.relation(&kind.text).is_some()
             {
                 self.edges.insert(edge.variable, kind.text.clone());

@@ -1,6 +1,6 @@
 //! Expressions.
 
-use crate::ast::{Expr, Function, Operator, Property};
+use crate::ast::{Expr, Function, Operator, SchemaName};
 use crate::budget::{Error, Result};
 use crate::cell::Cell;
 use property_graph::schema::Factor;
@@ -12,7 +12,7 @@ pub(crate) struct Scope<'a> {
     pub(crate) graph: &'a Snapshot,
     /// The values of the parameters in the query, as far as they have some.
     pub(crate) parameters: Vec<Option<&'a Cell>>,
-    /// The names of attributes in the query, as far as the graph knows them.
+    /// The names of types and attributes in the query, as far as the graph knows them.
     pub(crate) symbols: Vec<Option<Symbol>>,
     /// How many steps functions that walk over the graph may take.
     pub(crate) walk: std::cell::Cell<u64>,
@@ -132,7 +132,7 @@ impl Scope<'_> {
         }
     }
 
-    fn property(&self, of: &Cell, name: &Property) -> Result<Cell> {
+    fn property(&self, of: &Cell, name: &SchemaName) -> Result<Cell> {
         match of {
             Cell::Null => Ok(Cell::Null),
             Cell::Node(node) => Ok(self.attribute((*node).into(), name)),
@@ -141,8 +141,15 @@ impl Scope<'_> {
         }
     }
 
-    pub(crate) fn attribute(&self, element: property_graph::Element, name: &Property) -> Cell {
-        let symbol = self.symbols.get(name.slot).copied().flatten();
+    /// The number of a type or an attribute, if the graph has the name.
+    #[inline]
+    pub(crate) fn symbol(&self, name: &SchemaName) -> Option<Symbol> {
+        self.symbols.get(name.slot).copied().flatten()
+    }
+
+    #[inline]
+    pub(crate) fn attribute(&self, element: property_graph::Element, name: &SchemaName) -> Cell {
+        let symbol = self.symbol(name);
         let value = symbol.and_then(|symbol| self.graph.get(element, symbol));
         value.map_or(Cell::Null, Cell::from)
     }

@@ -148,7 +148,7 @@ impl Query {
         parameters: &HashMap<String, Cell>,
         mut budget: Budget,
     ) -> Result<Rows, Error> {
-        let names = self.parsed.properties.iter();
+        let names = self.parsed.names.iter();
         let values = self.parsed.parameters.iter();
         let scope = Scope {
             graph,

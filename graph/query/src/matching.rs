@@ -5,7 +5,7 @@ use crate::budget::{Budget, Error, Result};
 use crate::cell::Cell;
 use crate::eval::{Scope, truth};
 use crate::plan::{Label, Place, Plan, Step, Way};
-use property_graph::{EdgeId, EdgeRef, Element, NodeId, Snapshot};
+use property_graph::{Element, NodeId, Snapshot, Step as Along};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -20,7 +20,8 @@ struct Matcher<'a, 'f, 'p> {
     /// Why tests on the way could not be computed. They are errors of a row that all others accept.
     doubts: Vec<Error>,
     budget: &'a mut Budget,
-    used: Vec<EdgeId>,
+    /// The edges of the present row.
+    used: Vec<Used>,
     /// Nodes from which the last step is still to be done, each with the number of rows that have come
     /// there, and their places in the list.
     ends: Vec<(NodeId, u32)>,
@@ -29,6 +30,37 @@ struct Matcher<'a, 'f, 'p> {
     weight: u32,
     is_found: bool,
     sink: Sink<'f>,
+}
+
+/// An edge of the present row, with the nodes where it starts and ends.
+#[derive(Clone, Copy)]
+struct Used {
+    number: u32,
+    from: NodeId,
+    to: NodeId,
+}
+
+impl Used {
+    fn new(along: &Along<'_>, here: NodeId) -> Self {
+        let (number, there) = (along.number(), along.node());
+        let (from, to) = if along.is_forth() {
+            (here, there)
+        } else {
+            (there, here)
+        };
+        Self { number, from, to }
+    }
+}
+
+/// A walk along several edges.
+struct Walk<'a, 'p> {
+    way: &'a Way<'p>,
+    to: Place<'p>,
+    is_turned: bool,
+    least: usize,
+    most: usize,
+    /// How many edges the row had before.
+    before: usize,
 }
 
 /// Hashes nodes of a graph. Their numbers cannot be chosen by an attacker.
@@ -126,9 +158,16 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
                 let Some(here) = place(graph, &row[*from]) else {
                     return Ok(());
                 };
-                if let Some(length) = way.edge.length {
-                    let walk = (way, *to, *turned);
-                    return self.walk(at, walk, here, length, &mut Vec::new(), row);
+                if let Some((least, most)) = way.edge.length {
+                    let walk = Walk {
+                        way,
+                        to: *to,
+                        is_turned: *turned,
+                        least,
+                        most,
+                        before: self.used.len(),
+                    };
+                    return self.walk(at, &walk, here, &mut Vec::new(), row);
                 }
                 if plan.is_shared && at + 1 == plan.steps.len() && self.shares(way, here) {
                     return Ok(());
@@ -148,23 +187,35 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         row: &mut [Cell],
     ) -> Result<()> {
         let graph = self.scope.graph;
+        if !way.edge.is_read {
+            for along in graph.steps(here, way.relation, way.directions) {
+                self.budget.step()?;
+                if self.edge_fits(way, &along, row)? {
+                    self.used.push(Used::new(&along, here));
+                    self.arrive(at, to, along.node(), row)?;
+                    self.used.pop();
+                }
+            }
+            return Ok(());
+        }
         let variable = way.edge.variable;
         let known = match &row[variable] {
             Cell::Null => None,
             known => Some(known.clone()),
         };
-        for (found, other) in graph.steps(here, way.relation, way.directions) {
+        for along in graph.steps(here, way.relation, way.directions) {
             self.budget.step()?;
-            if !self.edge_fits(way, found, row)? {
+            if !self.edge_fits(way, &along, row)? {
                 continue;
             }
-            let id = found.edge_id();
-            if known.as_ref().is_some_and(|known| *known != Cell::Edge(id)) {
+            let Some(edge) = along.edge() else { continue };
+            let found = Cell::Edge(edge.edge_id());
+            if known.as_ref().is_some_and(|known| *known != found) {
                 continue;
             }
-            row[variable] = Cell::Edge(id);
-            self.used.push(id);
-            self.arrive(at, to, other, row)?;
+            row[variable] = found;
+            self.used.push(Used::new(&along, here));
+            self.arrive(at, to, along.node(), row)?;
             self.used.pop();
         }
         row[variable] = known.unwrap_or(Cell::Null);
@@ -174,13 +225,9 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
     /// Leaves the last step from a node for later, when it is known how many rows have come there: what
     /// follows depends on nothing else. Returns whether that is possible.
     fn shares(&mut self, way: &Way<'p>, here: NodeId) -> bool {
-        let graph = self.scope.graph;
         let [forth, back] = way.directions;
         // A row that has taken an edge of this node cannot take it again.
-        let meets = |edge: &EdgeId| {
-            let edge = graph.edge(*edge);
-            edge.is_ok_and(|edge| forth && edge.from() == here || back && edge.to() == here)
-        };
+        let meets = |used: &Used| forth && used.from == here || back && used.to == here;
         if !self.doubts.is_empty() || self.used.iter().any(meets) {
             return false;
         }
@@ -293,6 +340,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
     }
 
     /// Whether the parts of the condition may hold whose variables are known now.
+    #[inline]
     fn passes(&mut self, at: usize, row: &[Cell]) -> bool {
         for test in self.plan.tests.get(at).into_iter().flatten() {
             match self.scope.eval(test, row).and_then(|value| truth(&value)) {
@@ -305,6 +353,7 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         true
     }
 
+    #[inline]
     fn arrive(&mut self, at: usize, to: Place<'p>, other: NodeId, row: &mut [Cell]) -> Result<()> {
         let other = Cell::of_node(self.scope.graph, other);
         match &row[to.node.variable] {
@@ -314,15 +363,23 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
         }
     }
 
-    fn edge_fits(&self, way: &Way<'p>, edge: EdgeRef<'_>, row: &[Cell]) -> Result<bool> {
+    #[inline]
+    fn edge_fits(&self, way: &Way<'p>, along: &Along<'_>, row: &[Cell]) -> Result<bool> {
         // An edge is in one place of a pattern only.
-        if self.used.contains(&edge.edge_id()) {
+        let number = along.number();
+        if self.used.iter().any(|used| used.number == number) {
             return Ok(false);
         }
         let mut relations = way.relations.iter();
-        if relations.any(|relations| !relations.contains(&edge.relation())) {
+        if relations.any(|relations| !relations.contains(&along.relation())) {
             return Ok(false);
         }
+        if way.edge.properties.is_empty() {
+            return Ok(true);
+        }
+        let Some(edge) = along.edge() else {
+            return Ok(false);
+        };
         for (name, value) in &way.edge.properties {
             let wanted = self.scope.eval(value, row)?;
             let found = self.scope.attribute(edge.edge_id().into(), name);
@@ -337,39 +394,42 @@ impl<'a, 'p> Matcher<'a, '_, 'p> {
     fn walk(
         &mut self,
         at: usize,
-        walk: (&'a Way<'p>, Place<'p>, bool),
+        walk: &Walk<'a, 'p>,
         here: NodeId,
-        (least, most): (usize, usize),
-        path: &mut Vec<EdgeId>,
+        path: &mut Vec<Cell>,
         row: &mut [Cell],
     ) -> Result<()> {
         self.budget.step()?;
-        let (way, to, turned) = walk;
-        let edge = way.edge;
-        if path.len() >= least {
-            let mut list: Vec<Cell> = path.iter().map(|edge| Cell::Edge(*edge)).collect();
-            if turned {
+        let (way, edge) = (walk.way, walk.way.edge);
+        let length = self.used.len() - walk.before;
+        if length >= walk.least && !edge.is_read {
+            self.arrive(at, walk.to, here, row)?;
+        } else if length >= walk.least {
+            let mut list = path.clone();
+            if walk.is_turned {
                 list.reverse();
             }
             let before = std::mem::replace(&mut row[edge.variable], Cell::List(list.into()));
             if before == Cell::Null || before == row[edge.variable] {
-                self.arrive(at, to, here, row)?;
+                self.arrive(at, walk.to, here, row)?;
             }
             row[edge.variable] = before;
         }
-        if path.len() >= most {
+        if length >= walk.most {
             return Ok(());
         }
         let graph = self.scope.graph;
-        for (found, other) in graph.steps(here, way.relation, way.directions) {
+        for along in graph.steps(here, way.relation, way.directions) {
             self.budget.step()?;
-            if !self.edge_fits(way, found, row)? {
+            if !self.edge_fits(way, &along, row)? {
                 continue;
             }
-            let id = found.edge_id();
-            path.push(id);
-            self.used.push(id);
-            self.walk(at, walk, other, (least, most), path, row)?;
+            if edge.is_read {
+                let Some(found) = along.edge() else { continue };
+                path.push(Cell::Edge(found.edge_id()));
+            }
+            self.used.push(Used::new(&along, here));
+            self.walk(at, walk, along.node(), path, row)?;
             self.used.pop();
             path.pop();
         }

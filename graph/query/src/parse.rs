@@ -1,9 +1,11 @@
 //! The parser: a read-only subset of openCypher.
 
 use crate::ast::{
-    Chain, Clause, Direction, EdgePattern, Expr, Item, Match, Name, NodePattern, Project, Property,
+    Chain, Clause, Direction, EdgePattern, Expr, Item, Match, Name, NodePattern, Project,
+    SchemaName,
 };
 use crate::lexer::{Token, tokens};
+use property_graph::KnownName;
 use rc_diagnostics::{Diagnostic, SourceId, Span, foreign};
 
 /// How deeply expressions are nested at most. The parser is recursive.
@@ -23,8 +25,8 @@ pub(crate) struct Parsed {
     pub(crate) clauses: Vec<Clause>,
     /// All variables, with the places where they are named first; unnamed ones have no text.
     pub(crate) variables: Vec<Name>,
-    /// All names of attributes, each once.
-    pub(crate) properties: Vec<String>,
+    /// All names of types and attributes, each once.
+    pub(crate) names: Vec<KnownName>,
     /// All names of parameters, each once.
     pub(crate) parameters: Vec<String>,
 }
@@ -40,7 +42,7 @@ struct Parser<'a> {
     nodes: usize,
     operators: usize,
     variables: Vec<Name>,
-    properties: Vec<String>,
+    names: Vec<KnownName>,
     parameters: Vec<String>,
     /// The variables that the present clause may name.
     scope: Vec<usize>,
@@ -58,7 +60,7 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
         nodes: 0,
         operators: 0,
         variables: Vec::new(),
-        properties: Vec::new(),
+        names: Vec::new(),
         parameters: Vec::new(),
         scope: Vec::new(),
     };
@@ -70,7 +72,7 @@ pub(crate) fn parse(text: &str, source: SourceId) -> Result<Parsed> {
     Ok(Parsed {
         clauses,
         variables: parser.variables,
-        properties: parser.properties,
+        names: parser.names,
         parameters: parser.parameters,
     })
 }
@@ -192,9 +194,12 @@ impl Parser<'_> {
         let mut pattern = Match {
             optional,
             chains,
-            condition,
+            parts: Vec::new(),
             earlier,
         };
+        if let Some(condition) = condition {
+            pattern.require(condition);
+        }
         pattern.free_properties();
         Ok(pattern)
     }
@@ -265,7 +270,7 @@ impl Parser<'_> {
         let variable = self.variable();
         let variable = self.declare(variable);
         let label = if self.sign(":") {
-            Some(self.name("a type of nodes")?)
+            Some(self.schema_name("a type of nodes")?)
         } else {
             None
         };
@@ -278,19 +283,23 @@ impl Parser<'_> {
         })
     }
 
-    fn property(&mut self) -> Result<Property> {
-        let name = self.name("an attribute")?;
-        let slot = slot(&mut self.properties, &name.text);
-        Ok(Property { name, slot })
+    fn schema_name(&mut self, what: &str) -> Result<SchemaName> {
+        let name = self.name(what)?;
+        let known = self.names.iter().position(|own| own.text() == name.text);
+        let slot = known.unwrap_or_else(|| {
+            self.names.push(KnownName::new(name.text.as_str()));
+            self.names.len() - 1
+        });
+        Ok(SchemaName { name, slot })
     }
 
-    fn properties(&mut self) -> Result<Vec<(Property, Expr)>> {
+    fn properties(&mut self) -> Result<Vec<(SchemaName, Expr)>> {
         let mut all = Vec::new();
         if !self.sign("{") {
             return Ok(all);
         }
         loop {
-            let name = self.property()?;
+            let name = self.schema_name("an attribute")?;
             self.need(":")?;
             all.push((name, self.condition()?));
             if !self.sign(",") {
@@ -308,10 +317,10 @@ impl Parser<'_> {
         if self.sign("[") {
             variable = self.variable();
             if self.sign(":") {
-                types.push(self.name("a relation")?);
+                types.push(self.schema_name("a relation")?);
                 while self.sign("|") {
                     self.sign(":");
-                    types.push(self.name("a relation")?);
+                    types.push(self.schema_name("a relation")?);
                 }
             }
             let star = self.span();
@@ -329,6 +338,7 @@ impl Parser<'_> {
         }
         self.need("-")?;
         let forth = self.sign(">");
+        let is_read = variable.is_some();
         let variable = self.declare(variable);
         Ok(EdgePattern {
             variable,
@@ -340,6 +350,7 @@ impl Parser<'_> {
             types,
             properties,
             length,
+            is_read,
         })
     }
 

@@ -1,7 +1,8 @@
 //! The order in which a pattern is found, and where the parts of its condition are tested.
 
-use crate::ast::{Chain, Direction, EdgePattern, Expr, Item, Match, NodePattern, Operator};
-use property_graph::{Snapshot, Symbol};
+use crate::ast::{Chain, Direction, EdgePattern, Expr, Item, Match, NodePattern, Operator, Part};
+use crate::eval::Scope;
+use property_graph::Symbol;
 
 /// The type that a node of a pattern must have.
 #[derive(Clone, Copy)]
@@ -20,9 +21,9 @@ pub(crate) struct Place<'p> {
 }
 
 impl<'p> Place<'p> {
-    fn new(graph: &Snapshot, node: &'p NodePattern) -> Self {
+    fn new(scope: &Scope<'_>, node: &'p NodePattern) -> Self {
         let label = match &node.label {
-            Some(label) => graph.symbol(&label.text).map_or(Label::Nothing, Label::Of),
+            Some(label) => scope.symbol(label).map_or(Label::Nothing, Label::Of),
             None => Label::Any,
         };
         Self { node, label }
@@ -41,15 +42,15 @@ pub(crate) struct Way<'p> {
 }
 
 impl<'p> Way<'p> {
-    fn new(graph: &Snapshot, edge: &'p EdgePattern, is_turned: bool) -> Self {
+    fn new(scope: &Scope<'_>, edge: &'p EdgePattern, is_turned: bool) -> Self {
         let (relation, relations) = match edge.types.as_slice() {
             [] => (None, None),
-            [one] => match graph.symbol(&one.text) {
+            [one] => match scope.symbol(one) {
                 Some(one) => (Some(one), None),
                 None => (None, Some(Vec::new())),
             },
             all => {
-                let known = all.iter().filter_map(|kind| graph.symbol(&kind.text));
+                let known = all.iter().filter_map(|kind| scope.symbol(kind));
                 (None, Some(known.collect()))
             }
         };
@@ -91,17 +92,10 @@ pub(crate) struct Plan<'p> {
 
 impl<'p> Plan<'p> {
     /// The plan for a pattern whose earlier variables have values.
-    pub(crate) fn new(graph: &Snapshot, pattern: &'p Match) -> Self {
-        let mut parts = Vec::new();
-        if let Some(condition) = &pattern.condition {
-            conjuncts(condition, &mut parts);
-        }
-        let steps = steps(graph, pattern, &parts);
+    pub(crate) fn new(scope: &Scope<'_>, pattern: &'p Match) -> Self {
+        let steps = steps(scope, pattern);
         let mut tests = vec![Vec::new(); steps.len()];
-        let mut variables = Vec::new();
-        for part in parts {
-            variables.clear();
-            part.variables(&mut variables);
+        for part in &pattern.parts {
             // A variable that no step sets has its value from before.
             let first = |variable: &usize| {
                 let sets = |step: &Step<'_>| match step {
@@ -112,9 +106,9 @@ impl<'p> Plan<'p> {
                 };
                 steps.iter().position(sets)
             };
-            let at = variables.iter().filter_map(first).max().unwrap_or(0);
+            let at = part.variables.iter().filter_map(first).max().unwrap_or(0);
             if let Some(tests) = tests.get_mut(at) {
-                tests.push(part);
+                tests.push(&part.value);
             }
         }
         Self {
@@ -154,19 +148,8 @@ impl<'p> Plan<'p> {
     }
 }
 
-/// The parts of a condition all of which must hold.
-fn conjuncts<'p>(condition: &'p Expr, parts: &mut Vec<&'p Expr>) {
-    match condition {
-        Expr::Binary(Operator::And, a, b) => {
-            conjuncts(a, parts);
-            conjuncts(b, parts);
-        }
-        part => parts.push(part),
-    }
-}
-
 /// The value that the name of a node must have: by its pattern, or by the condition.
-fn named<'p>(node: &'p NodePattern, parts: &[&'p Expr]) -> Option<&'p Expr> {
+fn named<'p>(node: &'p NodePattern, parts: &'p [Part]) -> Option<&'p Expr> {
     let written = node
         .properties
         .iter()
@@ -175,7 +158,7 @@ fn named<'p>(node: &'p NodePattern, parts: &[&'p Expr]) -> Option<&'p Expr> {
         return Some(value);
     }
     parts.iter().find_map(|part| {
-        let Expr::Binary(Operator::Equal, a, b) = part else {
+        let Expr::Binary(Operator::Equal, a, b) = &part.value else {
             return None;
         };
         let is_name = |expr: &Expr| match expr {
@@ -195,22 +178,18 @@ fn named<'p>(node: &'p NodePattern, parts: &[&'p Expr]) -> Option<&'p Expr> {
 }
 
 /// Whether a part of the condition is about a node alone.
-fn is_chosen(variable: usize, parts: &[&Expr]) -> bool {
-    let mut variables = Vec::new();
+fn is_chosen(variable: usize, parts: &[Part]) -> bool {
     parts.iter().any(|part| {
-        variables.clear();
-        part.variables(&mut variables);
-        !variables.is_empty() && variables.iter().all(|other| *other == variable)
+        let mut variables = part.variables.iter();
+        !part.variables.is_empty() && variables.all(|other| *other == variable)
     })
 }
 
-/// How good a node is to start from: less is better.
-fn cost(graph: &Snapshot, node: &NodePattern, parts: &[&Expr]) -> usize {
-    if named(node, parts).is_some() {
-        return 1;
-    }
+/// How many nodes a pattern may start with: less is better.
+fn cost(scope: &Scope<'_>, node: &NodePattern, parts: &[Part]) -> usize {
+    let graph = scope.graph;
     let count = match &node.label {
-        Some(label) => graph.symbol(&label.text).map_or(0, |label| {
+        Some(label) => scope.symbol(label).map_or(0, |label| {
             let is_edge = graph.relations_as(label).next().is_some();
             let edges = if is_edge { graph.edge_count() } else { 0 };
             graph.count_of_instances(label) + edges
@@ -218,11 +197,29 @@ fn cost(graph: &Snapshot, node: &NodePattern, parts: &[&Expr]) -> usize {
         None => graph.node_count(),
     };
     let is_chosen = !node.properties.is_empty() || is_chosen(node.variable, parts);
-    2 + if is_chosen { count / 8 } else { count }
+    if is_chosen { count / 8 } else { count }
 }
 
-fn steps<'p>(graph: &Snapshot, pattern: &'p Match, parts: &[&'p Expr]) -> Vec<Step<'p>> {
-    let mut steps = Vec::new();
+/// The node of a chain to start from: one that is known, one whose name is, or one of the fewest.
+fn best(
+    scope: &Scope<'_>,
+    chain: &Chain,
+    parts: &[Part],
+    is_known: impl Fn(usize) -> bool,
+) -> Option<usize> {
+    let nodes = &chain.nodes;
+    let known = nodes.iter().position(|node| is_known(node.variable));
+    let named = || nodes.iter().position(|node| named(node, parts).is_some());
+    known.or_else(named).or_else(|| {
+        let all = nodes.iter().enumerate();
+        let best = all.min_by_key(|(_, node)| cost(scope, node, parts));
+        best.map(|(at, _)| at)
+    })
+}
+
+fn steps<'p>(scope: &Scope<'_>, pattern: &'p Match) -> Vec<Step<'p>> {
+    let (graph, parts) = (scope.graph, pattern.parts.as_slice());
+    let mut steps = Vec::with_capacity(pattern.chains.iter().map(|c| c.nodes.len()).sum());
     // An edge is found where others start or end, or by its type. A lone node without a type comes
     // last, so that the written order of a pattern makes no difference.
     let is_lone = |chain: &&Chain| {
@@ -232,36 +229,37 @@ fn steps<'p>(graph: &Snapshot, pattern: &'p Match, parts: &[&'p Expr]) -> Vec<St
     let is_last = |chain: &&Chain| has_promoted && is_lone(chain);
     let first = pattern.chains.iter().filter(|chain| !is_last(chain));
     let last = pattern.chains.iter().filter(is_last);
-    // The nodes that are known: those of earlier clauses, then those of earlier chains.
-    let mut known = pattern.earlier.clone();
     for chain in first.chain(last) {
-        let nodes = chain.nodes.iter().enumerate();
-        let start = nodes.min_by_key(|(_, node)| {
-            if known.contains(&node.variable) {
-                return 0;
-            }
-            cost(graph, node, parts)
-        });
-        let Some((start, node)) = start else { continue };
-        let name = named(node, parts);
-        steps.push(Step::Start(Place::new(graph, node), name));
+        // The nodes that are known: those of earlier clauses, then those of earlier chains.
+        let is_known = |variable| {
+            let mut before = steps.iter();
+            pattern.earlier.contains(&variable)
+                || before.any(|step| match step {
+                    Step::Start(start, _) => start.node.variable == variable,
+                    Step::Walk { to, .. } => to.node.variable == variable,
+                })
+        };
+        let Some(start) = best(scope, chain, parts, is_known) else {
+            continue;
+        };
+        let node = &chain.nodes[start];
+        steps.push(Step::Start(Place::new(scope, node), named(node, parts)));
         for (at, edge) in chain.edges.iter().enumerate().skip(start) {
             steps.push(Step::Walk {
-                way: Way::new(graph, edge, false),
+                way: Way::new(scope, edge, false),
                 from: chain.nodes[at].variable,
-                to: Place::new(graph, &chain.nodes[at + 1]),
+                to: Place::new(scope, &chain.nodes[at + 1]),
                 turned: false,
             });
         }
         for (at, edge) in chain.edges.iter().enumerate().take(start).rev() {
             steps.push(Step::Walk {
-                way: Way::new(graph, edge, true),
+                way: Way::new(scope, edge, true),
                 from: chain.nodes[at + 1].variable,
-                to: Place::new(graph, &chain.nodes[at]),
+                to: Place::new(scope, &chain.nodes[at]),
                 turned: true,
             });
         }
-        known.extend(chain.nodes.iter().map(|node| node.variable));
     }
     steps
 }

@@ -54,7 +54,7 @@ struct Run<'a> {
 pub(crate) fn run(parsed: &Parsed, scope: &Scope<'_>, budget: &mut Budget) -> Result<Vec<Row>> {
     let width = parsed.variables.len();
     let stages = parsed.clauses.iter().map(|clause| match clause {
-        Clause::Match(pattern) => Stage::Match(pattern, Plan::new(scope.graph, pattern)),
+        Clause::Match(pattern) => Stage::Match(pattern, Plan::new(scope, pattern)),
         Clause::Project(project) => Stage::Project(Projection::new(project, width, scope)),
     });
     let mut stages: Vec<Stage<'_>> = stages.collect();
@@ -236,10 +236,12 @@ impl Run<'_> {
         }
         let is_plain = !project.distinct && matches!(projection.taken, Collected::None);
         if rest.is_empty() && is_plain {
-            let items = project.items.iter();
-            budget.keep(items.len())?;
-            let cells = items.map(|item| budget.hold(scope.eval(&item.value, row)?));
-            self.rows.push(cells.collect::<Result<Row>>()?);
+            budget.keep(project.items.len())?;
+            let mut cells = Row::with_capacity(project.items.len());
+            for item in &project.items {
+                cells.push(budget.hold(scope.eval(&item.value, row)?)?);
+            }
+            self.rows.push(cells);
             return Ok(());
         }
         for item in &project.items {

@@ -1,7 +1,7 @@
 //! A node and an edge of a version, to ask them.
 
 use super::Snapshot;
-use crate::element::{Edge, EdgeId, Id, NodeId, Place};
+use crate::element::{Edge, EdgeId, Half, Id, NodeId, Place};
 use crate::names::{Named, Symbol};
 use crate::stored::Stored;
 use crate::value::Value;
@@ -55,15 +55,13 @@ impl<'s> NodeRef<'s> {
 
     /// Edges from the node.
     pub fn out_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
-        self.snapshot
-            .edges_of(self.place.out.all(), None)
-            .map(|(edge, _)| edge)
+        self.snapshot.edges_of(self.place.out.all(), None)
     }
 
     /// Edges to the node.
     pub fn in_edges(&self) -> impl Iterator<Item = EdgeRef<'s>> + use<'s> {
         let halves = self.snapshot.incoming(self.node);
-        self.snapshot.edges_of(halves, None).map(|(edge, _)| edge)
+        self.snapshot.edges_of(halves, None)
     }
 }
 
@@ -130,5 +128,53 @@ impl<'s> EdgeRef<'s> {
     /// All attributes that were set, in the order of their symbols.
     pub fn attributes(&self) -> impl Iterator<Item = (&'s str, &'s Value)> + use<'s> {
         listed(self.snapshot, self.edge.attributes.as_deref())
+    }
+}
+
+/// A step from a node along an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'s> {
+    pub(super) snapshot: &'s Snapshot,
+    pub(super) half: &'s Half,
+    pub(super) is_forth: bool,
+}
+
+impl<'s> Step<'s> {
+    /// Whether it leads from the start of the edge to its end.
+    #[inline]
+    pub fn is_forth(&self) -> bool {
+        self.is_forth
+    }
+
+    /// The node at the other end.
+    #[inline]
+    pub fn node(&self) -> NodeId {
+        self.half.node
+    }
+
+    /// Number of the relation.
+    #[inline]
+    pub fn relation(&self) -> Symbol {
+        self.half.relation
+    }
+
+    /// Tells the edge from all others of this version.
+    #[inline]
+    pub fn number(&self) -> u32 {
+        self.half.edge
+    }
+
+    /// The edge. An edge goes with its nodes, so it is there.
+    #[inline]
+    pub fn edge(&self) -> Option<EdgeRef<'s>> {
+        let edge = self.snapshot.edges.get(self.half.edge as usize)?;
+        Some(EdgeRef {
+            snapshot: self.snapshot,
+            id: EdgeId {
+                place: self.half.edge,
+                generation: edge.generation,
+            },
+            edge,
+        })
     }
 }

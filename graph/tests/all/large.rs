@@ -148,3 +148,26 @@ fn a_cycle_above_the_node_that_is_checked_first_is_found() {
     });
     assert!(matches!(changed, Err(Error::Cycle(..))), "{changed:?}");
 }
+
+/// A change that makes many nodes is made whole, or not at all: as many as `RC_GRAPH_NODES` says.
+#[test]
+fn a_change_of_many_nodes_leaves_nothing_if_it_fails() {
+    let count = std::env::var("RC_GRAPH_NODES").ok();
+    let count = count.map_or(50_000, |count| count.parse().expect("a number of nodes"));
+    let graph = Graph::new(places().into(), 1);
+    let before = graph.snapshot();
+    let made = |last: &dyn Fn(&mut Edit) -> Result<(), Error>| {
+        graph.change(Time::ZERO, |edit| {
+            for _ in 0..count {
+                edit.add_node("Place")?;
+            }
+            last(edit)
+        })
+    };
+    let refused = made(&|edit| edit.add_node("Plaice").and(Err(Error::NoFrame)));
+    assert_eq!(refused, Err(Error::NoFrame));
+    assert_eq!(graph.snapshot().version(), before.version());
+    assert_eq!(graph.snapshot().node_count(), 0);
+    assert_eq!(made(&|_| Ok(())), Ok(()));
+    assert_eq!(graph.snapshot().count_of_type("Place"), count);
+}

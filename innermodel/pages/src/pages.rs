@@ -7,9 +7,8 @@
 
 use std::sync::Arc;
 
-/// How many items a page at the bottom has: a power of two.
-const LEAF: usize = 1 << LEAF_BITS;
-const LEAF_BITS: u32 = 3;
+/// The usual number of items of a page at the bottom, as a power of two.
+const LEAF: u32 = 3;
 /// The usual number of pages of a page above the bottom, as a power of two.
 const BRANCH: u32 = 3;
 /// How many changed pages are kept outside the tree.
@@ -48,10 +47,10 @@ impl<T> Clone for Recent<T> {
 
 /// A vector whose clone costs a few counts.
 ///
-/// A page above the bottom has 2^B pages. A wider tree is read faster; the first change of a page
-/// that was not changed recently costs more.
+/// A page above the bottom has 2^B pages, one at the bottom 2^L items. A wider tree is read faster; the
+/// first change of a page that was not changed recently costs more.
 #[derive(Debug)]
-pub struct Pages<T, const B: u32 = BRANCH> {
+pub struct Pages<T, const B: u32 = BRANCH, const L: u32 = LEAF> {
     root: Page<T>,
     /// How many bits of an index distinguish items of one page below the root; 0 for a leaf.
     bits: u32,
@@ -60,7 +59,7 @@ pub struct Pages<T, const B: u32 = BRANCH> {
     recent: [Option<Recent<T>>; RECENT],
 }
 
-impl<T, const B: u32> Clone for Pages<T, B> {
+impl<T, const B: u32, const L: u32> Clone for Pages<T, B, L> {
     fn clone(&self) -> Self {
         Self {
             root: self.root.clone(),
@@ -71,13 +70,22 @@ impl<T, const B: u32> Clone for Pages<T, B> {
     }
 }
 
-impl<T: Clone, const B: u32> Default for Pages<T, B> {
+impl<T: Clone, const B: u32, const L: u32> Default for Pages<T, B, L> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Clone, const B: u32> Pages<T, B> {
+impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
+    /// How many items a page at the bottom has.
+    const LEAF: usize = 1 << L;
+
+    /// The place in a page whose pages differ by `bits`.
+    #[inline]
+    fn place(index: usize, bits: u32) -> usize {
+        (index >> bits) & ((1 << B) - 1)
+    }
+
     /// An empty vector.
     pub fn new() -> Self {
         Self {
@@ -101,7 +109,7 @@ impl<T: Clone, const B: u32> Pages<T, B> {
     /// The item at a place.
     #[inline]
     pub fn get(&self, index: usize) -> Option<&T> {
-        self.leaf(index / LEAF)?.get(index % LEAF)
+        self.leaf(index >> L)?.get(index & (Self::LEAF - 1))
     }
 
     /// The present page of a number.
@@ -115,17 +123,18 @@ impl<T: Clone, const B: u32> Pages<T, B> {
 
     #[inline]
     fn leaf_of_tree(&self, leaf: usize) -> Option<&Arc<[T]>> {
-        let mut page = &self.root;
+        let index = leaf << L;
         let mut bits = self.bits;
-        let mut index = leaf << LEAF_BITS;
+        let mut page = match &self.root {
+            Page::Leaf(items) => return (leaf == 0).then_some(items),
+            // An index beyond the tree is beyond this page.
+            Page::Branch(pages) => pages.get(index >> bits)?,
+        };
         loop {
+            bits = bits.wrapping_sub(B);
             match page {
-                Page::Leaf(items) => return (index < LEAF).then_some(items),
-                Page::Branch(pages) => {
-                    page = pages.get(index >> bits)?;
-                    index &= (1 << bits) - 1;
-                    bits = lower::<B>(bits);
-                }
+                Page::Leaf(items) => return Some(items),
+                Page::Branch(pages) => page = pages.get(Self::place(index, bits))?,
             }
         }
     }
@@ -135,27 +144,26 @@ impl<T: Clone, const B: u32> Pages<T, B> {
         if index >= self.len {
             return None;
         }
-        let leaf = index / LEAF;
+        let (leaf, place) = (index >> L, index & (Self::LEAF - 1));
         let slot = leaf % RECENT;
         let is_recent = matches!(&self.recent[slot], Some(recent) if recent.leaf == leaf);
         if !is_recent {
             if self.is_own(leaf) {
                 let items = self.leaf_for_change(leaf)?;
-                return Arc::make_mut(items).get_mut(index % LEAF);
+                return Arc::make_mut(items).get_mut(place);
             }
             let items = Arc::clone(self.leaf_of_tree(leaf)?);
             self.put_back(slot);
             self.recent[slot] = Some(Recent { leaf, items });
         }
         let recent = self.recent[slot].as_mut()?;
-        Arc::make_mut(&mut recent.items).get_mut(index % LEAF)
+        Arc::make_mut(&mut recent.items).get_mut(place)
     }
 
     /// Whether no other version shares the page, so that a change in the tree copies nothing.
     fn is_own(&self, leaf: usize) -> bool {
-        let mut page = &self.root;
-        let mut bits = self.bits;
-        let mut index = leaf << LEAF_BITS;
+        let index = leaf << L;
+        let (mut page, mut bits) = (&self.root, self.bits);
         loop {
             match page {
                 Page::Leaf(items) => return Arc::strong_count(items) == 1,
@@ -163,12 +171,11 @@ impl<T: Clone, const B: u32> Pages<T, B> {
                     if Arc::strong_count(pages) > 1 {
                         return false;
                     }
-                    let Some(below) = pages.get(index >> bits) else {
+                    let Some(below) = pages.get(Self::place(index, bits)) else {
                         return false;
                     };
                     page = below;
-                    index &= (1 << bits) - 1;
-                    bits = lower::<B>(bits);
+                    bits = bits.wrapping_sub(B);
                 }
             }
         }
@@ -176,16 +183,14 @@ impl<T: Clone, const B: u32> Pages<T, B> {
 
     /// The page in the tree. Copies the pages above it that an earlier version shares.
     fn leaf_for_change(&mut self, leaf: usize) -> Option<&mut Arc<[T]>> {
-        let mut page = &mut self.root;
-        let mut bits = self.bits;
-        let mut index = leaf << LEAF_BITS;
+        let index = leaf << L;
+        let (mut page, mut bits) = (&mut self.root, self.bits);
         loop {
             match page {
                 Page::Leaf(items) => return Some(items),
                 Page::Branch(pages) => {
-                    page = Arc::make_mut(pages).get_mut(index >> bits)?;
-                    index &= (1 << bits) - 1;
-                    bits = lower::<B>(bits);
+                    page = Arc::make_mut(pages).get_mut(Self::place(index, bits))?;
+                    bits = bits.wrapping_sub(B);
                 }
             }
         }
@@ -202,16 +207,16 @@ impl<T: Clone, const B: u32> Pages<T, B> {
 
     /// Adds an item at the end.
     pub fn push(&mut self, item: T) {
-        let leaf = self.len / LEAF;
+        let leaf = self.len >> L;
         if matches!(&self.recent[leaf % RECENT], Some(recent) if recent.leaf == leaf) {
             self.put_back(leaf % RECENT);
         }
-        let above = higher::<B>(self.bits);
+        let above = if self.bits == 0 { L } else { self.bits + B };
         if self.len == 1 << above {
             self.root = Page::Branch(Arc::new([self.root.clone()]));
             self.bits = above;
         }
-        append::<T, B>(&mut self.root, self.bits, self.len, item);
+        append::<T, B, L>(&mut self.root, self.bits, self.len, item);
         self.len += 1;
     }
 
@@ -223,7 +228,7 @@ impl<T: Clone, const B: u32> Pages<T, B> {
             return (0..self.len.max(older.len)).for_each(f);
         }
         let mut leaves = Vec::new();
-        compare::<T, B>(&self.root, &older.root, self.bits, 0, &mut leaves);
+        compare::<T, B, L>(&self.root, &older.root, self.bits, 0, &mut leaves);
         let recent = self.recent.iter().chain(&older.recent);
         leaves.extend(recent.flatten().map(|recent| recent.leaf));
         leaves.sort_unstable();
@@ -233,36 +238,37 @@ impl<T: Clone, const B: u32> Pages<T, B> {
             let is_shared = matches!((new, old), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
             if !is_shared {
                 let count = |items: Option<&Arc<[T]>>| items.map_or(0, |items| items.len());
-                (0..count(new).max(count(old))).for_each(|at| f(leaf * LEAF + at));
+                (0..count(new).max(count(old))).for_each(|at| f((leaf << L) + at));
             }
         }
     }
 }
 
 /// The bits of an index, one level further down.
-fn lower<const B: u32>(bits: u32) -> u32 {
-    if bits == LEAF_BITS { 0 } else { bits - B }
+fn lower<const B: u32, const L: u32>(bits: u32) -> u32 {
+    if bits == L { 0 } else { bits - B }
 }
 
-/// The bits of an index, one level further up.
-fn higher<const B: u32>(bits: u32) -> u32 {
-    if bits == 0 { LEAF_BITS } else { bits + B }
-}
-
-fn append<T: Clone, const B: u32>(page: &mut Page<T>, bits: u32, index: usize, item: T) {
+fn append<T: Clone, const B: u32, const L: u32>(
+    page: &mut Page<T>,
+    bits: u32,
+    index: usize,
+    item: T,
+) {
     match page {
         Page::Leaf(items) => *items = longer(items, item),
         Page::Branch(pages) => {
             if index >> bits == pages.len() {
-                let new = match bits {
-                    LEAF_BITS => Page::Leaf(Arc::new([])),
-                    _ => Page::Branch(Arc::new([])),
+                let new = if bits == L {
+                    Page::Leaf(Arc::new([]))
+                } else {
+                    Page::Branch(Arc::new([]))
                 };
                 *pages = longer(pages, new);
             }
             let pages = Arc::make_mut(pages);
             let rest = index & ((1 << bits) - 1);
-            append::<T, B>(&mut pages[index >> bits], lower::<B>(bits), rest, item);
+            append::<T, B, L>(&mut pages[index >> bits], lower::<B, L>(bits), rest, item);
         }
     }
 }
@@ -273,7 +279,7 @@ fn longer<T: Clone>(items: &Arc<[T]>, item: T) -> Arc<[T]> {
 }
 
 /// Collects the numbers of the leaves that two trees do not share.
-fn compare<T, const B: u32>(
+fn compare<T, const B: u32, const L: u32>(
     new: &Page<T>,
     old: &Page<T>,
     bits: u32,
@@ -287,32 +293,37 @@ fn compare<T, const B: u32>(
                 return;
             }
             for (at, pair) in a.iter().zip(b.iter()).enumerate() {
-                compare::<T, B>(
+                compare::<T, B, L>(
                     pair.0,
                     pair.1,
-                    lower::<B>(bits),
+                    lower::<B, L>(bits),
                     start + (at << bits),
                     leaves,
                 );
             }
             let longer = if a.len() > b.len() { a } else { b };
             for (at, page) in longer.iter().enumerate().skip(a.len().min(b.len())) {
-                each::<T, B>(page, lower::<B>(bits), start + (at << bits), leaves);
+                each::<T, B, L>(page, lower::<B, L>(bits), start + (at << bits), leaves);
             }
         }
         _ => {
-            each::<T, B>(new, bits, start, leaves);
-            each::<T, B>(old, bits, start, leaves);
+            each::<T, B, L>(new, bits, start, leaves);
+            each::<T, B, L>(old, bits, start, leaves);
         }
     }
 }
 
-fn each<T, const B: u32>(page: &Page<T>, bits: u32, start: usize, leaves: &mut Vec<usize>) {
+fn each<T, const B: u32, const L: u32>(
+    page: &Page<T>,
+    bits: u32,
+    start: usize,
+    leaves: &mut Vec<usize>,
+) {
     match page {
-        Page::Leaf(_) => leaves.push(start / LEAF),
+        Page::Leaf(_) => leaves.push(start >> L),
         Page::Branch(pages) => {
             for (at, page) in pages.iter().enumerate() {
-                each::<T, B>(page, lower::<B>(bits), start + (at << bits), leaves);
+                each::<T, B, L>(page, lower::<B, L>(bits), start + (at << bits), leaves);
             }
         }
     }

@@ -1,11 +1,12 @@
 //! `cargo xtask bench graph`: the property graph compared with petgraph and InnerModel, and with
-//! networkx, grafeo, real-ladybug, loro and `json.load` of Python, with the goals.
+//! networkx, grafeo, real-ladybug, loro and `json.load` of Python, with the goals. `cargo xtask soak graph`:
+//! comparisons in their long form.
 
 use crate::figure::{Figure, table};
 use crate::programs::{Failure, cargo, output, target};
 use std::collections::HashMap;
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The limit for a build and a run.
 const LIMIT: Duration = Duration::from_mins(15);
@@ -13,6 +14,30 @@ const LIMIT: Duration = Duration::from_mins(15);
 /// Prints the figures of peers in Python. Arguments: the files that the figures of Rust leave.
 const PEERS: &str = include_str!("graph.py");
 const PACKAGES: &str = "grafeo==0.6.0\nloro==1.17.1\nnetworkx==3.6.1\nreal_ladybug==0.15.3\n";
+
+/// Tests that the test run has in a short form, with the variables that make them long.
+const LONG: [(&str, &str, &[(&str, &str)]); 4] = [
+    (
+        "a million operations beside petgraph and networkx",
+        "-p property-graph --test all oracle::",
+        &[("RC_GRAPH_OPERATIONS", "1000000")],
+    ),
+    (
+        "a change that makes a million nodes",
+        "-p property-graph --test all large::a_change_of_many",
+        &[("RC_GRAPH_NODES", "1000000")],
+    ),
+    (
+        "what replicas show in a thousand histories beside a plain log",
+        "-p graph-merge --test all repair::conflicts",
+        &[("RC_GRAPH_HISTORIES", "1000")],
+    ),
+    (
+        "graphs with faults beside pyshacl",
+        "-p graph-exchange --test all shacl::",
+        &[],
+    ),
+];
 
 /// Numbers of nodes.
 const COUNTS: [usize; 4] = [100, 1_000, 10_000, 100_000];
@@ -42,6 +67,20 @@ pub(crate) fn run() -> Result<(), Failure> {
     all.extend(queries(&times)?);
     all.extend(files(&times)?);
     table(all);
+    Ok(())
+}
+
+/// `cargo xtask soak graph`: the comparisons with other implementations in their long form.
+pub(crate) fn soak() -> Result<(), Failure> {
+    for (what, test, variables) in LONG {
+        let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
+        let more = test.split(' ').chain(["--", "--nocapture"]);
+        let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
+        command.envs(variables.iter().copied());
+        let start = Instant::now();
+        print!("{}", output(command, LIMIT)?);
+        println!("{what}: passed, {:.0} s", start.elapsed().as_secs_f64());
+    }
     Ok(())
 }
 

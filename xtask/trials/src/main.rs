@@ -61,6 +61,7 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
         ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
+        ["soak", "graph"] => graph::soak().map_err(|e| e.to_string()),
         ["soak", "world"] => world::soak().map_err(|e| e.to_string()),
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
@@ -136,7 +137,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | graph | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

@@ -309,6 +309,40 @@ fn graphs_and_schemas_are_drawn_and_viewed() {
     assert!(err.contains("other-format"), "{err}");
 }
 
+/// `rcgen fmt` lays a graph out; one with an error stays as it is.
+#[test]
+fn a_graph_is_laid_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.graph");
+    let text = r#"{"edges": [{"id": "1:3", "type": "in", "from": "1:2", "to": "1:1"}],
+        "nodes": [{"type": "Cup", "id": "1:2", "attributes": {"name": "c", "mass": {"unit": "kg", "value": 1e0}}},
+        {"id": "1:1", "type": "Room"}]}"#;
+    std::fs::write(&path, text).expect("a file");
+    let (code, out, err) = rcgen(folder.path(), &["fmt", "--check", "a.graph"]);
+    assert_eq!(code, 1, "{out}{err}");
+    let (code, out, err) = rcgen(folder.path(), &["fmt", "a.graph"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let expected = r#"{
+  "nodes": [
+    {"id": "1:1", "type": "Room"},
+    {"id": "1:2", "type": "Cup", "attributes": {"mass": {"value": 1.0, "unit": "kg"}, "name": "c"}}
+  ],
+  "edges": [
+    {"id": "1:3", "type": "in", "from": "1:2", "to": "1:1"}
+  ]
+}
+"#;
+    assert_eq!(std::fs::read_to_string(&path).expect("a file"), expected);
+    let (code, ..) = rcgen(folder.path(), &["fmt", "--check", "a.graph"]);
+    assert_eq!(code, 0);
+    std::fs::write(&path, r#"{"nodes": [{"id": "x", "type": "Cup"}]}"#).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["fmt", "a.graph"]);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("error[wrong-json]"), "{err}");
+    let left = std::fs::read_to_string(&path).expect("a file");
+    assert_eq!(left, r#"{"nodes": [{"id": "x", "type": "Cup"}]}"#);
+}
+
 /// A file that nobody could read into memory is refused before it is read, whatever is done with it.
 #[test]
 fn a_file_of_a_gibibyte_is_refused() {

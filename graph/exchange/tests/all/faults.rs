@@ -342,6 +342,27 @@ fn each_fault_is_found_at_its_place() {
     }
 }
 
+/// A value that cannot be read is no missing one, and the message about an empty array says how to write it.
+#[test]
+fn one_fault_has_one_finding() {
+    let schema = "Domain lists { entity Cup { all int[]; words string[]; some float[]; }; };";
+    let node = |attributes: &str| {
+        let node = format!(r#"{{"id": "1:1", "type": "Cup", "attributes": {{{attributes}}}}}"#);
+        findings(schema, &ours(&node, ""))
+    };
+    let found = node(r#""all": [], "words": [], "some": []"#);
+    let expected = "\
+a:2:52: error[wrong-value]: `all` of `Cup` is int[], found float[0] (write an empty array of them as `{\"ints\": []}`)
+a:2:65: error[wrong-value]: `words` of `Cup` is string[], found float[0] (write an empty array of them as `{\"strings\": []}`)
+";
+    assert_eq!(found, expected);
+    let right = node(r#""all": {"ints": []}, "words": {"strings": []}, "some": []"#);
+    assert_eq!(right, "");
+    let found = node(r#""all": [1, "x"], "words": ["a"], "some": []"#);
+    assert_eq!(found.lines().count(), 1, "{found}");
+    assert!(found.contains("error[wrong-json]"), "{found}");
+}
+
 #[test]
 fn two_edges_with_one_id_are_a_finding() {
     let text = ours(&format!("{CUP},\n{ROOM}"), &edge(2, "in", 1, 2));

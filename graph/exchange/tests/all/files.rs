@@ -1,6 +1,6 @@
 //! Written files are read again.
 
-use graph_exchange::{Document, dsr, graph_json, graphml, innermodel, lenient};
+use graph_exchange::{Document, check, dsr, graph_json, graphml, innermodel, lenient};
 use property_graph::{Error, Graph, Id, Schema, Time, Value};
 use rc_diagnostics::{Format, SourceMap, render};
 use std::sync::Arc;
@@ -279,4 +279,48 @@ fn edges_to_edges_are_written_and_read() {
         .graph(Schema::anything().into(), 1)
         .expect_err("a round");
     assert!(matches!(error, Error::UnknownId(_)), "{error}");
+}
+
+/// The oldest files of DSR have poses with other names: they are read as poses, and written with the
+/// present names.
+#[test]
+fn poses_of_the_oldest_files_of_dsr_are_poses() {
+    let oldest = r#"{"DSRModel": {"symbols": {
+"1": {"id": 1, "name": "world", "type": "root", "links": [
+{"src": 1, "dst": 2, "label": "RT", "linkAttribute": {
+"translation": {"type": 3, "value": [2, 0, 0]}, "rotation_euler_xyz": {"type": 3, "value": [0, 0, 0]}}}]},
+"2": {"id": 2, "name": "room", "type": "room", "links": [
+{"src": 2, "dst": 3, "label": "RT", "linkAttribute": {
+"translation": {"type": 3, "value": [0, 3, 500]}, "rotation_euler_xyz": {"type": 3, "value": "none"}}},
+{"src": 2, "dst": 3, "label": "has", "linkAttribute": {"translation": {"type": 3, "value": [1]}}}]},
+"3": {"id": 3, "name": "table", "type": "mesh", "links": []}
+}}}"#;
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let mut sources = SourceMap::new();
+    let source = sources.add("oldest.json", oldest);
+    let (document, mut found) = dsr::read(&sources, source);
+    let document = document.expect("a document");
+    found.extend(check(&document, &schema, &sources, source));
+    // Each finding is at the name that the file has.
+    assert_eq!(
+        render(&sources, &found, Format::Short),
+        "\
+oldest.json:4:16: warning[older-name]: `translation` is read as `rt_translation`, its present name (2 times)
+oldest.json:4:71: warning[older-name]: `rotation_euler_xyz` is read as `rt_rotation_euler_xyz`, its present name (2 times)
+oldest.json:7:16: error[wrong-value]: `rt_translation` of `RT` is in -100:100 m, found 500 (the schema says metres, and the value fits if it is in millimetres)
+oldest.json:7:73: error[wrong-json]: expected a value of DSR's type 3 (float vector), found a string
+oldest.json:8:71: warning[unknown-attribute]: `has` has no attribute `translation`
+"
+    );
+    let right = oldest.replace("\"none\"", "[0, 0, 0]");
+    let source = sources.add("right.json", right);
+    let document = dsr::read(&sources, source).0.expect("a document");
+    let now = document.kept(&schema, 1).expect("a graph").snapshot();
+    let [world, table] = ["world", "table"].map(|name| now.named(name).next().expect("a node"));
+    let pose = now.pose(world, table).expect("a pose");
+    assert_eq!(pose.translation, [2.0, 3.0, 500.0]);
+    let (printed, _) = dsr::write(&document);
+    let source = sources.add("printed.json", printed);
+    let (_, found) = dsr::read(&sources, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
 }

@@ -38,7 +38,8 @@ fn real_files_are_printed_and_read_equal() {
             println!("refused: {told}");
             continue;
         };
-        assert_eq!(told, "", "{}", path.display());
+        let is_known = |line: &str| line.contains("warning[older-name]");
+        assert!(told.lines().all(is_known), "{}: {told}", path.display());
         let graph = document.kept(&schema, 1);
         let graph = graph.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let first = Document::of(&graph.snapshot());
@@ -127,7 +128,7 @@ fn transforms_of_real_files_are_those_of_scipy() {
         let graph = document.kept(&schema, 1).expect("a graph").snapshot();
         match transforms(&graph) {
             Some(transforms) => all.push(transforms),
-            None => println!("an edge has no pose: {}", path.display()),
+            None => panic!("an edge has no pose: {}", path.display()),
         }
     }
     println!("{} files with poses", all.len());

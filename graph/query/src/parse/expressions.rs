@@ -185,7 +185,7 @@ impl Parser<'_> {
                 continue;
             }
             if self.sign(".") {
-                value = Expr::Property(Box::new(value), self.property()?);
+                value = Expr::Property(Box::new(value), self.schema_name("an attribute")?);
             } else if self.sign("[") {
                 let index = self.expr()?;
                 self.need("]")?;
