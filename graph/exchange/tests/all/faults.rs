@@ -454,8 +454,8 @@ fn faults_of_dsr_are_found_at_their_places() {
     let expected = "\
 a:4:19: error[wrong-value]: `rt_translation` of `RT` is in -100:100 m, found 1500 (the schema says metres, and the value fits if it is in millimetres)
 a:6:1: error[edge-to-itself]: an edge `RT` leads from node 100 to itself
-a:9:23: error[unknown-node]: an edge `has` ends at 300, which is no node
-a:11:11: error[unknown-node]: `parent` is 150, which is no node
+a:9:23: error[unknown-node]: an edge `has` ends at 300, which is not a node
+a:11:11: error[unknown-node]: `parent` is 150, which is not a node
 a:12:10: warning[unknown-attribute]: `omnirobot` has no attribute `levle` (did you mean `level`?)
 a:13:31: error[wrong-json]: expected a value of DSR's type 1 (int), found a string
 ";
