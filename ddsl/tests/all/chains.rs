@@ -121,7 +121,7 @@ fn mistakes_of_chains() {
     check(
         &chain("from lidar.A.a; to lidar.B.b; within 1s; late emergency arm;"),
         &expect![[r#"
-            n.ddsl:3:61: error[bad-chain]: `arm` is no component (write `late emergency COMPONENT;`)
+            n.ddsl:3:61: error[bad-chain]: `arm` is not a component (write `late emergency COMPONENT;`)
         "#]],
     );
     check(

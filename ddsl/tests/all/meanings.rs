@@ -739,7 +739,7 @@ fn frames_that_cannot_change_are_refused() {
         of,
         "convert { frames Laser; };",
         &expect![[r#"
-            n.ddsl:2:44: error[wrong-frames]: `a.Laser` does not know where frames are; declared here at a.cdsl:2:45 (name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is no array)
+            n.ddsl:2:44: error[wrong-frames]: `a.Laser` does not know where frames are; declared here at a.cdsl:2:45 (name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is not an array)
         "#]],
     );
     moving(
@@ -756,7 +756,7 @@ fn frames_that_cannot_change_are_refused() {
         "with_respect_to = lidar, stamp = member header.frame",
         "convert { frames tree; };",
         &expect![[r#"
-        n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is no time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
+        n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is not a time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
         n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
     "#]],
     );
@@ -783,7 +783,7 @@ fn frames_that_cannot_change_are_refused() {
         "with_respect_to = lidar, stamp = member short",
         "convert { frames tree; };",
         &expect![[r#"
-            n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is no time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
+            n.ddsl:2:27: error[not-convertible]: the `stamp` of `L::S` is not a time (name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds)
             n.ddsl:4:11: note[no-subscriber]: `b.Laser` has no subscriber
         "#]],
     );

@@ -79,7 +79,7 @@ fn inverses_are_told_what_they_cannot_be() {
         cell.kdsl:11:48: error[without-effect]: `period` changes nothing without `within limits`
         cell.kdsl:11:84: error[bad-value]: expected a number from 1e-12 to 1000000 1/s, found -1
         cell.kdsl:11:88: error[without-effect]: `seed` changes nothing: this inverse has `within`, `damped`, `null`, `period`
-        cell.kdsl:12:36: error[without-effect]: `within` changes nothing: this solver is no inverse
+        cell.kdsl:12:36: error[without-effect]: `within` changes nothing: this solver is not an inverse
         cell.kdsl:13:12: error[empty-solver]: the solver `h` gives nothing (write what it computes, such as `pose TIP in BASE;`)
         cell.kdsl:13:24: error[syntax-error]: expected `pose` or `velocity`, found `jacobian`
         cell.kdsl:14:51: error[syntax-error]: expected `limits`, found `walls`

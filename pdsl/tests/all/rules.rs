@@ -393,7 +393,7 @@ fn integers_are_compared_exactly() {
         &expect![[r#"
             config.toml:2:5: error[rule-broken]: `a` breaks a rule: a; `b` at config.toml:3:5 (`a * a * a * a > b` gives a number that is too large: `a` is -9223372036854775808, `b` is -1)
             config.toml:2:5: error[rule-broken]: `a` breaks a rule: d; `b` at config.toml:3:5 (`a - b < 9 and -a < 9` does not hold: `a` is -9223372036854775808, `b` is -1)
-            config.toml:4:5: error[rule-broken]: `d` breaks a rule: c (`d * 2 > 1` cannot be computed with nan, which is no number: `d` is nan)
+            config.toml:4:5: error[rule-broken]: `d` breaks a rule: c (`d * 2 > 1` cannot be computed with nan, which is not a number: `d` is nan)
         "#]],
     );
     configure(

@@ -277,7 +277,7 @@ fn a_file_without_its_last_brace_hides_no_other_error() {
         b.kdsl:3:41: error[duplicate-name]: `s` is declared twice, or has the type of another one; first declared here at b.kdsl:3:9
         b.kdsl:4:1: error[syntax-error]: expected `}`, found the end of the file
         b.kdsl:3:9: error[empty-solver]: the solver `s` gives nothing (write what it computes, such as `pose TIP in BASE;`)
-        b.kdsl:3:13: error[without-effect]: `iterations` changes nothing: this solver is no inverse
+        b.kdsl:3:13: error[without-effect]: `iterations` changes nothing: this solver is not an inverse
         b.kdsl:3:27: error[duplicate-name]: `iterations` occurs twice; first declared here at b.kdsl:3:13
         b.kdsl:4:1: error[syntax-error]: expected `}`, found the end of the file
     "#]].assert_eq(&all);

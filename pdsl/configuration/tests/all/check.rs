@@ -420,9 +420,9 @@ fn every_line_that_is_no_toml_is_reported_and_says_what_a_number_is() {
         &expect![[r#"
             config.toml:2:5: error[toml-syntax]: key with no value, expected `=`
             config.toml:3:6: error[toml-syntax]: key with no value, expected `=`
-            config.toml:4:8: error[toml-syntax]: this is no number (a number has no unit here, and a text needs quotes)
-            config.toml:5:9: error[toml-syntax]: this is no number (the decimal point is `.`)
-            config.toml:6:10: error[toml-syntax]: this is no number (digits stand on both sides of the point)
+            config.toml:4:8: error[toml-syntax]: this is not a number (a number has no unit here, and a text needs quotes)
+            config.toml:5:9: error[toml-syntax]: this is not a number (the decimal point is `.`)
+            config.toml:6:10: error[toml-syntax]: this is not a number (digits stand on both sides of the point)
             config.toml:7:8: error[toml-syntax]: expected a value
         "#]],
     );
@@ -445,9 +445,9 @@ fn only_a_number_is_said_to_be_none() {
             config.toml:2:9: error[toml-syntax]: unexpected key or value, expected newline, `#`
             config.toml:3:5: error[toml-syntax]: invalid date, expected month between 01 and 12
             config.toml:4:5: error[toml-syntax]: invalid time, expected hour between 00 and 23
-            config.toml:5:9: error[toml-syntax]: this is no number (a text, such as an address, needs quotes)
-            config.toml:6:9: error[toml-syntax]: this is no number (a text, such as an address, needs quotes)
-            config.toml:7:9: error[toml-syntax]: this is no number (a number has no unit here, and a text needs quotes)
+            config.toml:5:9: error[toml-syntax]: this is not a number (a text, such as an address, needs quotes)
+            config.toml:6:9: error[toml-syntax]: this is not a number (a text, such as an address, needs quotes)
+            config.toml:7:9: error[toml-syntax]: this is not a number (a number has no unit here, and a text needs quotes)
         "#]],
     );
     check(
