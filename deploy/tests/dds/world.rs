@@ -84,7 +84,11 @@ impl Stranger {
         command.arg(script);
         // All agents share the addresses of the first one.
         for slot in ["told", "values"] {
-            command.arg(format!("{}/{}/{slot}", agents.site.network, Agents::name(0)));
+            command.arg(format!(
+                "{}/{}/{slot}",
+                agents.site.network,
+                Agents::name(0)
+            ));
         }
         command.arg(domain.to_string());
         command.arg(agents.site.path("agents"));
@@ -210,7 +214,9 @@ impl Agents<'_> {
     fn run(mut self) {
         build();
         let test = "a stranger shares the world";
-        let python = self.stranger.and_then(|_| python::interpreter(CYCLONE, test));
+        let python = self
+            .stranger
+            .and_then(|_| python::interpreter(CYCLONE, test));
         self.stranger = self.stranger.filter(|_| python.is_some());
         self.start();
         let stranger = self.stranger.zip(python);
@@ -329,7 +335,9 @@ fn agents_over_ros_2_end_equal() {
 fn agents_over_three_middlewares_end_equal() {
     let site = Site::new("world_mixed");
     let middlewares = ["iceoryx2", "iceoryx2", "dds", "dds", "ros2"];
-    let mut head = "middleware iceoryx2; middleware dds { domain 217; }; middleware ros2 { domain 218; };".to_owned();
+    let mut head =
+        "middleware iceoryx2; middleware dds { domain 217; }; middleware ros2 { domain 218; };"
+            .to_owned();
     for (first, second) in [(0, 1), (1, 2), (2, 3), (2, 4)] {
         let convert = if middlewares[first] == middlewares[second] {
             ";"

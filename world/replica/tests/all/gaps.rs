@@ -41,7 +41,9 @@ fn nobody_is_shown_what_lies_behind_a_gap_that_a_dead_writer_has_left() {
     add(network.at(0), "room", "hall");
     taken(network.at(0));
     let last = add(network.at(0), "door", "front");
-    network.at(1).receive(network.now, through_bytes(&taken(network.at(0))));
+    network
+        .at(1)
+        .receive(network.now, through_bytes(&taken(network.at(0))));
     network.kill(0);
     network.run(20 * SECOND);
     network.converge(SECOND);
