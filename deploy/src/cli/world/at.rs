@@ -73,7 +73,11 @@ pub(super) fn world(
         crate::cli::output::print_note(&format_args!("the recording is incomplete: {faults}"));
     }
     if count == 0 {
-        let message = format!("{} has no messages of a world until then", file.display());
+        let message = format!(
+            "{} has no messages of a world until then: record its network with `rcdeploy record` without names of topics, or name \
+             those of the world too: `rcdeploy plan` shows them",
+            file.display()
+        );
         return Err(Failure(1, message));
     }
     let status = world.status(now);
@@ -87,7 +91,7 @@ pub(super) fn world(
     if status.is_behind {
         let message = format!(
             "{} lacks changes until then: it has the world from some seconds after its begin on, if `rcdeploy record` \
-             has recorded all topics",
+             has recorded all topics. A ring keeps the last messages alone, so it has no world from before: record without `--ring`",
             file.display()
         );
         return Err(Failure(1, message));
