@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import timedelta
+from time import monotonic_ns
 from types import TracebackType
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -20,6 +22,7 @@ from robocomp._graph import World as Replica
 from robocomp._link import Link
 
 __all__ = [
+    "Behind",
     "Change",
     "Edge",
     "EdgeEdit",
@@ -64,6 +67,14 @@ class TooLate(ValueError):
     def __init__(self, newest: timedelta) -> None:
         super().__init__(f"the newest change is of {newest}")
         self.newest = newest
+
+
+class Behind(TimeoutError):
+    """The replica did not get a change within the time that was given to it."""
+
+    def __init__(self, token: str) -> None:
+        super().__init__(f"the replica does not have the change {token} yet")
+        self.token = token
 
 
 class Element:
@@ -370,8 +381,15 @@ class World(Generic[V, E]):
         self._send: Callable[[], None] = lambda: None
         self._listeners: list[Listener] = []
 
-    def snapshot(self) -> V:
-        """The present version. It never changes."""
+    def snapshot(self, after: str | None = None, limit: timedelta = timedelta(0)) -> V:
+        """The present version. It never changes.
+
+        With `after`, it has the change that this token names, and all earlier ones of its writer: what is
+        asked of it knows what another component has just done. `Behind` is raised if the change does not
+        arrive within `limit`.
+        """
+        if after is not None and not self.wait_for(after, limit):
+            raise Behind(after)
         return self._view(self._replica.snapshot())
 
     def change(self) -> E:
@@ -384,6 +402,27 @@ class World(Generic[V, E]):
 
     def has(self, token: str) -> bool:
         """Whether this replica has the change that a token names."""
+        return self._replica.has(token)
+
+    def wait_for(self, token: str, limit: timedelta) -> bool:
+        """Waits until this replica has a change, at most for `limit` of the system's time, and for an hour. Returns
+        whether it has it.
+
+        Meanwhile the replica gets what others send, and no handler runs. In simulated time it does not wait,
+        for nothing arrives within a turn.
+        """
+        until = monotonic_ns() + limit // timedelta(microseconds=1) * 1000
+        while not self._replica.has(token):
+            came = self._link.await_world(max(0, until - monotonic_ns()))
+            if came is None:
+                break
+            now, sample = came
+            if sample is not None:
+                # What is no message, the event loop says later.
+                with contextlib.suppress(ValueError):
+                    self._replica.receive(*sample)
+            self._replica.turn(now)
+            self._send()
         return self._replica.has(token)
 
     @property

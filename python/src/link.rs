@@ -10,14 +10,14 @@ use crate::types::Types;
 use crate::view::{Loan, View};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyTuple};
 use rc_host::link::{self, Answer, Reading};
 use rc_host::{HostError, Number, Operation, Program, Session};
 use rc_runtime::machine::Machine;
 use rc_runtime::{Core, Order, Time, TimeSource, WorldStatus};
 use rc_values::{Named, Type, Value};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The joint of a component with its runtime. It works on the thread of the worker.
 #[pyclass(frozen, module = "robocomp._native")]
@@ -27,6 +27,9 @@ pub(crate) struct Link {
     /// The number of the bench of a test, in place of a process.
     bench: Option<u64>,
 }
+
+/// The longest time for which a worker waits for a change.
+const LONGEST_WAIT: Duration = Duration::from_hours(1);
 
 /// The state of the replica of a world, in the order of [`WorldStatus`].
 type WorldTold = (
@@ -172,6 +175,26 @@ impl Link {
     ) -> PyResult<()> {
         let sent = self.act(py, || link::publish_encoded(slot, operation, sample))?;
         sent.map_err(|error| errors::of_sending(py, &error))
+    }
+
+    /// Waits for a sample of the shared world, at most for nanoseconds. Returns the time of the network's
+    /// clock, and what came: whether of `WorldStream`, the number of the topic, and the sample. `None` once
+    /// nothing more may be awaited.
+    fn await_world<'py>(
+        &self,
+        py: Python<'py>,
+        limit: u64,
+    ) -> PyResult<Option<(u64, Option<(bool, usize, Bound<'py, PyBytes>)>)>> {
+        let until = Instant::now() + Duration::from_nanos(limit).min(LONGEST_WAIT);
+        let came = self.act(py, || link::await_world(until).map(Ok::<_, ()>))?;
+        let Ok(Some(came)) = came else {
+            return Ok(None);
+        };
+        let sample = came.sample.map(|(interface, topic, bytes)| {
+            let bytes = PyBytes::new(py, &bytes);
+            (interface > 0, topic, bytes)
+        });
+        Ok(Some((came.now.as_nanos(), sample)))
     }
 
     /// A number that no other run of a component has.

@@ -54,8 +54,6 @@ pub(crate) struct Component<'a> {
     /// The fields of the context that have the solvers of robots, which are modules as well.
     pub(crate) kinematics: Vec<Kinematics<'a>>,
     world: Option<world::World<'a>>,
-    /// Whether the worker gets changes of the world.
-    reads_world: bool,
     pub(crate) machine: Option<Machine<'a>>,
     /// The slots whose queries can be started.
     asynchronous: Vec<Asynchronous<'a>>,
@@ -109,9 +107,8 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let slots = slot::all(view);
     let mut world = world::of(view);
     let mut implemented = worker_traits::all(view, &slots, &mut asynchronous, &exports);
-    implemented.extend(world.as_mut().and_then(world::handlers));
+    implemented.extend(world.as_mut().map(world::handlers));
     let sends = slots.iter().any(|slot| slot.sends) || world.is_some();
-    let reads_world = world.as_ref().is_some_and(world::World::reads);
     let receives = slots.iter().any(|slot| slot.receives);
     let has_nodes = |middleware: &Middleware| middleware.can().has_nodes;
     Component {
@@ -135,18 +132,17 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         type_modules: reexports::type_modules(view, &exports),
         interface_modules: reexports::interface_modules(view, &exports),
         worker_table: if view.managed { "managed" } else { "plain" },
-        bounds: bounds(view, &slots, &asynchronous, reads_world),
-        bounds_without_slots: bounds(view, &[], &asynchronous, false),
+        bounds: bounds(view, &slots, &asynchronous),
+        bounds_without_slots: bounds(view, &[], &asynchronous),
         parameters: view.parameters.as_ref().map(parameters::of),
         kinematics: view
             .kinematics
             .iter()
             .map(|one| Kinematics::of(one, names::snake(&one.name), &one.rust))
             .collect(),
-        reads_world,
         world,
         machine: view.machine.as_ref().map(machine::of),
-        reexports: reexports::of_root(view, &slots, &asynchronous, reads_world),
+        reexports: reexports::of_root(view, &slots, &asynchronous),
         context_imports: context_imports(view),
         unused: unused(view, sends),
         imports: reexports::of_worker(&implemented),
@@ -249,24 +245,21 @@ fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
 }
 
 /// The traits of the worker, with those that serve `slots`.
-fn bounds(
-    view: &view::Component,
-    slots: &[Slot],
-    asynchronous: &[Asynchronous],
-    reads_world: bool,
-) -> Vec<String> {
+fn bounds(view: &view::Component, slots: &[Slot], asynchronous: &[Asynchronous]) -> Vec<String> {
     let worker = if view.managed {
         "rc_runtime::ManagedWorker<Context>"
     } else {
         "rc_runtime::Worker<Context>"
     };
     let mut bounds = vec![worker.to_owned()];
+    // A world has slots.
+    let has_world = view.world.is_some() && !slots.is_empty();
     let slots = slots.iter().filter(|slot| slot.receives);
     bounds.extend(slots.map(|slot| slot.serving.clone()));
     bounds.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let ends = asynchronous.iter();
     bounds.extend(ends.map(|slot| format!("asynchronous::{}", slot.handler)));
-    if reads_world {
+    if has_world {
         bounds.push(format!("crate::world::{}", world::TRAIT));
     }
     bounds.push("'static".to_owned());

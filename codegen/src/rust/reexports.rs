@@ -95,7 +95,6 @@ pub(super) fn of_root(
     view: &view::Component,
     slots: &[Slot],
     asynchronous: &[Asynchronous],
-    reads_world: bool,
 ) -> Vec<String> {
     let mut paths: Vec<String> = ["adapter::{Handlers, embed, run}", "context::Context"]
         .map(str::to_owned)
@@ -117,7 +116,7 @@ pub(super) fn of_root(
         ),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
-        ("world::WorldHandlers", reads_world),
+        ("world::WorldHandlers", view.world.is_some()),
     ];
     paths.push(if view.managed {
         "rc_runtime::ManagedWorker as Worker".to_owned()

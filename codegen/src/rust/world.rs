@@ -12,12 +12,22 @@ use std::collections::BTreeSet;
 pub(super) const TRAIT: &str = "WorldHandlers";
 
 /// The names that the module of a world has for all schemas.
-const OWN: [&str; 8] = [
-    "Context", "Edit", "None", "Ok", "Some", TRAIT, "View", "World",
+const OWN: [&str; 9] = [
+    "Context",
+    "Edit",
+    "None",
+    "Ok",
+    "Overruled",
+    "Some",
+    TRAIT,
+    "View",
+    "World",
 ];
 /// The functions of every type of nodes or edges that is changed, and those of traits that an
 /// attribute would hide.
-const FUNCTIONS: [&str; 7] = ["as_ref", "borrow", "clone", "deref", "edit", "id", "remove"];
+const FUNCTIONS: [&str; 8] = [
+    "as_ref", "borrow", "clone", "deref", "edit", "id", "remove", "set_in",
+];
 /// The functions of traits that a type of nodes would hide.
 const HIDDEN: [&str; 3] = ["clone", "cmp", "index"];
 
@@ -36,6 +46,8 @@ pub(crate) struct World<'a> {
     rights: Vec<String>,
     everything: bool,
     types: Vec<Type<'a>>,
+    /// Whether a type is read.
+    reads: bool,
     /// The numbers of the slots that publish.
     publishes: String,
     /// The functions of the trait, as the user's worker has them.
@@ -104,12 +116,19 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
         .map(|of| one(of, &mut taken, &mut functions))
         .collect();
     let read = types.iter().filter(|of| of.is_read);
-    let handlers = read.map(|of| {
-        let (name, change) = (&of.handler, &of.change);
-        let signature =
-            format!("fn {name}(&mut self, ctx: &mut Context, change: &world::{change})");
-        Handler::optional(name.clone(), signature)
-    });
+    let mut handlers: Vec<Handler> = read
+        .map(|of| {
+            let (name, change) = (&of.handler, &of.change);
+            let signature =
+                format!("fn {name}(&mut self, ctx: &mut Context, change: &world::{change})");
+            Handler::optional(name.clone(), signature)
+        })
+        .collect();
+    let overruled = "fn overruled(&mut self, ctx: &mut Context, value: &world::Overruled)";
+    handlers.push(Handler::optional(
+        "overruled".to_owned(),
+        overruled.to_owned(),
+    ));
     let slots = view.slots.iter().enumerate();
     let publishes =
         slots.filter(|(_, slot)| slot.of_world && slot.role == rc_vocabulary::Role::Publishes);
@@ -125,27 +144,20 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
             .map(|(at, _)| at.to_string())
             .collect::<Vec<_>>()
             .join(", "),
-        handlers: handlers.collect(),
+        handlers,
+        reads: types.iter().any(|of| of.is_read),
         types,
     })
 }
 
-/// The trait that the worker implements, if it reads something.
-pub(super) fn handlers(world: &mut World) -> Option<WorkerTrait> {
-    let optional = std::mem::take(&mut world.handlers);
-    (!optional.is_empty()).then(|| WorkerTrait {
+/// The trait that the worker implements.
+pub(super) fn handlers(world: &mut World) -> WorkerTrait {
+    WorkerTrait {
         name: TRAIT.to_owned(),
         generics: String::new(),
         operations: Vec::new(),
-        optional,
+        optional: std::mem::take(&mut world.handlers),
         slot: None,
-    })
-}
-
-impl World<'_> {
-    /// Whether a type is read.
-    pub(super) fn reads(&self) -> bool {
-        self.types.iter().any(|of| of.is_read)
     }
 }
 

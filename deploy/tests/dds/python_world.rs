@@ -15,7 +15,7 @@ const WORKER: &str = r#"from datetime import timedelta
 
 from porter import Context, Worker
 from porter.world import Door, RoomChange
-from robocomp.world import TooEarly, TooLate
+from robocomp.world import Behind, TooEarly, TooLate
 
 
 def say(*words: object) -> None:
@@ -46,6 +46,10 @@ class SpecificWorker(Worker):
     def look(self, ctx: Context, token: str) -> None:
         now = ctx.g.snapshot()
         say("has", ctx.g.has(token), now.door("front").width, now.door("front").opened)
+        try:
+            ctx.g.snapshot(after="ff:1", limit=timedelta(milliseconds=300))
+        except Behind as error:
+            say("behind", error.token, ctx.g.wait_for(token, timedelta(0)))
         rt = now.rt("kitchen", "front")
         say("edge", rt and rt.pose, now.rt("front", "kitchen"))
         say("at", ctx.g.transform("kitchen", (1.0, 0.0, 0.0), "front"))
@@ -109,6 +113,7 @@ fn a_worker_in_python_shares_a_world_with_one_in_rust() {
     for line in [
         "room kitchen 4.0 room",
         "has True 0.8 None",
+        "behind ff:1 True",
         "edge [1.2, 0.0, 0.0, 0.0, 0.0, 0.0] None",
         "at (2.2, 0.0, 0.0)",
         "rows [Row(",

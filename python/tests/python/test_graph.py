@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -293,6 +294,7 @@ class Link:
 
     def __init__(self) -> None:
         self.samples = []
+        self.arriving = []
         self.time = 0
 
     def name(self) -> str:
@@ -313,6 +315,12 @@ class Link:
 
     def publish_encoded(self, slot: int, operation: int, sample: bytes) -> None:
         self.samples.append((slot, operation, sample))
+
+    def await_world(self, limit: int):
+        """What arrives next; nothing once it is over."""
+        if limit == 0 or not self.arriving:
+            return None
+        return self.now_ns(), self.arriving.pop(0)
 
 
 class Thing(world.Node):
@@ -367,6 +375,25 @@ class Worlds(unittest.TestCase):
             self.assertEqual((found, type(found)), (expected, type(expected)))
         with self.assertRaisesRegex(ValueError, "`level` of `thing` is int, found float"), self.g.change() as edit:
             edit.node("a").set("level", 0.5)
+
+    def test_a_version_has_the_change_of_a_token(self):
+        other = Link()
+        other.unique = lambda: 18
+        writer = world.World(other, world.View, world.Edit, [("home.gdsl", WORLD)], None)
+        context = WithWorld(other)
+        context._open_world(writer)
+        with writer.change() as edit:
+            edit.add_node("thing", "a")
+        token = edit.token
+        with self.assertRaisesRegex(world.Behind, f"does not have the change {token} yet"):
+            self.g.snapshot(after=token, limit=timedelta(seconds=1))
+        # Time passes, something arrives that is no message, then the change.
+        (_, operation, sample) = next(one for one in other.samples if one[1] == 0)
+        self.link.arriving = [None, (False, operation, b"nothing"), (False, operation, sample), None]
+        self.assertFalse(self.g.wait_for(token, timedelta(0)))
+        self.assertEqual(len(self.link.arriving), 4)
+        self.assertEqual(self.g.snapshot(after=token, limit=timedelta(seconds=1)).node("a").type, "thing")
+        self.assertEqual(self.link.arriving, [None])
 
     def test_a_change_adds_an_edge_once(self):
         self.add("a", "b")

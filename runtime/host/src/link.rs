@@ -10,8 +10,10 @@ use crate::session::with;
 use crate::wire::{read, write};
 use rc_middleware::typed::{TypedClient, expect_result};
 use rc_middleware::{CallError, DecodeError, Reader, SendError};
+use rc_runtime::Awaited;
 use rc_values::Value;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Reply of a server.
 pub enum Answer {
@@ -48,6 +50,17 @@ pub fn operation(
     };
     let found = program.operation(described, operation);
     found.ok_or_else(|| HostError::no_such("operation", slot))
+}
+
+/// Waits for a sample of the shared world, or a moment, at most until `until` of the system's time. `None` once
+/// nothing more may be awaited.
+///
+/// # Errors
+/// There is no session.
+pub fn await_world(until: Instant) -> Result<Option<Awaited>, HostError> {
+    // The session is free while it waits.
+    let early = with(|session| Ok(session.early_samples()))?;
+    Ok(early.next(until))
 }
 
 /// Calls a query.

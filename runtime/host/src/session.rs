@@ -7,7 +7,7 @@ use crate::lent::drop_abandoned;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::machine::{Machine, Numbered};
-use rc_runtime::{Connections, Core, Member, Ports, Role, TimeSource};
+use rc_runtime::{Connections, Core, EarlySamples, Member, Ports, Role, TimeSource};
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -173,6 +173,11 @@ impl Session {
         let ends = self.ends.get_mut(slot);
         let topic = ends.and_then(|ends| ends.publishers.get_mut(operation));
         topic.ok_or_else(|| HostError::no_such("publisher", slot))
+    }
+
+    /// What the worker may await within a turn.
+    pub fn early_samples(&self) -> EarlySamples {
+        self.ports.early_samples().clone()
     }
 
     /// The number of peers of a slot that sends.

@@ -5,6 +5,8 @@
 #[macro_export]
 macro_rules! world {
     () => {
+        pub use $crate::{Overruled, dsr};
+
         /// The world that the component shares with others.
         pub struct World(pub(crate) $crate::Member);
 
@@ -12,6 +14,24 @@ macro_rules! world {
             /// The present version. It never changes, and reading it takes no lock.
             pub fn snapshot(&self) -> View {
                 View($crate::View(self.0.snapshot()))
+            }
+
+            /// A version with the change that a token names, and all earlier ones of its writer: what is
+            /// asked of it knows what another component has just done. It waits until the change is
+            /// there, as `wait_for` does.
+            ///
+            /// # Errors
+            /// The change does not arrive within `limit` of the system's time.
+            pub fn snapshot_after(
+                &mut self,
+                token: $crate::Token,
+                limit: ::core::time::Duration,
+            ) -> ::core::result::Result<View, $crate::Error> {
+                if self.0.wait_for(token, limit) {
+                    ::core::result::Result::Ok(self.snapshot())
+                } else {
+                    ::core::result::Result::Err($crate::Error::Behind(token))
+                }
             }
 
             /// Makes several changes, which others see as one. The token names them.
@@ -41,7 +61,21 @@ macro_rules! world {
                 from: impl $crate::End,
                 time: $crate::Time,
             ) -> ::core::result::Result<$crate::Point, $crate::Error> {
-                $crate::transform(&self.0, to, point, from, time)
+                ::core::result::Result::Ok(self.between(to, from, time)?.point(&point))
+            }
+
+            /// The transform that takes coordinates in `from` to those in `to`, at `time` of the network's
+            /// clock.
+            ///
+            /// # Errors
+            /// Those of `transform`.
+            pub fn between(
+                &self,
+                to: impl $crate::End,
+                from: impl $crate::End,
+                time: $crate::Time,
+            ) -> ::core::result::Result<$crate::Transform, $crate::Error> {
+                $crate::between(&self.0, to, from, time)
             }
         }
 
@@ -198,6 +232,20 @@ macro_rules! edit_element {
             /// Names the element in all versions.
             pub fn id(&self) -> $crate::$id {
                 self.id
+            }
+
+            /// Sets an attribute to a number in a unit, which is converted into that of the schema:
+            /// `set_in("width", 80.0, "cm")`.
+            ///
+            /// # Errors
+            /// The attribute has no unit, or one of another kind.
+            pub fn set_in(
+                &mut self,
+                attribute: &str,
+                value: f64,
+                unit: &str,
+            ) -> ::core::result::Result<(), $crate::Error> {
+                $crate::set_in(self.edit, self.id.into(), attribute, value, unit)
             }
         }
     };

@@ -1,6 +1,7 @@
 //! Errors of a world.
 
 use property_graph::Time;
+use rc_world::Token;
 use thiserror::Error;
 
 /// Why a question has no answer, or a change is refused. A refused change has changed nothing.
@@ -41,6 +42,12 @@ pub enum Error {
         /// The time of the newest change.
         newest: Time,
     },
+    /// A unit is none, or no unit of the attribute's kind.
+    #[error("{0}")]
+    Unit(String),
+    /// The replica does not have a change yet, nor within the time that was given to it.
+    #[error("the replica does not have the change {0} yet")]
+    Behind(Token),
 }
 
 impl From<property_graph::Error> for Error {

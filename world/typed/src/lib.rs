@@ -3,15 +3,19 @@
 //!
 //! Generated code declares a type for each type of the schema ([`node!`], [`edge!`]) with its
 //! attributes, and the writable parts ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
-//! which never changes. A [`Change`] has the changes of one type between two versions.
+//! which never changes. A [`Change`] has the changes of one type between two versions. [`dsr`] has the
+//! names of DSR, for moving code.
 
 mod change;
 mod declare;
+pub mod dsr;
 mod edit;
 mod error;
 mod kind;
+mod overruled;
 pub mod read;
 mod schema;
+mod units;
 mod view;
 mod world;
 pub mod write;
@@ -20,6 +24,7 @@ pub use change::Change;
 pub use edit::{added, edge, existing, existing_edge};
 pub use error::Error;
 pub use kind::Kind;
+pub use overruled::Overruled;
 pub use property_graph::{
     EdgeId, EdgeRef, Edit, Element, NodeId, NodeRef, Point, Pose, Sample, Snapshot, Time,
     Transform, Value,
@@ -27,5 +32,6 @@ pub use property_graph::{
 pub use rc_world::{News, Rights, Token};
 pub use rc_world_member::{Member, slot};
 pub use schema::{domain, schema};
+pub use units::set_in;
 pub use view::{End, View};
-pub use world::{change, transform};
+pub use world::{between, change};

@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 use crate::kind::Kind;
-use property_graph::{Element, NodeId, NodeRef, Point, Pose, Snapshot, Symbol};
+use crate::units;
+use property_graph::{Element, NodeId, NodeRef, Point, Pose, Snapshot, Symbol, Value};
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -101,6 +102,24 @@ impl View {
     pub fn transform(&self, to: impl End, point: Point, from: impl End) -> Result<Point, Error> {
         let (to, from) = (self.frame(to.node(self)?)?, self.frame(from.node(self)?)?);
         Ok(self.0.transform(to, point, from)?)
+    }
+
+    /// The number of an attribute in a unit: `number_in(door.node_id(), "width", "cm")`. `None` if it has no
+    /// value.
+    ///
+    /// # Errors
+    /// The attribute has no unit, or one of another kind.
+    pub fn number_in(
+        &self,
+        element: impl Into<Element>,
+        attribute: &str,
+        unit: &str,
+    ) -> Result<Option<f64>, Error> {
+        let element = element.into();
+        let own = units::unit_of(self, element, attribute)?;
+        let conversion = units::conversion(attribute, &own, unit)?;
+        let value = self.get(element, attribute).and_then(Value::as_f64);
+        Ok(value.map(|value| conversion.apply(value)))
     }
 
     /// The pose of `from` in `to`.

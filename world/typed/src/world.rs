@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::view::End;
-use property_graph::{Edit, Point, Time};
+use property_graph::{Edit, Time, Transform};
 use rc_world::{Token, World};
 use rc_world_member::Member;
 
@@ -29,19 +29,18 @@ pub fn change(
     result.map_err(|error| refused.unwrap_or_else(|| error.into()))
 }
 
-/// The coordinates in `to` of a point with these coordinates in `from`, at `time` of the network's
-/// clock. Between two changes of a pose, it is interpolated; it is never that of the nearest change.
+/// The transform that takes coordinates in `from` to those in `to`, at `time` of the network's clock.
+/// Between two changes of a pose, it is interpolated; it is never that of the nearest change.
 ///
 /// # Errors
 /// A name is none of one node, no edges with poses connect the nodes, the history begins later, or
 /// the newest change is older than `time`.
-pub fn transform(
+pub fn between(
     world: &World,
     to: impl End,
-    point: Point,
     from: impl End,
     time: Time,
-) -> Result<Point, Error> {
+) -> Result<Transform, Error> {
     let newest = world.snapshot().time();
     if time > newest {
         return Err(Error::TooLate { newest });
@@ -53,5 +52,5 @@ pub fn transform(
     let version = moment.version();
     let (to, from) = (to.node(version)?, from.node(version)?);
     let (to, from) = (version.frame(to)?, version.frame(from)?);
-    Ok(moment.between(to, from)?.point(&point))
+    Ok(moment.between(to, from)?)
 }

@@ -277,6 +277,7 @@ fn every_construct_compiles() {
     generate(&workspace, "awkward", "dds");
     generate(&workspace, "placed", "iceoryx2");
     generate(&workspace, "walker", "iceoryx2");
+    generate(&workspace, "agent", "iceoryx2");
     generate(&workspace, "arm", "iceoryx2");
     generate(&workspace, "lone", "local");
     generate(&workspace, "shelf", "local");
@@ -293,6 +294,7 @@ fn every_construct_compiles() {
         "awkward",
         "placed",
         "walker",
+        "agent",
         "arm",
         "lone",
         "shelf",

@@ -35,9 +35,14 @@ pub(crate) fn rights() -> typed::Rights {
 }
 typed::world!();
 
-/// Handles changes of the world. Each function gets what has changed of one type since it was called last, as one version; a worker may
-/// leave it out.
+/// Handles what happens in the world; a worker may leave a function out. Those of changes get what has changed of one type since they
+/// were called last, as one version.
 pub trait WorldHandlers {
+    /// Another component gave an attribute a value at the same time as this one, whose value is shown. A change decides otherwise.
+    fn overruled(&mut self, ctx: &mut Context, value: &Overruled) {
+        let _ = (ctx, value);
+    }
+
     /// What has the type `room` was added, changed or removed.
     fn room_changed(&mut self, ctx: &mut Context, change: &RoomChange) {
         let _ = (ctx, change);
@@ -47,6 +52,9 @@ pub trait WorldHandlers {
 /// Follows the world in a turn of the event loop. Returns whether anything has happened.
 pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool {
     let (did, news) = ctx.follow_world();
+    while let Some(value) = Overruled::next(&ctx.g) {
+        worker.overruled(ctx, &value);
+    }
     if let Some(change) = news.as_ref().and_then(typed::Change::of) {
         worker.room_changed(ctx, &change);
     }
