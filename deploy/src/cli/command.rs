@@ -80,6 +80,10 @@ pub(super) enum Command {
         /// optional.
         #[arg(long)]
         live: bool,
+        /// Draws the world that the components share beside them, as `rcdeploy world graph` does, in a picture of the form
+        /// svg.
+        #[arg(long, requires = "live")]
+        world: bool,
     },
     /// Checks a network, starts it, and supervises it until Ctrl-C.
     Up {

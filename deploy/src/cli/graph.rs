@@ -14,7 +14,12 @@ pub(super) fn graph(
     output: Option<&Path>,
     unbuilt: bool,
     live: bool,
+    with_world: bool,
 ) -> Result<u8, Failure> {
+    if with_world && format != GraphFormat::Svg {
+        let message = "`--world` needs the form svg; `rcdeploy world graph` has a world as dot";
+        return Err(Failure(2, message.to_owned()));
+    }
     let report = live.then(|| report(&mut input)).transpose()?;
     let human = rc_diagnostics::Format::Human;
     let examine = examine(&input, unbuilt || live);
@@ -22,7 +27,11 @@ pub(super) fn graph(
     // Without even the name of the network, there is nothing to draw.
     let network = network.ok_or(Failure(1, String::new()))?;
     let mut graph = Graph::of(&network, &sources, &found);
+    let mut world = None;
     if let Some(report) = report {
+        if with_world {
+            world = super::world::picture(&report.network)?;
+        }
         let now = report.components().map(|component| {
             let machine = component.machine.as_ref();
             let live = Live {
@@ -33,7 +42,10 @@ pub(super) fn graph(
         });
         graph.set_live(now.collect());
     }
-    let text = graph.draw(format).map_err(|e| system(&e))?;
+    let mut text = graph.draw(format).map_err(|e| system(&e))?;
+    if let Some(world) = world {
+        text = beside(&text, &world);
+    }
     match output {
         Some(path) => {
             rc_files::write(path, &text)
@@ -42,6 +54,26 @@ pub(super) fn graph(
         None => print_data(&format!("{}\n", text.trim_end())),
     }
     Ok(u8::from(found.has_errors()))
+}
+
+/// Two pictures in one, the second one to the right.
+fn beside(first: &str, second: &str) -> String {
+    let size = |picture: &str| -> Option<(u32, u32)> {
+        let (_, rest) = picture.split_once("viewBox=\"0 0 ")?;
+        let (width, height) = rest.split_once('"')?.0.split_once(' ')?;
+        Some((width.parse().ok()?, height.parse().ok()?))
+    };
+    let (first_size, second_size) = (size(first), size(second));
+    let ((left, one), (right, other)) = (
+        first_size.unwrap_or_default(),
+        second_size.unwrap_or_default(),
+    );
+    let (width, height) = (left + right, one.max(other));
+    let moved = second.replacen("<svg ", &format!("<svg x=\"{left}\" "), 1);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{first}{moved}</svg>\n"
+    )
 }
 
 /// The status of the network that the command line names. A network that is named has the file that

@@ -104,7 +104,8 @@ fn run(command: Command) -> Result<u8, Failure> {
             output,
             unbuilt,
             live,
-        } => graph::graph(input, format, output.as_deref(), unbuilt, live),
+            world,
+        } => graph::graph(input, format, output.as_deref(), unbuilt, live, world),
         Command::Up {
             input,
             build,

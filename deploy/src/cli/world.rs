@@ -4,9 +4,11 @@ mod arguments;
 mod at;
 mod diff;
 mod elements;
+mod graph;
 mod query;
 mod replica;
 mod state;
+mod tree;
 mod watch;
 
 pub(super) use arguments::WorldAction;
@@ -17,6 +19,7 @@ use elements::{
 };
 use graph_exchange::{Document, graph_json};
 use rc_deploy_client::Format;
+use rc_world::Token;
 use rc_world::property_graph::{Element, Snapshot};
 use replica::Listener;
 use serde_json::json;
@@ -49,10 +52,22 @@ pub(super) fn world(network: &str, format: Format) -> Result<u8, Failure> {
     state::state(network, format)
 }
 
+/// A picture of a network's world, as SVG. `None` if its components have none, or at Ctrl-C.
+pub(super) fn picture(network: &str) -> Result<Option<String>, Failure> {
+    if !replica::has_world(&super::look::look(network)?) {
+        return Ok(None);
+    }
+    graph::drawn(network, arguments::PictureFormat::Svg)
+}
+
 /// Reads or changes a world.
 pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
     match action {
-        WorldAction::Get { of, elements } => get(&of.network, &elements, of.format),
+        WorldAction::Get {
+            of,
+            elements,
+            after,
+        } => get(&of.network, &elements, after, of.format),
         WorldAction::Set { of, changes } => set(&of.network, &changes, of.format),
         WorldAction::Watch { of, words, count } => {
             let format = of.format;
@@ -69,7 +84,18 @@ pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
             network,
             query,
             parameters,
-        } => query::query(&network, query.as_deref(), &parameters),
+            after,
+        } => query::query(&network, query.as_deref(), &parameters, after),
+        WorldAction::Graph {
+            network,
+            format,
+            output,
+        } => graph::graph(&network, format, output.as_deref()),
+        WorldAction::Tree {
+            network,
+            output,
+            follow,
+        } => tree::tree(&network, output.as_deref(), follow),
         WorldAction::Save { of, file } => save(&of.network, &file, of.format),
         WorldAction::At {
             time,
@@ -99,8 +125,13 @@ pub(super) fn act(action: WorldAction) -> Result<u8, Failure> {
     }
 }
 
-fn get(network: &str, elements: &[String], format: Format) -> Result<u8, Failure> {
-    let Some(listener) = Listener::joined(network, None)? else {
+fn get(
+    network: &str,
+    elements: &[String],
+    after: Option<Token>,
+    format: Format,
+) -> Result<u8, Failure> {
+    let Some(listener) = Listener::joined_after(network, after)? else {
         return Ok(0);
     };
     show_elements(&listener.world.snapshot(), elements, format)
@@ -197,7 +228,7 @@ fn set(network: &str, changes: &[(String, String)], format: Format) -> Result<u8
             let of = |world: &Snapshot| world.get(*element, attribute.as_str()).map(json_of);
             json!({
                 "element": word(&now, *element), "attribute": attribute,
-                "before": of(before), "after": of(&now),
+                "before": of(before), "after": of(&now), "token": token.to_string(),
             })
         })
         .collect();

@@ -19,7 +19,7 @@ pub use parse::parse;
 pub use resolve::{import, load};
 
 /// Domains that every file may import: name of the file, and text.
-pub const DOMAINS: [(&str, &str); 4] = [
+pub const DOMAINS: [(&str, &str); 5] = [
     ("geometry.gdsl", include_str!("../../domains/geometry.gdsl")),
     (
         "kinematics.gdsl",
@@ -30,6 +30,10 @@ pub const DOMAINS: [(&str, &str); 4] = [
         include_str!("../../domains/measurement.gdsl"),
     ),
     ("dsr.gdsl", include_str!("../../domains/dsr.gdsl")),
+    (
+        "innermodel.gdsl",
+        include_str!("../../domains/innermodel.gdsl"),
+    ),
 ];
 
 /// A domain that comes with this crate.

@@ -12,6 +12,7 @@ Shows or edits an InnerModel file in a window, or draws it into a file
 
 Usage: rcview [OPTIONS] FILE.xml
        rcview --live [NETWORK] [--simulator NAME] [--png FILE] [--camera CAMERA] [--size WxH]
+       rcview --world [NETWORK] [--png FILE] [--camera CAMERA] [--size WxH] [-I DIR]
 
 Options:
       --camera <CAMERA>    The id of a camera or rgbd of the file, or a point X,Y,Z in millimetres that looks
@@ -23,6 +24,8 @@ Options:
       --live               Shows the world of the simulator of a running network, which draws the pictures;
                            the network needs a name only if several run
       --simulator <NAME>   The component whose world --live shows, if the network has several simulators
+      --world              Shows the frames and bodies of the world that the components of a running network
+                           share; the network needs a name only if several run
       --edit               Opens an editor: select, move, turn, add and remove nodes; h lists the keys
       --slots              Prints the members of slot arrays that a simulator of the file has, as a .ddsl
                            lists them
@@ -108,13 +111,15 @@ pub(crate) enum Command {
     View(Request),
     /// Opens an editor.
     Edit(Request),
-    /// Shows the world of a running network.
+    /// Shows the world of a running network's simulator.
     Live(Live),
+    /// Shows the world that components of a running network share.
+    World(Option<OsString>, Request),
 }
 
 /// Reads the command line.
 pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
-    let (mut is_live, mut network, mut simulator) = (false, None, None);
+    let (mut is_live, mut is_world, mut network, mut simulator) = (false, false, None, None);
     let mut values = Vec::new();
     let mut request = Request {
         file: PathBuf::new(),
@@ -150,6 +155,10 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
                 is_live = true;
                 network = parser.optional_value();
             }
+            Arg::Long("world") => {
+                is_world = true;
+                network = parser.optional_value();
+            }
             Arg::Long("simulator") => simulator = Some(parser.value()?.string()?),
             Arg::Long("edit") => request.edit = true,
             Arg::Long("slots") => request.slots = true,
@@ -181,11 +190,21 @@ pub(crate) fn parse(mut parser: Parser) -> Result<Command, Failure> {
             other => return Err(other.unexpected().into()),
         }
     }
-    if is_live {
+    if is_live && is_world {
+        let text = "`--live` cannot be used with `--world`".to_owned();
+        return Err(Failure::Usage(text));
+    }
+    if (is_live || is_world)
+        && network.is_none()
+        && values.first().is_some_and(|value| is_network(value))
+    {
         // The network is an argument like the file.
-        if network.is_none() && values.first().is_some_and(|value| is_network(value)) {
-            network = Some(values.remove(0));
-        }
+        network = Some(values.remove(0));
+    }
+    if is_world {
+        return world(network, simulator.is_some(), !values.is_empty(), request);
+    }
+    if is_live {
         return live(network, simulator, !values.is_empty(), request);
     }
     if simulator.is_some() {
@@ -253,6 +272,34 @@ fn live(
         camera: request.camera,
         size: request.size,
     }))
+}
+
+/// A request for the world of a running network, whose tree has no file.
+fn world(
+    network: Option<OsString>,
+    has_simulator: bool,
+    has_file: bool,
+    mut request: Request,
+) -> Result<Command, Failure> {
+    let other = [
+        ("a file", has_file),
+        ("`--simulator`", has_simulator),
+        ("`--edit`", request.edit),
+        ("`--slots`", request.slots),
+        ("`--joint`", !request.joints.is_empty()),
+        ("`--points`", !request.points.is_empty()),
+    ];
+    if let Some((name, _)) = other.into_iter().find(|(_, is_there)| *is_there) {
+        let text = format!("`--world` cannot be used with {name}");
+        return Err(Failure::Usage(text));
+    }
+    if request.ids && request.png.is_none() {
+        let text = "`--ids` needs `--png FILE`".to_owned();
+        return Err(Failure::Usage(text));
+    }
+    // Most nodes of a world are frames, of which nothing else is seen.
+    (request.marks.frames, request.marks.names) = (true, true);
+    Ok(Command::World(network, request))
 }
 
 /// Three or six finite numbers are points; anything else is an id.

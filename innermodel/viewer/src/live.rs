@@ -136,7 +136,7 @@ fn call(live: &Live, operation: &str, arguments: &Value, errors: Stdio) -> Resul
 }
 
 /// The program next to this one, else the one in the path.
-fn rcdeploy() -> OsString {
+pub(crate) fn rcdeploy() -> OsString {
     let own = std::env::current_exe().ok();
     let beside = own.map(|own| own.with_file_name("rcdeploy"));
     let beside = beside.filter(|path| path.is_file());

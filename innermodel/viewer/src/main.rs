@@ -4,6 +4,7 @@ mod command_line;
 mod live;
 mod members;
 mod points;
+mod shared;
 
 use command_line::{Command, Failure, Request};
 use innermodel::{Folders, InnerModel, Snapshot, Time};
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
         Command::View(request) => view(&request),
         Command::Edit(request) => edit_file(&request),
         Command::Live(picture) => live::show(&picture),
+        Command::World(network, request) => shared::show(network.as_deref(), &request),
         Command::Print(text) => {
             print::data(text);
             Ok(())
@@ -42,22 +44,26 @@ fn main() -> ExitCode {
 
 fn view(request: &Request) -> Result<(), Failure> {
     let model = Arc::new(load(request)?);
-    let tree = model.snapshot();
     if request.slots {
-        print::data(&members::clause(&tree)?);
+        print::data(&members::clause(&model.snapshot())?);
         return Ok(());
     }
+    show(&model, request, &request.file.display().to_string())
+}
+
+/// Draws a tree into the file that the command line names, or shows it in a window.
+fn show(model: &Arc<InnerModel>, request: &Request, title: &str) -> Result<(), Failure> {
     if let Some(path) = &request.png {
-        return to_file(&model, request, path);
+        return to_file(model, request, path);
     }
     let options = Options {
-        title: format!("{} – rcview", request.file.display()),
+        title: format!("{title} – rcview"),
         size: window_size(request.size),
-        navigator: first_navigator(&model, request)?,
+        navigator: first_navigator(model, request)?,
         marks: request.marks,
     };
     let say = |line: &str| print::line(format_args!("{line}"));
-    let shown = run(&model, &options, None, &|| true, &say);
+    let shown = run(model, &options, None, &|| true, &say);
     shown.map_err(|error| Failure::System(format!("{error}; `--png FILE` needs no window")))
 }
 

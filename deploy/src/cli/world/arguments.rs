@@ -3,11 +3,19 @@
 use crate::cli::arguments::{change, format};
 use crate::cli::bag::duration;
 use crate::cli::completion::networks;
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use rc_command_line::{files, words};
 use rc_deploy_client::Format;
+use rc_world::Token;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// The form of a picture.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum PictureFormat {
+    Svg,
+    Dot,
+}
 
 /// The world of a running network.
 #[derive(Args)]
@@ -30,6 +38,10 @@ pub(crate) enum WorldAction {
         /// attribute as in `front.width`. Without it, all elements are listed.
         #[arg(value_name = "ELEMENT")]
         elements: Vec<String>,
+        /// Waits until the world has the change that this token names, which a component has told, and answers from
+        /// then on. At most 5 s.
+        #[arg(long, value_name = "TOKEN")]
+        after: Option<Token>,
     },
     /// Changes attributes, all in one version or none, and waits until all replicas have them.
     ///
@@ -38,7 +50,7 @@ pub(crate) enum WorldAction {
     Set {
         #[command(flatten)]
         of: OfWorld,
-        /// The changes, as in `front.width=0.9`, `kitchen/RT/front.pose=[1,0,0,0,0,0]`.
+        /// The changes, as in `front.width=0.9`, `front.width=90cm`, `kitchen/RT/front.pose=[1,0,0,0,0,0]`.
         #[arg(required = true, value_name = "ELEMENT.ATTRIBUTE=VALUE", value_parser = change)]
         changes: Vec<(String, String)>,
     },
@@ -67,6 +79,36 @@ pub(crate) enum WorldAction {
         /// Values of its parameters, as in `room=kitchen`.
         #[arg(value_name = "NAME=VALUE")]
         parameters: Vec<String>,
+        /// Waits until the world has the change that this token names, which a component has told, and answers from
+        /// then on. At most 5 s.
+        #[arg(long, value_name = "TOKEN")]
+        after: Option<Token>,
+    },
+    /// Draws the world: a box for each node, a line for each edge. Attributes are in tooltips.
+    Graph {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// The form of the picture: svg or dot.
+        #[arg(long, default_value = "svg", add = words(&["svg", "dot"]))]
+        format: PictureFormat,
+        /// Writes to this file instead of standard output.
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Prints the frames of the world as an InnerModel file: for `rcview`, `rcis` and others that read one.
+    ///
+    /// `rcview --world NETWORK` shows them in a window.
+    Tree {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// Writes to this file instead of standard output.
+        #[arg(short, long, value_name = "FILE.xml", add = files(&["xml"]))]
+        output: Option<PathBuf>,
+        /// Prints one again whenever something has moved, each as a JSON text in a line, until Ctrl-C.
+        #[arg(long, conflicts_with = "output")]
+        follow: bool,
     },
     /// Writes the world into a .graph file, which names its schema.
     Save {

@@ -4,6 +4,7 @@ use crate::cli::output::Failure;
 use graph_exchange::graph_json::value_text;
 use graph_language::model::Kind;
 use rc_diagnostics::foreign::{clean, clean_to};
+use rc_quantity::Unit;
 use rc_world::property_graph::{EdgeRef, Element, Id, NodeId, NodeRef, Snapshot, Value};
 use serde_json::{Map, json};
 use std::collections::BTreeSet;
@@ -257,6 +258,26 @@ pub(super) fn text(world: &Snapshot, element: Element) -> String {
     lines
 }
 
+/// A number with a unit behind it, as in `80 cm`, in the unit of the attribute. The error says what is wrong with
+/// the unit; without it, the text is no such number.
+fn in_unit(text: &str, own: Option<&str>) -> Result<Value, Option<String>> {
+    let begin = text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '°');
+    let (number, unit) = text.split_at(begin.ok_or(None)?);
+    let number: f64 = number.trim().parse().map_err(|_| None)?;
+    let own = own.ok_or_else(|| Some("the attribute has no unit".to_owned()))?;
+    let wrong = |unit: &str| Some(format!("`{}` is no unit", clean(unit)));
+    let from = Unit::parse(unit.trim()).map_err(|_| wrong(unit))?;
+    let to = Unit::parse(own).map_err(|_| wrong(own))?;
+    let conversion = from.conversion_to(&to);
+    let conversion = conversion.ok_or_else(|| {
+        Some(format!(
+            "a number in `{}` is none in `{own}`",
+            clean(unit.trim())
+        ))
+    })?;
+    Ok(Value::Float(conversion.apply(number)))
+}
+
 /// The value that a text means for an attribute.
 pub(super) fn value(
     world: &Snapshot,
@@ -295,7 +316,13 @@ pub(super) fn value(
             .map(Value::Bool)
             .map_err(|_| wrong("true or false")),
         Kind::Int => text.parse().map(Value::Int).map_err(|_| wrong(&expected)),
-        Kind::Float => text.parse().map(Value::Float).map_err(|_| wrong(&expected)),
+        Kind::Float => match text.parse() {
+            Ok(number) => Ok(Value::Float(number)),
+            Err(_) => in_unit(text, declared.unit.as_deref()).map_err(|reason| match reason {
+                Some(reason) => usage(format!("`{}`: {reason}", clean(name))),
+                None => wrong(&expected),
+            }),
+        },
         Kind::Text | Kind::Enum(_) => Ok(Value::Text(text.into())),
         Kind::Ints(_) => {
             let list = list().map_err(|_| wrong("integers like `[1, 2]`"))?;

@@ -4,6 +4,7 @@ use super::replica::Listener;
 use crate::cli::output::{Failure, system};
 use graph_exchange::graph_json;
 use rc_diagnostics::foreign::clean;
+use rc_world::Token;
 use std::io::ErrorKind;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Component, Path, PathBuf};
@@ -72,8 +73,9 @@ pub(super) fn query(
     network: &str,
     query: Option<&str>,
     parameters: &[String],
+    after: Option<Token>,
 ) -> Result<u8, Failure> {
-    let Some(listener) = Listener::joined(network, None)? else {
+    let Some(listener) = Listener::joined_after(network, after)? else {
         return Ok(0);
     };
     let folder = Folder::new()?;

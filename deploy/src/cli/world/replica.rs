@@ -187,6 +187,32 @@ impl Listener {
         }
     }
 
+    /// The same, and waits until a change is here. `None` at Ctrl-C.
+    pub(super) fn joined_after(
+        network: &str,
+        token: Option<Token>,
+    ) -> Result<Option<Self>, Failure> {
+        let Some(mut own) = Self::joined(network, None)? else {
+            return Ok(None);
+        };
+        let Some(token) = token else {
+            return Ok(Some(own));
+        };
+        let until = Instant::now() + SPREADING;
+        while !own.world.has(token) {
+            if Instant::now() >= until {
+                let name = clean(&own.network.name);
+                let message =
+                    format!("the world of `{name}` has no change {token} yet, after {SPREADING:?}");
+                return Err(Failure(3, message));
+            }
+            if !own.turn(&mut |_| {})? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(own))
+    }
+
     /// Whether all of the world is here. Fails after a time.
     fn has_arrived(&mut self) -> Result<bool, Failure> {
         let waited = self.begin.elapsed();

@@ -138,6 +138,43 @@ fn commands_read_change_ask_and_compare_a_world() {
         &["MATCH (d:door) WHERE d.width > 0.9 RETURN d.name, d.width"],
     );
     assert_eq!(asked, "d.name  d.width [m]\nfront   0.95\n");
+    let wrong = run("set", &["front.width=90kg"]);
+    assert_eq!(wrong.code, 2, "{wrong:?}");
+    assert!(
+        wrong
+            .stderr
+            .contains("`width`: a number in `kg` is none in `m`"),
+        "{wrong:?}"
+    );
+    let set = done("set", &["front.width=96 cm", "--format", "json"]);
+    let told: Value = serde_json::from_str(&set).expect("JSON");
+    let token = told[0]["token"].as_str().expect("a token");
+    // What is read has the change of a token, or nothing is read.
+    let width = done("get", &["front.width", "--after", token]);
+    assert_eq!(width, "front.width = 0.96\n");
+    let late = run(
+        "query",
+        &["MATCH (d:door) RETURN d.name", "--after", "ff:1"],
+    );
+    assert_eq!(late.code, 3, "{late:?}");
+    assert!(late.stderr.contains("has no change ff:1 yet"), "{late:?}");
+
+    // Pictures, and the frames as a tree: 1.2 m ahead are 1,200 mm along z.
+    let picture = done("graph", &[]);
+    let parsed = roxmltree::Document::parse(&picture).expect("a picture");
+    let has_text = |text: &str| parsed.descendants().any(|node| node.text() == Some(text));
+    assert!(has_text("front") && has_text("kitchen"), "{picture}");
+    assert!(done("graph", &["--format", "dot"]).starts_with("digraph "));
+    let args = ["graph", network, "--live", "--world"];
+    let both = site.rcdeploy(&args, true);
+    assert_eq!(both.code, 0, "{both:?}");
+    let parsed = roxmltree::Document::parse(&both.stdout).expect("a picture");
+    let has_text = |text: &str| parsed.descendants().any(|node| node.text() == Some(text));
+    assert!(has_text("door_finder") && has_text("kitchen"), "{both:?}");
+    let tree = done("tree", &[]);
+    let wanted = "    <transform id=\"kitchen\">\n        <transform id=\"front\" tz=\"1200\"/>\n";
+    assert!(tree.contains(wanted), "{tree}");
+
     let file = site.path("kept.graph").display().to_string();
     let saved = done("save", &[&file]);
     assert_eq!(saved, format!("{file}: 2 nodes, 1 edge\n"));

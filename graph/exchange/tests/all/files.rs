@@ -194,7 +194,7 @@ fn an_innermodel_is_a_tree_of_frames() {
     let source = sources.add("a.xml", text);
     let loader = NoFiles;
     let (tree, _) = innermodel_language::load(&mut sources, &loader, source);
-    let schema = graph_language::builtin("geometry.gdsl").expect("a schema");
+    let schema = graph_language::builtin("innermodel.gdsl").expect("a schema");
     let graph = innermodel::document(&tree).graph(schema.into(), 1);
     let now = graph.expect("a graph").snapshot();
     assert_eq!((now.node_count(), now.edge_count()), (3, 2));
@@ -203,6 +203,124 @@ fn an_innermodel_is_a_tree_of_frames() {
     let pose = now.pose(root, hand).expect("a pose");
     assert_eq!(pose.translation, [1.0, 0.5, 0.0]);
     assert_eq!(now.node(root).expect("there").id(), Id::new(1, 1));
+}
+
+/// Joints that have moved, bodies, devices, and what a mesh may not have.
+#[test]
+fn a_tree_of_innermodel_comes_back_from_its_graph() {
+    let text = r##"<innerModel>
+        <transform id="base" tx="1000" engine="bullet" mass="2">
+            <joint id="shoulder" axis="z" ty="300" rx="0.1" min="-2" max="2">
+                <prismaticJoint id="slide" axis="x" offset="5">
+                    <mesh id="hand" file="hand.obj" tx="7" scale="2,2,2" collide="1" allowed="floor"/>
+                </prismaticJoint>
+                <rgbd id="eye" width="640" height="480" focal="500"/>
+            </joint>
+        </transform>
+        <plane id="floor" size="4000,4000,10" texture="#8c8c8c" collide="1"/>
+    </innerModel>"##;
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.xml", text);
+    let (tree, _) = innermodel_language::load(&mut sources, &NoFiles, source);
+    let schema = graph_language::builtin("innermodel.gdsl").expect("a schema");
+    let graph = innermodel::document(&tree)
+        .graph(schema.into(), 1)
+        .expect("a graph");
+    let back = innermodel::tree(&graph.snapshot());
+    let print = |tree: &innermodel_language::model::Document| innermodel_language::print(tree);
+    assert_eq!(print(&back), print(&tree));
+
+    // The pose of a joint that has turned has its position.
+    let shoulder = graph.snapshot().named("shoulder").next().expect("a joint");
+    let held = graph
+        .snapshot()
+        .in_edges(shoulder, None)
+        .next()
+        .expect("an edge")
+        .edge_id();
+    let turned = property_graph::Transform::about(innermodel_language::model::Axis::Z, 0.5);
+    let before = graph
+        .snapshot()
+        .get(held, "pose")
+        .and_then(|v| v.numbers().map(|n| n.to_vec()));
+    let before: [f64; 6] = before.expect("a pose").try_into().expect("six numbers");
+    let [x, y, z, rx, ry, rz] = before;
+    let pose = property_graph::Pose::new(x, y, z, rx, ry, rz);
+    let after = property_graph::Transform::of(&pose)
+        .then_inner(&turned)
+        .pose();
+    let ([x, y, z], [rx, ry, rz]) = (after.translation, after.rotation);
+    let made = graph.change(Time::ZERO, |edit| {
+        edit.set(held, "pose", [x, y, z, rx, ry, rz])?;
+        edit.set(shoulder, "position", 0.5)
+    });
+    made.expect("a change");
+    let moved = innermodel::tree(&graph.snapshot());
+    let joint = |tree: &innermodel_language::model::Document| {
+        tree.nodes[tree.find("shoulder").expect("a joint")].pose
+    };
+    let (found, expected) = (joint(&moved), joint(&tree));
+    for at in 0..3 {
+        assert!((found.translation[at] - expected.translation[at]).abs() < 1e-9);
+        assert!((found.rotation[at] - expected.rotation[at]).abs() < 1e-9);
+    }
+}
+
+/// Frames of ROS and of DSR point elsewhere than those of InnerModel, and names may be there twice.
+#[test]
+fn frames_of_other_graphs_are_turned_into_a_tree() {
+    let schema = graph_language::builtin("geometry.gdsl").expect("a schema");
+    let graph = Graph::new(schema.into(), 3);
+    let made = graph.change(Time::ZERO, |edit| {
+        let mut frames = Vec::new();
+        for name in ["room", "door", "door", "root"] {
+            let frame = edit.add_node("Frame")?;
+            edit.set(frame, "name", name)?;
+            frames.push(frame);
+        }
+        for (parent, child) in [(0, 1), (0, 2), (1, 3)] {
+            let edge = edit.add_edge("RT", frames[parent], frames[child])?;
+            edit.set(edge, "pose", [1.0, 2.0, 3.0, 0.0, 0.0, 0.5])?;
+        }
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let tree = innermodel::tree(&graph.snapshot());
+    let ids: Vec<&str> = tree.nodes.iter().map(|node| node.id.as_str()).collect();
+    assert_eq!(ids.len(), 4, "{ids:?}");
+    assert_eq!(ids[0], "room");
+    assert!(ids[1].starts_with("door#3:") && ids[1] != ids[3], "{ids:?}");
+    assert!(ids.iter().any(|id| id.starts_with("root#3:")), "{ids:?}");
+    // Ahead 1 m, left 2 m, up 3 m; a turn to the left about up is one to the left about y.
+    assert_eq!(tree.nodes[1].pose.translation, [-2000.0, 3000.0, 1000.0]);
+    let [rx, ry, rz] = tree.nodes[1].pose.rotation;
+    assert!(
+        rx.abs() < 1e-12 && rz.abs() < 1e-12 && (ry + 0.5).abs() < 1e-12,
+        "{ry}"
+    );
+
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let graph = Graph::new(schema.into(), 3);
+    let made = graph.change(Time::ZERO, |edit| {
+        let (room, table) = (edit.add_node("room")?, edit.add_node("object")?);
+        edit.set(room, "name", "room")?;
+        edit.set(table, "name", "table")?;
+        for (name, side) in [("width", 800_i64), ("depth", 600), ("height", 700)] {
+            edit.set(table, name, side)?;
+        }
+        let edge = edit.add_edge("RT", room, table)?;
+        edit.set(edge, "rt_translation", [1.0, 2.0, 3.0])?;
+        edit.set(edge, "rt_rotation_euler_xyz", [0.0; 3])
+    });
+    made.expect("a graph");
+    let tree = innermodel::tree(&graph.snapshot());
+    let ids: Vec<&str> = tree.nodes.iter().map(|node| node.id.as_str()).collect();
+    assert_eq!(ids, ["room", "table", "table_body"]);
+    assert_eq!(tree.nodes[1].pose.translation, [1000.0, 3000.0, 2000.0]);
+    let innermodel_language::model::Kind::Plane(plane) = &tree.nodes[2].kind else {
+        panic!("{:?}", tree.nodes[2]);
+    };
+    assert_eq!(plane.size, [800.0, 700.0, 600.0]);
 }
 
 /// Two parents are not a tree. Their poses are kept, and the shortest chain of them answers.

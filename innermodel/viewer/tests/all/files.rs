@@ -179,6 +179,18 @@ fn wrong_requests_are_refused_with_what_is_allowed() {
         ),
         (&["x.xml", "y.xml"], "unexpected argument"),
         (
+            &["--world", "home", "x.xml"],
+            "`--world` cannot be used with a file",
+        ),
+        (
+            &["--world", "--live", "home"],
+            "`--live` cannot be used with `--world`",
+        ),
+        (
+            &["--world", "home", "--joint", "a=1"],
+            "`--world` cannot be used with `--joint`",
+        ),
+        (
             &["--live", "house", "--png", "x.png", "--joint", "a=1"],
             "`--live` cannot be used with `--joint`",
         ),

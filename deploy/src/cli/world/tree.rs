@@ -1,0 +1,45 @@
+//! `rcdeploy world tree`: the frames of the world as an InnerModel file.
+
+use super::replica::Listener;
+use crate::cli::output::{Failure, print_data, print_line, system};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The shortest time between two trees that follow each other.
+const PAUSE: Duration = Duration::from_millis(100);
+
+pub(super) fn tree(network: &str, output: Option<&Path>, follow: bool) -> Result<u8, Failure> {
+    let Some(mut listener) = Listener::joined(network, None)? else {
+        return Ok(0);
+    };
+    let text = |listener: &Listener| {
+        let tree = graph_exchange::innermodel::tree(&listener.world.snapshot());
+        innermodel_language::print(&tree)
+    };
+    if let Some(file) = output {
+        let written = rc_files::write(file, text(&listener));
+        written.map_err(|error| system(&format_args!("{}: {error}", file.display())))?;
+        return Ok(0);
+    }
+    if !follow {
+        print_data(&text(&listener));
+        return Ok(0);
+    }
+    let (mut shown, mut version) = (String::new(), None);
+    let mut next = Instant::now();
+    loop {
+        let now = Some(listener.world.snapshot().version());
+        if now != version && Instant::now() >= next {
+            (version, next) = (now, Instant::now() + PAUSE);
+            let tree = text(&listener);
+            if tree != shown {
+                let line = serde_json::to_string(&tree).map_err(|error| system(&error))?;
+                print_line(format_args!("{line}"));
+                shown = tree;
+            }
+        }
+        if !listener.turn(&mut |_| {})? {
+            return Ok(0);
+        }
+    }
+}
