@@ -9,6 +9,7 @@ use crate::jobs::Jobs;
 use crate::offers::{Offers, Source};
 use crate::poll::Snapshot;
 use crate::protocol;
+use crate::world::Teller;
 use rc_observe::{FeedId, Observer, Poller, Processes, TimeTopic};
 use rc_record::system_time;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -52,6 +53,9 @@ pub(crate) struct Bridge {
     poller: Poller<Snapshot>,
     jobs: Jobs,
     wake: UnixStream,
+    /// Wakes this thread when something has moved in the world.
+    wake_world: UnixStream,
+    world: Option<Teller>,
     processes: Processes,
     problems: BTreeSet<String>,
 }
@@ -68,10 +72,10 @@ impl Bridge {
             let (read, write) = UnixStream::pair()?;
             read.set_nonblocking(true)?;
             write.set_nonblocking(true)?;
-            Ok((read, write.try_clone()?, write))
+            Ok((read, write.try_clone()?, write.try_clone()?, write))
         };
         let pipe = pipe().map_err(|error: std::io::Error| system("make a pipe", &error))?;
-        let (wake, for_poller, for_jobs) = pipe;
+        let (wake, for_poller, for_jobs, wake_world) = pipe;
         let at = (options.address, options.port);
         let action = format!("listen on {} port {}", options.address, options.port);
         let listener = TcpListener::bind(at).map_err(|error| system(&action, &error))?;
@@ -99,6 +103,8 @@ impl Bridge {
             poller,
             jobs: Jobs::new(for_jobs),
             wake,
+            wake_world,
+            world: None,
             processes: Processes::default(),
             problems: BTreeSet::new(),
             options,
@@ -129,6 +135,7 @@ impl Bridge {
             self.accept();
             self.receive();
             self.take_messages();
+            self.take_world();
             for snapshot in self.poller.take() {
                 self.update(&snapshot);
             }

@@ -19,6 +19,7 @@ mod protocol;
 mod queue;
 mod shapes;
 mod subscriptions;
+mod world;
 
 use bridge::Bridge;
 use command_line::{Command, Failure, system};

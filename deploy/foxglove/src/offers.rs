@@ -5,6 +5,7 @@ use crate::graph::Graph;
 use crate::poll::Snapshot;
 use crate::protocol;
 use crate::shapes::{Shape, shapes};
+use crate::world::Part;
 use rc_observe::{End, Network, Operation, SendingClock, Topic};
 use rc_record::{Schema, schema};
 use rc_values::{Interface, Struct};
@@ -27,6 +28,8 @@ pub(crate) enum Source {
         slot: String,
         pid: u32,
     },
+    /// The world that the components share.
+    World,
 }
 
 impl std::fmt::Display for Source {
@@ -36,6 +39,7 @@ impl std::fmt::Display for Source {
             Self::Calls {
                 component, slot, ..
             } => write!(f, "{component}.{slot}"),
+            Self::World => f.write_str("the world"),
         }
     }
 }
@@ -74,6 +78,8 @@ pub(crate) enum Form {
     Shape(Shape, usize),
     /// A member of the results of an operation in a schema of Foxglove.
     ShapeOfResult(i32, Shape, usize),
+    /// A part of the world.
+    World(Part),
 }
 
 /// Channel to which clients subscribe.
@@ -139,7 +145,25 @@ impl Offers {
         let frames = Frames::find(network, frames);
         let (mut channels, mut readings) = (BTreeMap::new(), BTreeMap::new());
         let mut graph = Graph::default();
-        for topic in network.topics() {
+        let topics = network.topics();
+        if topics
+            .iter()
+            .any(|topic| topic.interface.name == "RcWorld::World")
+        {
+            for part in Part::ALL {
+                let (topic, form) = (part.topic().to_owned(), Form::World(part));
+                let id = self.id(topic.clone(), "", 0, &form);
+                let channel = Channel {
+                    topic,
+                    schema: part.schema(),
+                    sources: vec![Source::World],
+                    form,
+                    frame: String::new(),
+                };
+                channels.insert(id, channel);
+            }
+        }
+        for topic in topics {
             self.topic(topic, &frames, &mut channels, &mut readings, &mut graph);
         }
         let mut services = BTreeMap::new();

@@ -7,6 +7,7 @@ mod schema;
 mod values;
 
 use rc_values::{Named, Struct, Type, Value};
+pub(crate) use schema::scene_update;
 
 /// A value that a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,6 +1,6 @@
 """Looks at a network as Foxglove does: over the WebSocket of rcfoxglove, by schemas alone.
 
-Arguments: the port, what to do (`look`, `shapes` or `attack`), and a command that restarts the simulator. While it
+Arguments: the port, what to do (`look`, `shapes`, `world` or `attack`), and a command that restarts the simulator. While it
 looks, somebody sends poses with the source `sent`; for `shapes`, pictures that say `sent` is their frame, too.
 """
 
@@ -237,6 +237,17 @@ def finite(value):
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def world():
+    client = Client()
+    found = {}
+    for end in ("/world/_transforms", "/world/_entities"):
+        read = client.subscribe(end)
+        _, value = client.message(end, read)
+        found[end.rsplit("/", 1)[1]] = plain(value)
+        found[client.topic(end)["schemaName"]] = True
+    print(json.dumps(found))
+
+
 def refused(**options):
     try:
         Client(**options)
@@ -316,4 +327,4 @@ def attack():
     print(json.dumps(found))
 
 
-{"look": look, "shapes": shapes, "attack": attack}[sys.argv[2]]()
+{"look": look, "shapes": shapes, "attack": attack, "world": world}[sys.argv[2]]()

@@ -2,10 +2,12 @@
 
 use super::Bridge;
 use crate::delivery::deliver;
-use crate::offers::{Change, Reading, Source};
+use crate::offers::{Change, Form, Reading, Source};
 use crate::poll::Snapshot;
 use crate::protocol;
+use crate::world::Teller;
 use rc_observe::{FeedId, Observer, Processes};
+use rc_record::system_time;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
@@ -88,6 +90,7 @@ impl Bridge {
             stays
         });
         self.refused.retain(|_, since| since.elapsed() < RETRY);
+        self.follow_world(wanted.contains(&Source::World));
         for source in wanted {
             if self.opened.contains_key(&source) || self.refused.contains_key(&source) {
                 continue;
@@ -110,6 +113,50 @@ impl Bridge {
                 Err(error) => {
                     self.refused.insert(source, Instant::now());
                     self.tell(&error.to_string());
+                }
+            }
+        }
+    }
+
+    /// Begins or ends to follow the world.
+    fn follow_world(&mut self, is_wanted: bool) {
+        if !is_wanted {
+            self.world = None;
+            return;
+        }
+        if self.world.as_ref().is_some_and(Teller::has_ended) {
+            self.world = None;
+            self.refused.insert(Source::World, Instant::now());
+        }
+        if self.world.is_some() || self.refused.contains_key(&Source::World) {
+            return;
+        }
+        let wake = self.wake_world.try_clone();
+        let wake = wake.map_err(|error| error.to_string());
+        let begun = wake.and_then(|wake| Teller::begin(&self.options.network, wake));
+        match begun {
+            Ok(teller) => self.world = Some(teller),
+            Err(error) => {
+                self.refused.insert(Source::World, Instant::now());
+                self.tell(&error);
+            }
+        }
+    }
+
+    /// Sends what is due of the world.
+    pub(super) fn take_world(&mut self) {
+        let time = self.now.unwrap_or_else(system_time);
+        let due = self.world.as_mut().map(|world| world.due(time));
+        for (part, data) in due.into_iter().flatten() {
+            let form = Form::World(part);
+            let channels = self.offers.channels.iter();
+            let mut channels = channels.filter(|(_, channel)| channel.form == form);
+            let Some((id, _)) = channels.next() else {
+                continue;
+            };
+            for client in self.clients.values_mut() {
+                if let Some(subscription) = client.subscriptions.id(*id) {
+                    client.publish(protocol::message(subscription, time, &data));
                 }
             }
         }

@@ -72,6 +72,42 @@ fn foxglove_shows_pictures_clouds_scans_and_poses() {
     site.assert_nothing_left();
 }
 
+/// The frames of a world, in the axes of ROS, and its nodes with their names.
+#[test]
+fn foxglove_shows_a_world() {
+    let home = include_str!("../../../../components/networks/home.ddsl");
+    let site = Site::new("foxglove_world");
+    site.write_ddsl(&home.replace("Deployment home", "Deployment patrol"));
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site.await_in_log("room_keeper", "door front of 0.8 m");
+    Site::executable("rcdeploy");
+    let (tool, port) = serve(&site, &["--read-only"]);
+    if let Some(found) = client(&site, port, "world", "foxglove_shows_a_world") {
+        let transforms = list(&found["_transforms"]["transforms"]);
+        let front = transforms
+            .iter()
+            .find(|one| one["child_frame_id"] == "front");
+        let front = front.unwrap_or_else(|| panic!("no door in {found}"));
+        assert_eq!(front["parent_frame_id"], "kitchen");
+        let at = numbers(&front["translation"], ["x", "y", "z"]);
+        assert!(
+            (at[0] - 1.2).abs() < 1e-9 && at[1] == 0.0 && at[2] == 0.0,
+            "{at:?}"
+        );
+        let entities = list(&found["_entities"]["entities"]);
+        let names: Vec<&Value> = entities
+            .iter()
+            .map(|one| &one["texts"][0]["text"])
+            .collect();
+        assert_eq!(names, [&json!("kitchen"), &json!("front")]);
+        assert_eq!(found["foxglove_msgs/msg/SceneUpdate"], true);
+    }
+    drop(tool);
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
 /// The schema is Foxglove's, and the message says when it was sent.
 fn assert_shown(found: &Value, schema: &str, shown: &Value) {
     assert_eq!(found["schema"], format!("foxglove_msgs/msg/{schema}"));
