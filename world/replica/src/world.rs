@@ -211,10 +211,17 @@ impl World {
         self.core().conflicts.clone()
     }
 
-    /// The next value that another replica gave an attribute at the same time as this one, whose
-    /// value is shown. If more than 256 are not taken, the oldest are dropped.
+    /// The next value that another replica gave an attribute at the same time as this one, whose value
+    /// is shown. Of more than 256 that nobody takes, the oldest are forgotten, and so are those of which a
+    /// third value is shown meanwhile.
     pub fn overruled(&self) -> Option<Overruled> {
-        self.core().overruled.pop_front()
+        let mut core = self.core();
+        while let Some(one) = core.overruled.pop_front() {
+            if core.replica.get(one.of, &one.attribute) == one.shown.as_ref() {
+                return Some(one);
+            }
+        }
+        None
     }
 
     /// The problems of the replica.

@@ -1,8 +1,11 @@
 //! Tests of replicas of a world, in virtual time.
 
+mod dsr_files;
+mod dsr_programs;
 mod gaps;
 mod network;
 mod news;
 mod partitions;
+mod tf;
 mod threads;
 mod wrong;
