@@ -1,4 +1,4 @@
-//! Reads beside scipy and beside tf2's own `BufferCore`, and what RobMoSys D3.2, section 3.1.2, misses in tf: a test for each
+//! Reads beside scipy and beside tf2's own `BufferCore`, and what `RobMoSys` D3.2, section 3.1.2, misses in tf: a test for each
 //! of its eight complaints, in their order.
 
 use crate::network::{CALM, Network, add, through_bytes};
@@ -79,8 +79,8 @@ fn moved(count: usize, seed: u64) -> Told {
     let (world, time) = world(GEOMETRY);
     world.keep(Keep {
         versions: 100_000,
-        duration: Duration::from_secs(3600),
-        gap: Duration::from_secs(60),
+        duration: Duration::from_hours(1),
+        gap: Duration::from_mins(1),
     });
     let pose = |random: &mut Rng| -> [f64; 6] {
         std::array::from_fn(|at| {
@@ -239,7 +239,7 @@ fn reads_of_the_past_are_those_of_tf2() {
             continue;
         }
         answered += 1;
-        let numbers = line.split(' ').map(|word| word.parse::<f64>());
+        let numbers = line.split(' ').map(str::parse::<f64>);
         for (found, expected) in numbers.zip(cells) {
             let apart = (found.expect("a number") - expected).abs();
             worst = worst.max(apart);
@@ -353,7 +353,7 @@ fn tf_3_vectors_and_polygons_are_in_the_world() {
     let now = world.snapshot();
     let numbers = |name: &str| {
         now.get(area, name)
-            .and_then(|v| v.numbers())
+            .and_then(property_graph::Value::numbers)
             .expect("numbers")
             .into_owned()
     };
@@ -428,7 +428,7 @@ fn tf_6_what_does_not_change_is_sent_once() {
     let mut network = Network::new(3, CALM, 1);
     network.turn = 20;
     add(network.at(0), "room", "kitchen");
-    network.run(Duration::from_secs(60));
+    network.run(Duration::from_mins(1));
     assert_eq!(network.sent.get(&Topic::Change), Some(&1));
     let late = network.world(2, Rights::everything());
     network.worlds[2] = Some(late);
