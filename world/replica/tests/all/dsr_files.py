@@ -23,6 +23,17 @@ def attributes(of):
     return {name: value(attribute) for name, attribute in listed(of).items() if name != "name"}
 
 
+# The attributes of `RT` as the oldest files name them.
+OLDER = {"translation": "rt_translation", "rotation_euler_xyz": "rt_rotation_euler_xyz"}
+
+
+def of_link(link):
+    found = attributes(link["linkAttribute"])
+    if link["label"] != "RT":
+        return found
+    return {name if OLDER.get(name, name) in found else OLDER.get(name, name): value for name, value in found.items()}
+
+
 def read(path):
     """The nodes by their names: type and attributes; and the edges by their ends and labels."""
     with open(path) as file:
@@ -31,7 +42,7 @@ def read(path):
     assert len(set(names.values())) == len(names), path
     nodes = {node["name"]: (node["type"], attributes(node["attribute"])) for node in symbols.values()}
     edges = {
-        (node["name"], link["label"], names[str(link["dst"])]): attributes(link["linkAttribute"])
+        (node["name"], link["label"], names[str(link["dst"])]): of_link(link)
         for node in symbols.values()
         for link in node["links"]
     }
