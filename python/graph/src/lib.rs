@@ -3,6 +3,7 @@
 //! It is a library of its own, because most programs in Python ask no graph.
 
 mod elements;
+mod steps;
 mod values;
 mod walk;
 mod world;
