@@ -30,6 +30,7 @@ pub mod lifecycle;
 mod lifecycle_server;
 mod link;
 mod log;
+mod losses;
 pub mod machine;
 mod machine_record;
 mod management;

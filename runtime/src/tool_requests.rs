@@ -4,6 +4,7 @@
 use crate::commands::{Command, CommandQueue};
 use crate::component_info::ComponentInfo;
 use crate::hops::{FollowedEnd, FollowedPair, SharedHops};
+use crate::losses::{Losses, Tapping};
 use crate::slots::{OpenSlot, SlotTable};
 use crate::status::Shared;
 use crate::tap::{Copied, Taps};
@@ -20,7 +21,7 @@ use rc_middleware::Encoding;
 use rc_middleware::backend::Profile;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -28,27 +29,6 @@ use std::time::{Duration, Instant};
 const MOST_WAITING: usize = 3 << 20;
 /// How long the worker may take to handle a sample of a tool.
 const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
-
-/// The slots that a client taps.
-pub(crate) type Tapping = BTreeMap<usize, Losses>;
-
-/// Messages that a client lost of a tapped slot.
-#[derive(Debug)]
-pub(crate) struct Losses {
-    /// The messages of the slot that were not copied for any client, before this one tapped it.
-    before: u64,
-    /// The copies that found no room at this client.
-    dropped: u64,
-    /// How many losses the client knows of.
-    told: u64,
-}
-
-impl Losses {
-    /// All losses, if so many messages of the slot were not copied.
-    fn total(&self, not_copied: u64) -> u64 {
-        not_copied.saturating_sub(self.before) + self.dropped
-    }
-}
 
 /// A client, the identifier of its request, and the result.
 type Answered = (u64, Option<Value>, Result<Value, Error>);
