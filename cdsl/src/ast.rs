@@ -49,6 +49,8 @@ pub enum Clause {
     Python(Name, bool),
     /// `period 50ms;`
     Period(Literal),
+    /// `collect LaserPub.newScan, pose.newFullPose within 20ms as view;`
+    Collect(Collect),
     /// `reactions { compute -> newPose budget 1ms; }`
     Reactions(Vec<Reaction>),
     /// `simulates time;`
@@ -90,6 +92,17 @@ pub struct Dependency {
     pub short: Option<Name>,
     /// `{ version "1"; features "a", "b"; }`
     pub fields: Vec<(Name, Vec<Literal>)>,
+}
+
+/// `collect LaserPub.newScan, pose.newFullPose within 20ms as view;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collect {
+    /// The topics.
+    pub topics: Vec<OperationPath>,
+    /// The most time between two of them. `None` for `exact`.
+    pub within: Option<Literal>,
+    /// What the worker calls it.
+    pub name: Name,
 }
 
 /// `scan, base.bumped -> setSpeed budget 3ms;`
@@ -150,13 +163,13 @@ pub struct SlotDecl {
     pub span: Span,
 }
 
-/// `depth 5`, `wake spin 50us`
+/// `depth 5`, `wake spin 50us`, `serve latest 200ms`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// The name of the setting.
     pub name: Name,
     /// The value.
     pub value: Literal,
-    /// Whether `spin` is before the value.
-    pub spin: bool,
+    /// The word before the value: `spin` or `latest`.
+    pub mode: Option<String>,
 }

@@ -35,6 +35,8 @@ pub struct Component {
     pub python: Option<Python>,
     /// The default period of `compute()`. The configuration can change it.
     pub period: Duration,
+    /// The topics whose samples one handler gets together.
+    pub collects: Vec<Collect>,
     /// The effects of causes. `None` without the clause: all outputs follow all inputs, through
     /// `compute()`.
     pub reactions: Option<Vec<Reaction>>,
@@ -148,6 +150,17 @@ pub struct StateMachine {
 /// The period of a component without a `period` clause.
 pub const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 
+/// `collect LaserPub.newScan, pose.newFullPose within 20ms as view;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collect {
+    /// What the worker calls it.
+    pub name: Name,
+    /// The topics, each as the name of its slot and of its operation.
+    pub topics: Vec<(String, String)>,
+    /// The most time between the first and the last sample. Zero for samples of equal times.
+    pub within: Duration,
+}
+
 /// A cause with its effects. A cause has one reaction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reaction {
@@ -171,13 +184,16 @@ pub enum Step {
         /// The name of the operation.
         operation: String,
     },
+    /// Samples that one handler gets together, by the name of their `collect`.
+    Collected(String),
 }
 
 impl fmt::Display for Step {
-    /// `compute`, or `SLOT.OPERATION`.
+    /// `compute`, `SLOT.OPERATION`, or the name of a `collect`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Compute => f.write_str("compute"),
+            Self::Collected(name) => f.write_str(name),
             Self::Operation { slot, operation } => write!(f, "{slot}.{operation}"),
         }
     }

@@ -3,7 +3,8 @@
 mod world;
 
 use crate::ast::{
-    Clause, Communication, Component, Dependency, File, OperationPath, Reaction, Setting, SlotDecl,
+    Clause, Collect, Communication, Component, Dependency, File, OperationPath, Reaction, Setting,
+    SlotDecl,
 };
 use crate::model::{Language, Role};
 use pest::iterators::Pair;
@@ -20,7 +21,7 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 pub struct Grammar;
 
 /// The keywords of clauses.
-const KEYWORDS: [&str; 14] = [
+const KEYWORDS: [&str; 15] = [
     "Communications",
     "language",
     "gui",
@@ -32,6 +33,7 @@ const KEYWORDS: [&str; 14] = [
     "dependencies",
     "python",
     "period",
+    "collect",
     "reactions",
     "simulates",
     "lifecycle",
@@ -110,6 +112,7 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
             r.texts(pair);
             Clause::Period(literal)
         }
+        Rule::collect => Clause::Collect(collect(r, pair)?),
         Rule::reactions => {
             let mut reactions = Vec::new();
             for part in pair.into_inner() {
@@ -173,6 +176,26 @@ fn clause(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(Name, Claus
     Some((first, clause))
 }
 
+fn collect(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Collect> {
+    let (mut topics, mut within, mut name) = (Vec::new(), None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::operation => topics.extend(operation(r, part)),
+            Rule::duration | Rule::number => {
+                within = Some(Literal::parse(part.as_str(), r.span(&part)));
+            }
+            Rule::name => name = Some(r.name(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(Collect {
+        topics,
+        within,
+        name: name?,
+    })
+}
+
 fn reaction(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Reaction {
     let mut reaction = Reaction {
         causes: Vec::new(),
@@ -197,21 +220,22 @@ fn reaction(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Reaction {
 
 fn operations(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Vec<OperationPath> {
     let paths = pair.into_inner().filter(|p| p.as_rule() == Rule::operation);
-    let paths = paths.filter_map(|path| {
-        let mut names = r.texts(path).into_iter();
-        let first = names.next()?;
-        Some(match names.next() {
-            Some(operation) => OperationPath {
-                slot: Some(first),
-                operation,
-            },
-            None => OperationPath {
-                slot: None,
-                operation: first,
-            },
-        })
-    });
-    paths.collect()
+    paths.filter_map(|path| operation(r, path)).collect()
+}
+
+fn operation(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OperationPath> {
+    let mut names = r.texts(pair).into_iter();
+    let first = names.next()?;
+    Some(match names.next() {
+        Some(operation) => OperationPath {
+            slot: Some(first),
+            operation,
+        },
+        None => OperationPath {
+            slot: None,
+            operation: first,
+        },
+    })
 }
 
 fn communication(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Communication> {
@@ -272,14 +296,15 @@ fn keyword_and_names(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<(
 }
 
 fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
-    let (mut name, mut value, mut spin) = (None, None, false);
+    let (mut name, mut value, mut mode) = (None, None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => name = Some(r.name(&part)),
             Rule::literal => value = Some(Literal::parse(part.as_str(), r.span(&part))),
-            Rule::spin => {
-                spin = true;
-                let time = part.into_inner().find(|p| p.as_rule() == Rule::literal)?;
+            Rule::mode => {
+                let mut parts = part.into_inner();
+                mode = parts.next().map(|word| word.as_str().to_owned());
+                let time = parts.find(|p| p.as_rule() == Rule::literal)?;
                 value = Some(Literal::parse(time.as_str(), r.span(&time)));
             }
             Rule::semicolon => r.semicolon(&part),
@@ -289,7 +314,7 @@ fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Setting> {
     Some(Setting {
         name: name?,
         value: value?,
-        spin,
+        mode,
     })
 }
 
@@ -307,6 +332,7 @@ fn report_skipped_clause(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) {
         "dependencies" => Rule::dependencies,
         "python" => Rule::python,
         "period" => Rule::period,
+        "collect" => Rule::collect,
         "reactions" => Rule::reactions,
         "simulates" => Rule::simulates,
         "lifecycle" => Rule::lifecycle,
@@ -407,6 +433,9 @@ fn unknown_clause(first: &Name) -> Diagnostic {
 rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_name, language_word], {
     file | kw_component => "`Component`",
     operation | causes | effects => "an operation, or `compute`",
+    collect | kw_collect => "`collect`",
+    kw_exact => "`exact`",
+    kw_within => "`within`",
     reaction => "a reaction such as `scan -> setSpeed budget 3ms;`",
     arrow => "`->`",
     budget | kw_budget => "`budget`",

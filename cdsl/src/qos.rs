@@ -16,19 +16,30 @@ const IN_PLACE: &str = "in_place";
 const ASYNCHRONOUS: &str = "asynchronous";
 /// The setting of how an end waits, whose value begins with `spin`.
 const WAKE: &str = "wake";
+/// The setting of how a query is served, whose value begins with `latest`.
+const SERVE: &str = "serve";
 
 /// The word for a policy as a setting of a slot.
 fn setting(policy: PolicyName) -> &'static str {
     match policy {
         PolicyName::Spin => WAKE,
+        PolicyName::Latest => SERVE,
         other @ (PolicyName::Reliability
         | PolicyName::Durability
         | PolicyName::Depth
         | PolicyName::Deadline
         | PolicyName::Lifespan
         | PolicyName::Liveliness
-        | PolicyName::Timeout) => other.word(),
+        | PolicyName::Timeout
+        | PolicyName::Fresh
+        | PolicyName::Stale
+        | PolicyName::Cache) => other.word(),
     }
+}
+
+/// The word before the value of a setting.
+fn mode(policy: PolicyName) -> Option<&'static str> {
+    matches!(policy, PolicyName::Spin | PolicyName::Latest).then(|| policy.word())
 }
 
 /// The allowed values of a setting, for messages.
@@ -40,6 +51,9 @@ fn allowed(policy: PolicyName) -> String {
             words.join(" or ")
         }
         Values::Count(range) => format!("an integer from {} to {}", range.start(), range.end()),
+        Values::Limit if policy == PolicyName::Latest => {
+            "`latest` and a duration such as `200ms`".to_owned()
+        }
         Values::Limit | Values::Time => "a duration such as `500ms`".to_owned(),
         Values::Within(range) => {
             let (least, most) = (time(*range.start()), time(*range.end()));
@@ -103,7 +117,12 @@ impl Resolver<'_> {
         let choice = choice(role);
         let mut read_settings = SlotSettings::default();
         let mut seen = HashMap::new();
-        for Setting { name, value, spin } in settings {
+        for Setting {
+            name,
+            value,
+            mode: written,
+        } in settings
+        {
             self.check_unique(&mut seen, name, "setting");
             let word = name.text.as_str();
             let (is_valid, allowed) = if choice == Some(word) {
@@ -129,7 +148,7 @@ impl Resolver<'_> {
                 (choice.is_some(), "`true` or `false`".to_owned())
             } else if let Some(policy) = policies.clone().find(|policy| setting(*policy) == word) {
                 let read = policy.read(scalar(value));
-                let read = read.filter(|_| *spin == (word == WAKE));
+                let read = read.filter(|_| written.as_deref() == mode(policy));
                 let is_valid = read.is_some();
                 read_settings.qos.extend(read);
                 (is_valid, allowed(policy))
@@ -141,10 +160,10 @@ impl Resolver<'_> {
                 continue;
             };
             if !is_valid {
-                let written = match value.as_nanoseconds() {
-                    Some(ns) if *spin => format!("`spin {}`", duration::text(ns)),
-                    _ if *spin => format!("`spin` with {}", value.described()),
-                    _ => value.described(),
+                let written = match (value.as_nanoseconds(), written) {
+                    (Some(ns), Some(mode)) => format!("`{mode} {}`", duration::text(ns)),
+                    (None, Some(mode)) => format!("`{mode}` with {}", value.described()),
+                    (_, None) => value.described(),
                 };
                 let message =
                     format!("invalid value of `{word}`: expected {allowed}, found {written}");
@@ -152,7 +171,67 @@ impl Resolver<'_> {
                     .push(Diagnostic::error("bad-qos", value.span, message));
             }
         }
+        self.check_freshness(role, interface, settings, &read_settings);
         read_settings
+    }
+
+    /// Reports settings of fresh values that do not fit together.
+    fn check_freshness(
+        &mut self,
+        role: Role,
+        interface: InterfaceId,
+        settings: &[Setting],
+        read: &SlotSettings,
+    ) {
+        let qos = read.qos.over(rc_vocabulary::qos::Qos::of(role));
+        let span = |word: &str| {
+            let named = settings.iter().find(|setting| setting.name.text == word);
+            named.map(|setting| setting.name.span)
+        };
+        let mut report = |diagnostic: Diagnostic, help: &str| {
+            self.found.push(diagnostic.help(help.to_owned()));
+        };
+        if let (Some(at), None) = (span("stale"), qos.fresh) {
+            let message = "`stale` says what is done with a value that is not fresh";
+            let help = "add the age up to which it is: `fresh 100ms;`";
+            report(Diagnostic::error("bad-qos", at, message), help);
+        }
+        if let (Some(at), true) = (span("fresh"), read.in_place) {
+            let message = "a value in place is not kept, so that it has no age";
+            let help = "remove `fresh` or `in_place`";
+            report(Diagnostic::error("bad-qos", at, message), help);
+        }
+        if let (Some(at), Some(cache), Some(fresh)) = (span("cache"), qos.cache, qos.fresh)
+            && cache > fresh
+        {
+            let message = format!(
+                "a reply may be {} old, and counts as fresh for {}",
+                duration::text_of(cache),
+                duration::text_of(fresh)
+            );
+            let help = "shorten `cache`, or lengthen `fresh`";
+            report(Diagnostic::warning("cache-over-fresh", at, message), help);
+        }
+        let library = &self.library;
+        let operations = &library.interface(interface).operations;
+        let returns = |o: &&Operation| o.result.is_some() || !o.outputs.is_empty();
+        let mut queries = operations.iter().filter(returns);
+        if let (Some(at), None, Role::Requires) = (span("cache"), queries.clone().next(), role) {
+            let message = format!(
+                "`{}` has no query, whose reply could be kept",
+                library.interface(interface).name.text
+            );
+            report(Diagnostic::error("bad-qos", at, message), "remove `cache`");
+        }
+        if let (Some(at), Role::Implements) = (span(SERVE), role)
+            && !queries.any(|o| o.inputs.is_empty())
+        {
+            let message = format!(
+                "`{}` has no query without parameters, whose last result could answer",
+                library.interface(interface).name.text
+            );
+            report(Diagnostic::error("bad-qos", at, message), "remove `serve`");
+        }
     }
 
     /// Reports an interface without any query.

@@ -1,5 +1,6 @@
 //! Loads the imported interfaces and builds the model of a component.
 
+mod collects;
 mod reactions;
 mod slots;
 mod world;
@@ -117,12 +118,12 @@ impl Resolver<'_> {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
         let (mut viewer, mut scene_slots, mut python) = (None, None, None);
-        let (mut reactions, mut world) = (None, None);
+        let (mut reactions, mut world, mut collects) = (None, None, Vec::new());
         let mut kinematics: Vec<(Name, Name)> = Vec::new();
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
         let mut seen: HashMap<String, Span> = HashMap::new();
         for (word, clause) in &tree.clauses {
-            if !matches!(clause, Clause::Kinematics(..)) {
+            if !matches!(clause, Clause::Kinematics(..) | Clause::Collect(..)) {
                 self.check_unique(&mut seen, word, "clause");
             }
             match clause {
@@ -160,6 +161,7 @@ impl Resolver<'_> {
                     dependencies = all.iter().map(|one| self.dependency(one)).collect();
                 }
                 Clause::Python(version, venv) => python = Some((word, version, *venv)),
+                Clause::Collect(tree) => collects.push(tree),
                 Clause::Reactions(all) => reactions = Some(all),
                 Clause::SimulatesTime => simulates_time = true,
                 Clause::Lifecycle(kind) if kind.text.eq_ignore_ascii_case(MANAGED) => {
@@ -187,7 +189,8 @@ impl Resolver<'_> {
         if state_machine.is_none() {
             self.check_no_states(&slots, &seen);
         }
-        let reactions = reactions.map(|all| self.reactions(all, &slots, period));
+        let collects = self.collects(&collects, &slots);
+        let reactions = reactions.map(|all| self.reactions(all, &slots, &collects, period));
         // A clause that could not be parsed is not missing.
         let skipped = self.found.iter().any(|d| {
             d.span.source == tree.name.span.source
@@ -232,6 +235,7 @@ impl Resolver<'_> {
             dependencies,
             python,
             period,
+            collects,
             reactions,
             simulates_time,
             managed,

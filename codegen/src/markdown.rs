@@ -30,6 +30,7 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
     context.insert("name", &component.name);
     context.insert("slots", &slots(component));
     context.insert("world", &component.world.as_ref().map(world_page));
+    context.insert("collects", &collects(component));
     context.insert("reactions", &reactions(component));
     let mut pages = vec![("operations.md", print(tera, "operations.md", &context)?)];
     if let Some(parameters) = &component.parameters {
@@ -126,6 +127,23 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
         available: slot.available.iter().map(|state| code(state)).collect(),
         operations: operations.collect(),
     }
+}
+
+/// What handlers get together, a line for each of them.
+fn collects(component: &Component) -> Vec<String> {
+    let all = component.collects.iter();
+    all.map(|collect| {
+        let topics = collect.topics.iter().map(|topic| code(&topic.topic));
+        let topics = topics.collect::<Vec<_>>().join(", ");
+        let within = Duration::new(collect.within.seconds, collect.within.nanoseconds);
+        let within = if within.is_zero() {
+            "of equal times".to_owned()
+        } else {
+            format!("within {}", duration::text_of(within))
+        };
+        format!("{}: {topics} {within}", code(&collect.name))
+    })
+    .collect()
 }
 
 /// The reactions, a line for each cause.

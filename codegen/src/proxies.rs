@@ -184,6 +184,10 @@ fn component(
     let mut inner = Vec::new();
     for of in exported {
         let interface = same_interface(&component.library, of)?;
+        // The components inside and outside keep values; what passes on keeps none.
+        let passed = of.slot.qos.iter().filter(|policy| !policy.name().is_of_ages());
+        let mut qos = Policies::default();
+        qos.extend(passed);
         let slot = Slot {
             name: of.name.clone(),
             interface,
@@ -192,6 +196,7 @@ fn component(
             in_place: false,
             asynchronous: false,
             available: Vec::new(),
+            qos,
             span: of.instance.name.span,
             interface_span: of.instance.name.span,
             name_span: None,

@@ -7,6 +7,7 @@ mod codecs;
 pub(crate) mod component;
 pub(crate) mod context_names;
 mod exports;
+mod freshness;
 mod handlers;
 mod in_place;
 mod interface;

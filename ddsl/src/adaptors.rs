@@ -16,6 +16,7 @@ use rc_cdsl::Component;
 use rc_cdsl::model::{Reaction, Role, Slot, Step};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_syntax::Name;
+use rc_vocabulary::qos::Policies;
 use std::time::Duration;
 
 /// The name of the component that adaptors are.
@@ -435,13 +436,18 @@ fn component(deployment: &Deployment, found: &Found<'_>) -> Component {
         viewer: None,
         scene_slots: None,
         world: None,
+        collects: Vec::new(),
         ..found.component.clone()
     }
 }
 
-/// A slot as an adaptor has it: values and replies are copied.
+/// A slot as an adaptor has it: values and replies are copied, and not kept.
 fn plain(slot: &Slot) -> Slot {
+    let passed = slot.qos.iter().filter(|policy| !policy.name().is_of_ages());
+    let mut qos = Policies::default();
+    qos.extend(passed);
     Slot {
+        qos,
         is_array: false,
         in_place: false,
         asynchronous: false,

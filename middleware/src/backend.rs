@@ -8,6 +8,7 @@
 
 use crate::cdr::EncodeError;
 use crate::error::{CallError, OpenError, ReceiveError, SendError};
+use crate::freshness::Freshness;
 use crate::lifecycle::LifecycleService;
 use crate::log::LogQueue;
 use crate::parameters::ParameterService;
@@ -345,6 +346,17 @@ pub trait Client {
 
     /// The number of servers, 0 or 1.
     fn peers(&self) -> usize;
+
+    /// Identifies the server: another number once another server is there, 0 if there is none. A
+    /// backend that cannot tell servers apart only says whether there is one.
+    fn server(&self) -> u128 {
+        self.peers() as u128
+    }
+
+    /// The age of the last reply, and what it is made of, where the slot keeps track.
+    fn freshness(&self) -> Option<Freshness> {
+        None
+    }
 
     /// Gauge of the queue of replies; `None` if the middleware reserves the memory of
     /// the queue at the start.

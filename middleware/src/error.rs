@@ -42,6 +42,15 @@ pub enum CallError {
         /// The active states of the server, or the state of its life cycle.
         state: String,
     },
+    /// The value is older than the slot allows with `fresh`, and `stale refuse` refuses it.
+    #[error("the value is {age:?} old, which is more than `fresh` allows")]
+    Stale {
+        /// Its age.
+        age: Duration,
+    },
+    /// No value has come yet.
+    #[error("no value has come yet")]
+    NoValue,
     /// This component is stopping: it makes no more calls. It can still send commands.
     #[error("this component is stopping")]
     Stopping,

@@ -10,6 +10,7 @@
 //! - [`rpc`]: the envelope of a call (after the basic mapping of OMG DDS-RPC 1.0).
 //! - [`typed`]: typed publishers and clients, which generated code uses.
 //! - [`fan_out`]: a publisher over several middlewares.
+//! - [`freshness`]: how old a value is, and what it is made of.
 //! - [`gaps`]: the samples that a receiver lost.
 //! - [`lifecycle`]: the life cycle of a managed component, for a middleware with managed nodes.
 //! - [`log`]: the log of a component, for a middleware that publishes it.
@@ -28,6 +29,7 @@ pub mod counter;
 pub mod environment;
 pub mod error;
 pub mod fan_out;
+pub mod freshness;
 pub mod gaps;
 pub mod header;
 pub mod in_place;
@@ -60,13 +62,14 @@ pub use cdr::{Cdr, DecodeError, EncodeError, Reader, Writer};
 pub use counter::Counter;
 pub use environment::{Environment, RunDirectory, user_name};
 pub use error::{CallError, OpenError, ReceiveError, SendError};
+pub use freshness::{Fresh, Freshness, Made};
 pub use gaps::{Gaps, Unread};
 pub use header::{Encoding, Header, now};
 pub use in_place::InPlace;
 pub use linked::{Connect, Linked};
 pub use log::{LogLevel, LogLine, LogQueue};
 pub use member::Member;
-pub use qos::{Durability, Qos, Reliability};
+pub use qos::{Durability, Qos, Reliability, Stale};
 pub use queue_gauge::QueueGauge;
 pub use request_body::RequestBody;
 pub use settings::Settings;

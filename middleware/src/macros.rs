@@ -332,6 +332,12 @@ macro_rules! client {
                 self.client.peers() > 0
             }
 
+            /// The age of the last reply, and what it is made of, if the slot has `fresh` or
+            /// `cache`.
+            pub fn freshness(&self) -> ::std::option::Option<$crate::Freshness> {
+                self.client.freshness()
+            }
+
             /// Calls by operations, for generated code.
             #[doc(hidden)]
             pub fn rc_typed(&mut self) -> &mut $crate::typed::TypedClient {

@@ -1,7 +1,7 @@
 //! Quality of service, and how many endpoints may meet.
 
 pub use rc_vocabulary::qos::{
-    Contract, Difference, Durability, Policies, Policy, Qos, Reliability,
+    Contract, Difference, Durability, Policies, Policy, Qos, Reliability, Stale,
 };
 
 /// Most subscribers of a topic and most clients of a server.

@@ -4,6 +4,7 @@
 //! the machine starts, which state serves which slot. It runs anything that is [`Joined`]: a worker
 //! of Rust with its context ([`Pair`]), or a worker of another language.
 
+use crate::collect::{Collect, Collected};
 use crate::component::{CallEnd, Component, Sample};
 use crate::context::Core;
 use crate::dispatch::{Dispatch, Handler, Serving, WorkerContext};
@@ -89,6 +90,17 @@ pub trait Joined: Living {
         operation: usize,
         sample: Sample<'_>,
     ) -> Result<(), HandlerError>;
+
+    /// As [`Component::collects`].
+    fn collects(&self) -> &'static [Collect] {
+        &[]
+    }
+
+    /// As [`Component::collected`].
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        let _ = (number, samples);
+        Ok(())
+    }
 
     /// As [`Component::keeps`].
     fn keeps(&self, slot: usize, operation: usize) -> bool {
@@ -272,6 +284,14 @@ impl<J: Joined> Component for Adapter<J> {
         sample: Sample<'_>,
     ) -> Result<(), HandlerError> {
         self.0.receive(slot, member, operation, sample)
+    }
+
+    fn collects(&self) -> &'static [Collect] {
+        self.0.collects()
+    }
+
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        self.0.collected(number, samples)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
@@ -478,6 +498,15 @@ where
             }
             _ => Err(no_slot()),
         }
+    }
+
+    fn collects(&self) -> &'static [Collect] {
+        C::Target::COLLECTS
+    }
+
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        let handle = C::Target::COLLECTED.get(number).ok_or_else(no_slot)?;
+        handle(&mut self.worker, &mut self.ctx, samples)
     }
 
     fn starts_calls(&self, slot: usize) -> bool {

@@ -1,5 +1,6 @@
 //! Interface of the runtime to a generated component.
 
+use crate::collect::{Collect, Collected};
 use crate::context::Core;
 use crate::lifecycle::Hook;
 use crate::machine::Parts;
@@ -105,6 +106,18 @@ pub trait Component {
         Err(HandlerError(
             "the component subscribes to nothing".to_owned(),
         ))
+    }
+
+    /// What the component collects.
+    fn collects(&self) -> &'static [Collect] {
+        &[]
+    }
+
+    /// Handles the samples of a collection, one of each topic, in their order. `number` is that of the
+    /// collection.
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        let _ = (number, samples);
+        Ok(())
     }
 
     /// Whether an implemented slot takes one more request: else requests wait in the queue of their

@@ -1,6 +1,7 @@
 //! The status and the heartbeats of a component.
 
 use crate::description::Description;
+use crate::freshness::moment;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::settings::topic_qos;
@@ -167,6 +168,8 @@ impl ComponentInfo {
 
     pub(crate) fn status(&self, shared: &Shared) -> Status {
         let status = shared.status();
+        let is_simulated = shared.time.kind != ClockKind::System;
+        let now = moment(is_simulated.then_some(&*shared.time.clock));
         // The counters of members are there once the worker is initialised.
         let slots = self
             .slots()
@@ -184,6 +187,7 @@ impl ComponentInfo {
             sent: status.sent(at),
             withheld: status.withheld(at),
             converted: status.converted(at),
+            freshness: status.freshness(at, now),
             forwarded: status.forwarded(at),
             lost: counters.lost,
             queue: status.queue(at),

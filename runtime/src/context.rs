@@ -4,10 +4,14 @@
 use crate::clock::{Clock, Time};
 use crate::exact::entry::Kind;
 use crate::exact::mode::Exact;
+use crate::freshness::{Inputs, Moments};
+use crate::latest_values::LatestValues;
 use crate::lifecycle::{Lifecycle, LifecycleState};
 use crate::status::Shared;
-use rc_management::component::{State, WorldStatus};
+use rc_management::component::{ClockKind, State, WorldStatus};
+use std::cell::RefCell;
 use std::hash::{BuildHasher, RandomState};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -29,6 +33,10 @@ pub struct Core {
     clock: Arc<dyn Clock>,
     pub(crate) exact: Exact,
     random: fastrand::Rng,
+    /// The newest samples, and those that wait to be collected.
+    pub(crate) inputs: Rc<RefCell<Inputs>>,
+    /// The last values, which answer queries.
+    pub(crate) latest: Rc<RefCell<LatestValues>>,
 }
 
 /// Reports the state of a component's replica of the shared world to the supervisor and tools.
@@ -79,6 +87,17 @@ impl Core {
             clock,
             exact,
             random: fastrand::Rng::with_seed(seed),
+            inputs: Rc::default(),
+            latest: Rc::default(),
+        }
+    }
+
+    /// The time by which the ages of values are counted.
+    pub(crate) fn moments(&self) -> Moments {
+        let is_simulated = self.shared.time.kind != ClockKind::System;
+        Moments {
+            exact: self.exact.clone(),
+            simulated: is_simulated.then(|| Arc::clone(&self.clock)),
         }
     }
 

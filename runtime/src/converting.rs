@@ -589,6 +589,10 @@ impl Client for ConvertingClient {
         self.port.peers()
     }
 
+    fn server(&self) -> u128 {
+        self.port.server()
+    }
+
     fn queue(&self) -> Option<QueueGauge> {
         self.port.queue()
     }

@@ -1,6 +1,7 @@
 //! The tables of generated code: which functions of a worker serve its slots, its state machine and
 //! its life cycle.
 
+use crate::collect::{Collect, Collected};
 use crate::context::Core;
 use crate::description::Description;
 use crate::error::StartError;
@@ -135,10 +136,17 @@ pub trait Dispatch<W: 'static>: WorkerContext + 'static {
 pub trait Serving<W: 'static>: Dispatch<W> {
     /// One entry for each slot, in the order of the description.
     const SLOTS: &'static [SlotEntry<W, Self>];
+    /// What the component collects.
+    const COLLECTS: &'static [Collect] = &[];
+    /// The handlers of what it collects, in the same order.
+    const COLLECTED: &'static [CollectedHandler<W, Self>] = &[];
     /// Runs in each turn of the event loop, after handlers: the context's own work. Returns whether
     /// it did anything.
     const TURN: Option<fn(&mut W, &mut Self) -> bool> = None;
 }
+
+/// Lets the worker handle samples that were collected, one of each topic, in their order.
+pub type CollectedHandler<W, C> = fn(&mut W, &mut C, &[Collected]) -> Result<(), HandlerError>;
 
 type Fallible<W, C> = fn(&mut W, &mut C) -> Result<(), WorkerError>;
 type Infallible<W, C> = fn(&mut W, &mut C);

@@ -9,7 +9,9 @@
 
 pub mod adapter;
 mod arguments;
+mod cached;
 mod clock;
+mod collect;
 mod command_line;
 mod commands;
 mod component;
@@ -25,7 +27,11 @@ mod exact;
 mod fired_event;
 mod firing;
 mod forwarded;
+mod fresh_slot;
+mod freshness;
 mod hops;
+mod latest;
+mod latest_values;
 pub mod lifecycle;
 mod lifecycle_server;
 mod link;
@@ -63,15 +69,19 @@ mod worker_error;
 
 pub use adapter::Adapter;
 pub use clock::{Clock, SimulatedClock, SystemClock, Time};
+pub use collect::{Collect, Collected};
 pub use component::{Body, CallEnd, Component, Sample};
 pub use context::{Core, RecordedClock, WorldReport};
 pub use description::{Description, Slot};
 pub use dispatch::{
-    Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions, WorkerContext, WorkerTable,
+    CollectedHandler, Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions,
+    WorkerContext, WorkerTable,
 };
 pub use error::StartError;
 pub use fastrand;
 pub use forwarded::ForwardCounts;
+pub use fresh_slot::FreshSlot;
+pub use latest::LatestSlot;
 pub use member::MemberError;
 pub use ports::{Awaited, CONVERTER, Connections, Converter, EarlySamples, Ports};
 pub use process::{Embedded, embed, run, run_with};

@@ -7,6 +7,7 @@ mod endpoints;
 mod frames;
 mod receiver;
 
+use crate::cached::CachingClient;
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
 use crate::converting::{ConversionCounts, Conversions, IdleFlag, Shared};
@@ -15,6 +16,7 @@ use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
 use crate::forwarded::ForwardCounts;
+use crate::freshness::FreshCounts;
 use crate::hops::{ALL_OPERATIONS, HopNotes, SharedHops};
 use crate::member::MemberError;
 use crate::settings::topic_qos;
@@ -66,6 +68,8 @@ pub struct Connections {
     stop: Option<WakeEvent>,
     /// The counts of slots that convert, each with the index of its slot.
     converted: RefCell<Vec<(usize, ConversionCounts)>>,
+    /// How old the replies of slots are, each with the index of its slot.
+    fresh: RefCell<Vec<(usize, FreshCounts)>>,
     /// The forwarded messages of slots, each with the index of its slot.
     forwarded: RefCell<Vec<(usize, ForwardCounts)>>,
     /// Gate of all publishers.
@@ -168,6 +172,7 @@ impl Connections {
             idle: IdleFlag::default(),
             stop: None,
             converted: RefCell::default(),
+            fresh: RefCell::default(),
             forwarded: RefCell::default(),
             gate: Gate::default(),
             transports: RefCell::default(),
@@ -339,9 +344,20 @@ impl Connections {
                 }),
                 None => port,
             };
-            self.exact.client(slot, port)
+            self.exact.client(slot, self.cached(&open, slot, port))
         };
         Ok(self.calling(slot, self.slot(slot)?.qos.timeout, port))
+    }
+
+    /// A client whose replies are kept, or know their age, if the slot wants it.
+    fn cached(&self, open: &OpenSlot, slot: usize, port: Box<dyn Client>) -> Box<dyn Client> {
+        if open.qos.cache.is_none() && open.qos.fresh.is_none() {
+            return port;
+        }
+        let counts = FreshCounts::new(open.qos.fresh);
+        self.fresh.borrow_mut().push((slot, counts.clone()));
+        let simulated = self.is_time_simulated().then(|| Arc::clone(&self.now));
+        Box::new(CachingClient::new(port, open, simulated, counts))
     }
 
     /// The client of a slot over its port, whose calls are counted, tapped and noted.

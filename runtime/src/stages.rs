@@ -359,6 +359,7 @@ impl<'a> Connected<'a> {
             status.sent = self.ports.sent();
             status.withheld = self.ports.withheld();
             status.converted = self.ports.converted();
+            status.fresh = self.ports.fresh();
             status.forwarded = self.ports.forwarded();
             status.transports = self.ports.transports();
             status.queues = self.ports.queues();

@@ -3,14 +3,15 @@
 use crate::clock::{Clock, Time};
 use crate::converting::ConversionCounts;
 use crate::forwarded::ForwardCounts;
+use crate::freshness::FreshCounts;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
 use hdrhistogram::Histogram;
 use rc_diagnostics::foreign;
 use rc_management::component::{
-    ClockKind, ConvertedStatus, ForwardedStatus, GroupStatus, QueueStatus, State, Timing,
-    TransportStatus, WorldStatus,
+    ClockKind, ConvertedStatus, ForwardedStatus, FreshnessStatus, GroupStatus, QueueStatus, State,
+    Timing, TransportStatus, WorldStatus,
 };
 use rc_management::link::{Overruns, TimeJump};
 use rc_middleware::{Counter, QueueGauge, WakeEvent};
@@ -144,6 +145,8 @@ pub(crate) struct Status {
     pub(crate) withheld: Vec<(usize, Counter)>,
     /// The conversions of slots, each with the index of its slot.
     pub(crate) converted: Vec<(usize, ConversionCounts)>,
+    /// How old the values of slots are, each with the index of its slot.
+    pub(crate) fresh: Vec<(usize, FreshCounts)>,
     /// The forwarded messages of slots, each with the index of its slot.
     pub(crate) forwarded: Vec<(usize, ForwardCounts)>,
     /// The messages over each middleware of providers, each with the index of its slot.
@@ -288,6 +291,7 @@ impl Status {
             sent: Vec::new(),
             withheld: Vec::new(),
             converted: Vec::new(),
+            fresh: Vec::new(),
             forwarded: Vec::new(),
             transports: Vec::new(),
             queues: Vec::new(),
@@ -327,6 +331,12 @@ impl Status {
             unplaced: counts.unplaced(),
             locked: counts.locked(),
         })
+    }
+
+    /// How old the values of a slot are. `None` if it does not keep track.
+    pub(crate) fn freshness(&self, slot: usize, now: u64) -> Option<FreshnessStatus> {
+        let counts = self.fresh.iter().rfind(|(at, _)| *at == slot);
+        counts.map(|(_, counts)| counts.status(now))
     }
 
     /// The forwarded messages of a slot. `None` if it forwards nothing.

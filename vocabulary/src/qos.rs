@@ -36,8 +36,34 @@ pub enum Durability {
     TransientLocal,
 }
 
+/// What is done with a value that is older than `fresh` allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stale {
+    /// It is used, and its age says so.
+    Inform,
+    /// It is not used: a handler does not run, and a call fails.
+    Refuse,
+    /// It replaces no value that was fresh when it came: the last one of those is used.
+    Last,
+}
+
 words!(Reliability);
 words!(Durability);
+words!(Stale);
+
+impl Stale {
+    /// All of them, in the order in which messages list them.
+    pub const ALL: [Self; 3] = [Self::Inform, Self::Refuse, Self::Last];
+
+    /// The word for it, in files and in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Inform => "inform",
+            Self::Refuse => "refuse",
+            Self::Last => "last",
+        }
+    }
+}
 
 impl Reliability {
     /// All of them, in the order in which messages list them.
@@ -97,6 +123,14 @@ pub struct Qos {
     /// How long a thread polls before it sleeps: a client until its reply arrives, a server or a
     /// subscriber until the next message. Zero disables polling.
     pub spin: Duration,
+    /// The age up to which a value counts as fresh; `None` if nobody asks.
+    pub fresh: Option<Duration>,
+    /// What is done with a value that is not fresh.
+    pub stale: Stale,
+    /// How long the last reply answers a query; `None` for never.
+    pub cache: Option<Duration>,
+    /// How long the last value of the worker answers a query; `None` for never.
+    pub latest: Option<Duration>,
 }
 
 impl Qos {
@@ -110,6 +144,10 @@ impl Qos {
         liveliness: None,
         timeout: Duration::from_secs(1),
         spin: Duration::ZERO,
+        fresh: None,
+        stale: Stale::Inform,
+        cache: None,
+        latest: None,
     };
     /// The default of a subscriber: best effort, volatile, keep last 10.
     pub const SUBSCRIBER: Self = Self {
@@ -139,6 +177,10 @@ impl Qos {
             Policy::Liveliness(limit) => self.liveliness = limit,
             Policy::Timeout(time) => self.timeout = time,
             Policy::Spin(time) => self.spin = time,
+            Policy::Fresh(limit) => self.fresh = limit,
+            Policy::Stale(value) => self.stale = value,
+            Policy::Cache(limit) => self.cache = limit,
+            Policy::Latest(limit) => self.latest = limit,
         }
     }
 
@@ -153,6 +195,10 @@ impl Qos {
             PolicyName::Liveliness => Policy::Liveliness(self.liveliness),
             PolicyName::Timeout => Policy::Timeout(self.timeout),
             PolicyName::Spin => Policy::Spin(self.spin),
+            PolicyName::Fresh => Policy::Fresh(self.fresh),
+            PolicyName::Stale => Policy::Stale(self.stale),
+            PolicyName::Cache => Policy::Cache(self.cache),
+            PolicyName::Latest => Policy::Latest(self.latest),
         }
     }
 }

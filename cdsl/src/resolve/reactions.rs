@@ -1,7 +1,7 @@
 //! The clause `reactions`: what follows what.
 
 use crate::ast::{self, OperationPath};
-use crate::model::{Reaction, Role, Slot, Step};
+use crate::model::{Collect, Reaction, Role, Slot, Step};
 use crate::resolver::Resolver;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_syntax::Literal;
@@ -10,11 +10,11 @@ use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
 /// The word for the periodic function.
-const COMPUTE: &str = "compute";
+pub(super) const COMPUTE: &str = "compute";
 
 /// A place in a reaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
+pub(super) enum Side {
     Cause,
     Effect,
 }
@@ -40,6 +40,7 @@ impl Resolver<'_> {
         &mut self,
         declared: &[ast::Reaction],
         slots: &[Slot],
+        collects: &[Collect],
         period: Duration,
     ) -> Vec<Reaction> {
         let mut out: Vec<Reaction> = Vec::new();
@@ -54,7 +55,14 @@ impl Resolver<'_> {
             let mut known = HashSet::new();
             effects.retain(|effect| known.insert(effect.clone()));
             for path in &tree.causes {
-                let Some(cause) = self.step(path, slots, Side::Cause) else {
+                let collected = collects.iter().find(|collect| {
+                    path.slot.is_none() && collect.name.text == path.operation.text
+                });
+                let cause = match collected {
+                    Some(collect) => Some(Step::Collected(collect.name.text.clone())),
+                    None => self.step(path, slots, Side::Cause),
+                };
+                let Some(cause) = cause else {
                     continue;
                 };
                 if cause == Step::Compute && effects.contains(&Step::Compute) {
@@ -97,7 +105,12 @@ impl Resolver<'_> {
     }
 
     /// `compute`, or an operation of a slot that is allowed on this side.
-    fn step(&mut self, path: &OperationPath, slots: &[Slot], side: Side) -> Option<Step> {
+    pub(super) fn step(
+        &mut self,
+        path: &OperationPath,
+        slots: &[Slot],
+        side: Side,
+    ) -> Option<Step> {
         let name = &path.operation.text;
         if path.slot.is_none() && name.eq_ignore_ascii_case(COMPUTE) {
             return Some(Step::Compute);

@@ -44,6 +44,7 @@ impl Resolver<'_> {
                 names.taken.insert(name.to_ascii_lowercase(), decl.span);
                 let backend = decl.backend.as_ref().and_then(|b| self.backend(b));
                 let settings = self.qos(role, interface, &decl.qos);
+                self.check_array(role, decl);
                 let optional = self.optional(role, decl);
                 let available = self.available(role, decl);
                 slots.push(Slot {
@@ -65,6 +66,22 @@ impl Resolver<'_> {
             }
         }
         slots
+    }
+
+    /// Reports settings that a slot array cannot have: the worker asks for its newest sample, or sets
+    /// its last value.
+    fn check_array(&mut self, role: Role, decl: &SlotDecl) {
+        if decl.array.is_none() || !matches!(role, Role::SubscribesTo | Role::Implements) {
+            return;
+        }
+        let settings = decl.qos.iter().map(|setting| &setting.name);
+        let wrong = settings.filter(|name| matches!(name.text.as_str(), "fresh" | "serve"));
+        for name in wrong {
+            let message = format!("a slot array cannot have `{}`", name.text);
+            let error = Diagnostic::error("bad-qos", name.span, message);
+            self.found
+                .push(error.help("remove it, or declare slots of their own"));
+        }
     }
 
     /// Whether a slot is optional. Reports `optional` at a slot that offers its interface.

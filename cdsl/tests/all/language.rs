@@ -258,7 +258,7 @@ fn syntax_errors_in_communications() {
         "language rust;",
         &expect![[r#"
             c.cdsl:3:21: error[syntax-error]: expected a name, found `;`
-            c.cdsl:5:1: error[unknown-qos]: `requires` has no setting `publishes` (expected one of `timeout`, `wake`, `asynchronous`)
+            c.cdsl:5:1: error[unknown-qos]: `requires` has no setting `publishes` (expected one of `timeout`, `wake`, `fresh`, `stale`, `cache`, `asynchronous`)
             c.cdsl:7:1: error[unknown-communication]: expected a communication clause, found `language` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
             c.cdsl:9:1: error[syntax-error]: expected `}`, found the end of the file
         "#]],
@@ -316,8 +316,8 @@ fn syntax_errors_in_clauses() {
             c.cdsl:10:12: error[syntax-error]: expected a string, found `c`
             c.cdsl:11:8: error[syntax-error]: expected a duration such as `50ms`, found `fast`
             c.cdsl:12:21: error[syntax-error]: expected `{` or a string, found `=`
-            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
-            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:13:1: error[unknown-clause]: expected a clause of a component, found `§` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `collect`, `reactions`, `simulates`, `lifecycle`)
+            c.cdsl:14:1: error[unknown-clause]: expected a clause of a component, found `x` (expected one of `Communications`, `language`, `gui`, `options`, `statemachine`, `parameters`, `kinematics`, `world`, `dependencies`, `python`, `period`, `collect`, `reactions`, `simulates`, `lifecycle`)
         "#]],
     );
     check(
@@ -454,7 +454,7 @@ fn backends_and_quality_of_service() {
         &expect![[r#"
             c.cdsl:3:16: error[unknown-middleware]: unknown middleware `dsd` (did you mean `dds`?)
             c.cdsl:3:23: error[unknown-qos]: `requires` has no setting `timout` (did you mean `timeout`?)
-            c.cdsl:3:34: error[unknown-qos]: `requires` has no setting `depth` (expected one of `timeout`, `wake`, `asynchronous`)
+            c.cdsl:3:34: error[unknown-qos]: `requires` has no setting `depth` (expected one of `timeout`, `wake`, `fresh`, `stale`, `cache`, `asynchronous`)
             c.cdsl:3:51: error[bad-qos]: invalid value of `timeout`: expected a duration such as `500ms`, found `soon`
             c.cdsl:3:57: error[repeated-clause]: duplicate setting `timeout`; first used here at c.cdsl:3:43
             c.cdsl:4:40: error[bad-qos]: invalid value of `reliability`: expected `reliable` or `best_effort`, found `reliabel`
@@ -493,7 +493,7 @@ fn slots_that_require_queries_may_be_asynchronous() {
             c.cdsl:4:27: error[bad-qos]: invalid value of `asynchronous`: expected `true` or `false`, found the number 1
             c.cdsl:4:33: error[wrong-pattern]: `Mixed` cannot be used under `requires`: operation `one` is a `publish`; declared here at Pub.idsl:3:33 (use the interface under `publishes` or `subscribesTo`)
             c.cdsl:4:54: error[bad-qos]: `Mixed` has no query, whose end could come later (remove this setting: a command never waits for its server)
-            c.cdsl:5:25: error[unknown-qos]: `implements` has no setting `asynchronous` (expected one of `timeout`, `wake`, `in_place`)
+            c.cdsl:5:25: error[unknown-qos]: `implements` has no setting `asynchronous` (expected one of `timeout`, `wake`, `serve`, `in_place`)
         "#]],
     );
 }
@@ -510,7 +510,7 @@ fn in_place_is_for_handlers_of_plain_structures() {
             c.cdsl:2:100: error[bad-qos]: no operation of `Laser` has a plain struct with a bounded sequence as its only result (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
             c.cdsl:3:34: error[bad-qos]: no operation of `LaserPub` has a plain struct with a bounded sequence as its only parameter (use only numbers, enums, `string<N>`, `sequence<T, N>`, arrays and structs of them)
             c.cdsl:3:72: error[bad-qos]: invalid value of `in_place`: expected `true` or `false`, found the number 1
-            c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`, `asynchronous`)
+            c.cdsl:4:21: error[unknown-qos]: `requires` has no setting `in_place` (expected one of `timeout`, `wake`, `fresh`, `stale`, `cache`, `asynchronous`)
             c.cdsl:5:22: error[unknown-qos]: `publishes` has no setting `in_place` (expected one of `reliability`, `durability`, `depth`, `deadline`, `lifespan`, `liveliness`)
         "#]],
     );

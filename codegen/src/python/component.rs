@@ -13,6 +13,7 @@ use crate::view::library::Kind;
 use handlers::Handler;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Role;
+use rc_vocabulary::qos::PolicyName;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -429,6 +430,16 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         );
         let error = Diagnostic::error("not-in-python", slot.span, message);
         found.push(error.help("remove `asynchronous true`, or write the component in Rust"));
+    }
+    let latest = component.slots.iter();
+    let latest = latest.filter(|slot| slot.qos.get(PolicyName::Latest).is_some());
+    let latest = latest.map(|slot| (slot.span, "last values that answer queries"));
+    let collects = component.collects.iter();
+    let collects = collects.map(|of| (of.name.span, "handlers of collected samples"));
+    for (span, what) in latest.chain(collects) {
+        let message = format!("a component in Python does not have {what} yet");
+        let error = Diagnostic::error("not-in-python", span, message);
+        found.push(error.help("write the component in Rust"));
     }
     let mut seen: Vec<(&str, String)> = Vec::new();
     let mut handlers: BTreeSet<String> = super::HOOKS.iter().map(|h| (*h).to_owned()).collect();

@@ -2,6 +2,7 @@
 
 use super::asynchronous::{self, Asynchronous};
 use super::exports::Exports;
+use super::freshness::{self, Freshness};
 use super::machine::{self, Machine, TRAIT};
 use super::reexports::{self, Reexport};
 use super::slot::{self, Slot};
@@ -55,6 +56,10 @@ pub(crate) struct Component<'a> {
     pub(crate) kinematics: Vec<Kinematics<'a>>,
     world: Option<world::World<'a>>,
     pub(crate) machine: Option<Machine<'a>>,
+    /// Values that know their age.
+    freshness: Freshness,
+    /// What the component collects, and the handlers of it.
+    collects: Vec<(String, String)>,
     /// The slots whose queries can be started.
     asynchronous: Vec<Asynchronous<'a>>,
     reexports: Vec<String>,
@@ -87,6 +92,11 @@ impl Component<'_> {
         !self.asynchronous.is_empty()
     }
 
+    /// Whether it has values that know their age.
+    pub(crate) fn has_freshness(&self) -> bool {
+        !self.freshness.is_empty()
+    }
+
     /// Whether it shares a world.
     pub(crate) fn has_world(&self) -> bool {
         self.world.is_some()
@@ -105,8 +115,10 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let exports = Exports::of(view);
     let mut asynchronous = asynchronous::all(view, &exports);
     let slots = slot::all(view);
+    let mut freshness = freshness::of(view, &exports);
     let mut world = world::of(view);
     let mut implemented = worker_traits::all(view, &slots, &mut asynchronous, &exports);
+    implemented.extend(freshness.handlers());
     implemented.extend(world.as_mut().map(world::handlers));
     let sends = slots.iter().any(|slot| slot.sends) || world.is_some();
     let receives = slots.iter().any(|slot| slot.receives);
@@ -128,7 +140,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         backends: view.middlewares.iter().copied().map(backend).collect(),
         has_nodes: view.middlewares.iter().any(has_nodes),
         ros_types: &view.ros_types,
-        modules: modules(view, receives),
+        modules: modules(view, receives, !freshness.is_empty()),
         type_modules: reexports::type_modules(view, &exports),
         interface_modules: reexports::interface_modules(view, &exports),
         worker_table: if view.managed { "managed" } else { "plain" },
@@ -142,11 +154,13 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .collect(),
         world,
         machine: view.machine.as_ref().map(machine::of),
-        reexports: reexports::of_root(view, &slots, &asynchronous),
+        reexports: reexports::of_root(view, &slots, &asynchronous, &freshness),
+        collects: freshness.tables(),
         context_imports: context_imports(view),
         unused: unused(view, sends),
         imports: reexports::of_worker(&implemented),
         asynchronous,
+        freshness,
         worker: WORKER,
         testing: testing::of(view),
         sends,
@@ -173,13 +187,14 @@ fn backend(middleware: Middleware) -> BackendCrate {
 }
 
 /// The modules of the generated crate.
-fn modules(view: &view::Component, receives: bool) -> Vec<&'static str> {
+fn modules(view: &view::Component, receives: bool, keeps: bool) -> Vec<&'static str> {
     let all = [
         ("mod adapter", true),
         ("mod asynchronous", view.has_asynchronous()),
         ("mod backend", true),
         ("mod context", true),
         ("mod description", true),
+        ("pub mod freshness", keeps),
         ("pub mod interfaces", true),
         ("pub mod kinematics", !view.kinematics.is_empty()),
         ("pub mod machine", view.machine.is_some()),
@@ -254,11 +269,15 @@ fn bounds(view: &view::Component, slots: &[Slot], asynchronous: &[Asynchronous])
     let mut bounds = vec![worker.to_owned()];
     // A world has slots.
     let has_world = view.world.is_some() && !slots.is_empty();
+    let is_whole = !slots.is_empty();
     let slots = slots.iter().filter(|slot| slot.receives);
     bounds.extend(slots.map(|slot| slot.serving.clone()));
     bounds.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
     let ends = asynchronous.iter();
     bounds.extend(ends.map(|slot| format!("asynchronous::{}", slot.handler)));
+    if is_whole && !view.collects.is_empty() {
+        bounds.push(format!("crate::freshness::{}", freshness::TRAIT));
+    }
     if has_world {
         bounds.push(format!("crate::world::{}", world::TRAIT));
     }

@@ -54,6 +54,25 @@ impl Handler {
         }
     }
 
+    /// A function that gets samples together.
+    pub(super) fn collected(
+        method: String,
+        head: &str,
+        arguments: &[String],
+        unused: Vec<String>,
+        mentioned: Vec<String>,
+    ) -> Self {
+        Self {
+            method,
+            doc: Vec::new(),
+            user_signature: format!("{head}({})", arguments.join(", ")),
+            user_head: worker::signature(head, arguments, ""),
+            unused: lines_of_names(unused),
+            placeholder: "",
+            mentioned,
+        }
+    }
+
     fn of_machine(method: &str, returns: &str, placeholder: &'static str) -> Self {
         let arguments = ["&mut self".to_owned(), "ctx: &mut Context".to_owned()];
         let head = format!("fn {method}");

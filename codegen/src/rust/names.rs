@@ -40,7 +40,13 @@ pub fn snake(name: &str) -> String {
 }
 
 /// Functions that every client or publisher has.
-const METHODS: [&str; 4] = ["is_connected", "new", "set_timeout", "subscribers"];
+const METHODS: [&str; 5] = [
+    "freshness",
+    "is_connected",
+    "new",
+    "set_timeout",
+    "subscribers",
+];
 
 /// An operation.
 pub fn method(name: &str) -> String {

@@ -36,7 +36,7 @@ pub(super) struct Operation<'a> {
     /// The inputs as a tuple of variables, of types, and as a client sends them: those with bounds
     /// are checked while they are written.
     pattern: String,
-    arguments: String,
+    pub(super) arguments: String,
     sent: String,
     /// The statements that read the inputs.
     gets: Vec<String>,

@@ -52,7 +52,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 22] = [
+static TEMPLATES: [Template; 23] = [
     Template::code(templates!["rust": "module.rs", "type", "in_place", "interface", "words"]),
     Template::code(templates!["rust": "testing.rs"]),
     Template::code(templates!["rust": "adapter.rs"]),
@@ -68,6 +68,7 @@ static TEMPLATES: [Template; 22] = [
     Template::new(templates!["rust": "machine.rs"], true, false),
     Template::new(templates!["rust": "world.rs"], true, false),
     Template::new(templates!["rust": "asynchronous.rs"], true, false),
+    Template::new(templates!["rust": "freshness.rs"], true, false),
     Template::text(templates!["rust": "cargo.toml"]),
     Template::text(templates!["rust": "user_cargo.toml"]),
     Template::text(templates!["rust": "user_main.rs"]),
@@ -218,6 +219,7 @@ fn jobs(component: &Component) -> Vec<Job> {
         ("machine.rs", component.machine.is_some()),
         ("slots.rs", component.receives()),
         ("asynchronous.rs", component.has_asynchronous()),
+        ("freshness.rs", component.has_freshness()),
         ("world.rs", component.has_world()),
     ];
     let sometimes = sometimes.iter().filter(|(_, there)| *there);

@@ -2,6 +2,7 @@
 
 use super::asynchronous::Asynchronous;
 use super::exports::{self, Exports};
+use super::freshness::Freshness;
 use super::operation_names::{answer_name, error_name};
 use super::slot::Slot;
 use super::worker_traits::WorkerTrait;
@@ -95,6 +96,7 @@ pub(super) fn of_root(
     view: &view::Component,
     slots: &[Slot],
     asynchronous: &[Asynchronous],
+    freshness: &Freshness,
 ) -> Vec<String> {
     let mut paths: Vec<String> = ["adapter::{Handlers, embed, run}", "context::Context"]
         .map(str::to_owned)
@@ -116,6 +118,11 @@ pub(super) fn of_root(
         ),
         ("parameters::Params", view.parameters.is_some()),
         ("types::*", types.next().is_some()),
+        ("freshness::Collecting", !view.collects.is_empty()),
+        (
+            "rc_runtime::middleware::{Fresh, Made}",
+            !freshness.is_empty(),
+        ),
         ("world::WorldHandlers", view.world.is_some()),
     ];
     paths.push(if view.managed {
@@ -130,6 +137,12 @@ pub(super) fn of_root(
     paths.extend(asynchronous.iter().flat_map(|slot| {
         [&slot.client, &slot.handler].map(|name| format!("asynchronous::{name}"))
     }));
+    paths.extend(
+        freshness
+            .types()
+            .iter()
+            .map(|ty| format!("freshness::{ty}")),
+    );
     let markers = slots.iter().filter(|slot| !slot.marker.is_empty());
     let markers = markers.map(|slot| slot.marker.clone());
     let names: Vec<String> = receiving.chain(markers).collect();

@@ -1,7 +1,7 @@
 //! Names and types of Rust for the slots of a component.
 
 use super::exports::{self, trait_name};
-use super::{names, qos, shapes};
+use super::{freshness, names, qos, shapes};
 use crate::view;
 use rc_vocabulary::{Middleware, Role};
 use serde::Serialize;
@@ -144,7 +144,16 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
     let handler = handler.unwrap_or_default();
     let type_name = trait_name(view, &slot.name);
     let end = end(view, slot, &module);
-    let (open, mut peers) = context(slot, index, &end);
+    let (mut open, mut peers) = context(slot, index, &end);
+    let kept = freshness::ty(view, slot);
+    if !kept.is_empty() {
+        let of = if freshness::keeps(slot) {
+            "FreshSlot"
+        } else {
+            "LatestSlot"
+        };
+        open = format!("crate::freshness::{kept}(rc_runtime::{of}::new(&core, {index}))");
+    }
     if let Some(world) = view.world.as_ref().filter(|_| slot.of_world)
         && slot.role == Role::Publishes
     {
@@ -166,7 +175,10 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
             (true, true) => format!("SlotArray<{end}>"),
             (true, false) => "SlotArray<()>".to_owned(),
             (false, true) => end,
-            (false, false) => String::new(),
+            (false, false) => match freshness::ty(view, slot).as_str() {
+                "" => String::new(),
+                ty => format!("crate::freshness::{ty}"),
+            },
         },
         role: variant(slot.role),
         role_word: slot.role.word(),

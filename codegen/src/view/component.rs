@@ -37,6 +37,9 @@ pub struct Component {
     pub note: String,
     /// The default period.
     pub period: Time,
+    /// The topics whose samples one handler gets together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub collects: Vec<Collect>,
     /// The reactions, if the file declares them.
     pub reactions: Option<Vec<Reaction>>,
     /// Whether the worker can advance the time of its network.
@@ -101,6 +104,53 @@ impl Kinematics {
             solvers: solvers.chain(inverses).cloned().collect(),
             rust: rc_kinematics::rust_methods(cell),
             python: rc_kinematics::python(cell),
+        }
+    }
+}
+
+/// Topics whose samples one handler gets together.
+#[derive(Debug, Serialize)]
+pub struct Collect {
+    /// What the worker calls it.
+    pub name: String,
+    /// The topics.
+    pub topics: Vec<CollectedTopic>,
+    /// The most time between the first and the last sample; zero for equal times.
+    pub within: Time,
+}
+
+/// A topic of a [`Collect`].
+#[derive(Debug, Serialize)]
+pub struct CollectedTopic {
+    /// `SLOT.OPERATION`
+    pub topic: String,
+    /// The number of the slot.
+    #[serde(skip)]
+    pub slot: usize,
+    /// The number of the operation in its interface.
+    #[serde(skip)]
+    pub operation: usize,
+}
+
+impl Collect {
+    fn of(component: &model::Component, collect: &model::Collect) -> Self {
+        let topic = |(slot, operation): &(String, String)| {
+            let mut slots = component.slots.iter();
+            let number = slots.position(|of| of.name == *slot)?;
+            let interface = component
+                .library
+                .interface(component.slots[number].interface);
+            let mut operations = interface.operations.iter();
+            Some(CollectedTopic {
+                topic: format!("{slot}.{operation}"),
+                slot: number,
+                operation: operations.position(|of| of.name.text == *operation)?,
+            })
+        };
+        Self {
+            name: collect.name.text.clone(),
+            topics: collect.topics.iter().filter_map(topic).collect(),
+            within: collect.within.into(),
         }
     }
 }
@@ -254,9 +304,23 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         middleware: generated_for.to_string(),
     };
     let slots = component.slots.iter();
-    let slots: Vec<Slot> = slots
+    let mut slots: Vec<Slot> = slots
         .map(|slot| one(library, slot, generated_for))
         .collect();
+    let collects = component.collects.iter();
+    let collects: Vec<Collect> = collects.map(|one| Collect::of(component, one)).collect();
+    for (number, slot) in slots.iter_mut().enumerate() {
+        let operations = &library
+            .interface(component.slots[number].interface)
+            .operations;
+        let topics = || collects.iter().flat_map(|collect| &collect.topics);
+        // A slot whose topics are all collected has no handlers of its own.
+        let is_collected = !operations.is_empty()
+            && (0..operations.len()).all(|operation| {
+                topics().any(|topic| (topic.slot, topic.operation) == (number, operation))
+            });
+        slot.receives &= !is_collected;
+    }
     let external_types: Vec<String> = slots
         .iter()
         .flat_map(|s| s.external_types.clone())
@@ -272,6 +336,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         middlewares,
         note: note.to_byte_string(),
         period: component.period.into(),
+        collects,
         reactions: component
             .reactions
             .as_ref()

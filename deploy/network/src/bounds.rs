@@ -81,6 +81,8 @@ pub struct Hop {
     pub way: Way,
     /// The longest time of the message on its way to this component.
     pub transport: u64,
+    /// The longest time until the messages come with which it is collected.
+    pub collected: u64,
 }
 
 /// The longest times of a hop. Their sum is the bound.
@@ -88,7 +90,7 @@ pub struct Hop {
 pub struct Cost {
     /// The way of the message to the component.
     pub transport: u64,
-    /// Waiting for the next period.
+    /// Waiting for the messages with which it is collected, and for the next period.
     pub period: u64,
     /// Budgets: its own, and those of everything that the component does before.
     pub work: u64,
@@ -338,13 +340,15 @@ pub fn costs(hops: &[Hop], components: &[Component], loads: &[Load]) -> Option<V
         Some(match hop.way {
             Way::Handler => Cost {
                 transport: hop.transport,
-                period: 0,
+                period: hop.collected,
                 work: handled,
             },
             // A message that comes before a period is handled before its `compute()`.
             Way::Compute => Cost {
                 transport: hop.transport,
-                period: components[hop.component].period,
+                period: components[hop.component]
+                    .period
+                    .saturating_add(hop.collected),
                 work: if load.is_orderly {
                     load.computed?
                 } else {
@@ -374,6 +378,7 @@ pub fn age(
         match hop.way {
             Way::Handler => {
                 let passed = hop.transport.saturating_add(handled);
+                let passed = passed.saturating_add(hop.collected);
                 age = age.saturating_add(passed);
                 gap = gap.map(|gap| gap.saturating_add(passed));
             }
@@ -382,6 +387,7 @@ pub fn age(
                 let waited = if load.is_orderly { 0 } else { handled };
                 age = age
                     .saturating_add(hop.transport)
+                    .saturating_add(hop.collected)
                     .saturating_add(waited)
                     .saturating_add(gap?)
                     .saturating_add(computed);

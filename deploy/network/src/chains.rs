@@ -2,11 +2,13 @@
 
 mod check;
 mod flow;
+mod freshness;
 mod report;
 mod search;
 
 use crate::bounds::{Cost, Way};
 pub(crate) use check::check;
+pub(crate) use freshness::check as check_freshness;
 pub use report::{ChainReport, HopReport};
 use std::time::Duration;
 

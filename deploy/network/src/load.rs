@@ -109,6 +109,7 @@ pub fn load(
     let needed = network.needed();
     network.programs.choose(needed);
     network.chains = chains::check(&network, &mut found);
+    chains::check_freshness(&network, &mut found);
     rules::check(&network, &mut found);
     ros_names::check(&network, &mut found);
     unsupported::check(&network, &mut found);

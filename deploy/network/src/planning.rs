@@ -13,6 +13,7 @@ use crate::process_name::process_name;
 use crate::profile::Profile;
 use crate::python_copies::HostFiles;
 use rc_cdsl::model::Slot;
+use rc_codegen::Project;
 use rc_codegen::paths::normal;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Late, Setting};
@@ -211,6 +212,8 @@ impl PlannedChain {
                 reacts_in: match link.way {
                     Way::Compute if !says => ReactsIn::Unknown,
                     Way::Compute => ReactsIn::Compute,
+                    // Its handler runs with the last of the messages that it collects.
+                    Way::Handler if is_collected(project, link.to) => ReactsIn::Unknown,
                     Way::Handler => ReactsIn::Handler,
                 },
                 worst: cost
@@ -256,4 +259,16 @@ impl PlannedMessage {
             operation: operation.to_owned(),
         }
     }
+}
+
+/// Whether a component collects a message with others.
+fn is_collected(project: Option<&Project>, port: Port) -> bool {
+    let component = project.map(|project| &project.component);
+    component.is_some_and(|component| {
+        let slot = &component.slots[port.slot];
+        let operations = &component.library.interface(slot.interface).operations;
+        let name = &operations[port.operation].name.text;
+        let mut topics = component.collects.iter().flat_map(|of| &of.topics);
+        topics.any(|(of, operation)| *of == slot.name && operation == name)
+    })
 }

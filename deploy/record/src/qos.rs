@@ -20,6 +20,10 @@ pub fn profile(qos: &Qos) -> String {
         liveliness,
         timeout: _,
         spin: _,
+        fresh: _,
+        stale: _,
+        cache: _,
+        latest: _,
     } = *qos;
     let reliability = match reliability {
         Reliability::Reliable => 1,

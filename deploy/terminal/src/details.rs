@@ -287,6 +287,15 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
             facts += &format!(", {} at a gimbal lock", converted.locked);
         }
     }
+    if let Some(freshness) = slot.freshness {
+        if let Some(age) = freshness.currency_ms {
+            facts += &format!("  {age:.1} ms old");
+        }
+        if let Some(rate) = freshness.rate {
+            facts += &format!(", {:.0} % of its uses fresh", 100.0 * rate);
+        }
+        facts += &format!(", {} cached", freshness.cached);
+    }
     vec![
         Span::styled(slot.name.clone(), strong()),
         Span::raw(format!("  {}  ", slot.role.word())),

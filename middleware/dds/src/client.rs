@@ -209,6 +209,10 @@ impl Client for DdsClient {
         usize::from(!self.ports.servers().is_empty())
     }
 
+    fn server(&self) -> u128 {
+        self.ports.server_number()
+    }
+
     fn queue(&self) -> Option<QueueGauge> {
         Some(self.inbox.queue.gauge().clone())
     }

@@ -445,4 +445,9 @@ impl Client for SharedClient {
     fn peers(&self) -> usize {
         usize::from(self.has_server())
     }
+
+    fn server(&self) -> u128 {
+        let registered = self.has_server().then(|| self.registered()).flatten();
+        registered.map_or(0, |(server, _)| server.max(1))
+    }
 }

@@ -403,6 +403,12 @@ impl Client for LocalClient {
     fn peers(&self) -> usize {
         usize::from(lock(&self.state).server.is_some())
     }
+
+    fn server(&self) -> u128 {
+        let state = lock(&self.state);
+        let server = state.server.as_ref();
+        server.map_or(0, |server| u128::from(server.port) + 1)
+    }
 }
 
 impl Drop for LocalClient {

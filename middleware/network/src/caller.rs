@@ -40,6 +40,16 @@ impl ClientPorts {
         both.collect()
     }
 
+    /// Another number for other servers, 0 for none.
+    pub fn server_number(&self) -> u128 {
+        let servers = self.servers().into_iter();
+        servers.fold(0, |all, (_, prefix)| {
+            let mut bytes = [0; 16];
+            bytes[..prefix.len()].copy_from_slice(&prefix);
+            all.rotate_left(8) ^ u128::from_le_bytes(bytes) ^ (1 << 127)
+        })
+    }
+
     /// Whether `server` is among them.
     pub fn has(&self, server: GuidPrefix) -> bool {
         let same = |peer: &Peer| peer.prefix() == server && is_server(peer);

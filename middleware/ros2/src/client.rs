@@ -467,4 +467,11 @@ impl Client for RosClient {
         let mut services = self.services.iter();
         usize::from(services.any(|service| !service.ports.servers().is_empty()))
     }
+
+    fn server(&self) -> u128 {
+        let services = self.services.iter();
+        services.fold(0, |all, service| {
+            all.rotate_left(1) ^ service.ports.server_number()
+        })
+    }
 }

@@ -10,6 +10,7 @@ use crate::backend::Client;
 use crate::cdr::{DecodeError, Reader, Writer};
 use crate::counter::Counter;
 use crate::error::CallError;
+use crate::freshness::Freshness;
 use crate::header::{Header, now};
 use crate::request_body::{RequestBody, Written};
 use crate::rpc::{self, Envelope, RequestId};
@@ -99,6 +100,12 @@ impl TypedClient {
     /// The number of servers, 0 or 1.
     pub fn peers(&self) -> usize {
         self.port.peers()
+    }
+
+    /// The age of the last reply, and what it is made of. `None` if the slot has neither `fresh` nor
+    /// `cache`, or no reply came.
+    pub fn freshness(&self) -> Option<Freshness> {
+        self.port.freshness()
     }
 
     /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live

@@ -441,6 +441,9 @@ pub struct SlotStatus {
     /// Counts of its conversions, if the other end has other units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converted: Option<ConvertedStatus>,
+    /// How old its values are, if the slot has `fresh` or `cache`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub freshness: Option<FreshnessStatus>,
     /// Counts of forwarded messages, if the component forwards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forwarded: Option<ForwardedStatus>,
@@ -460,6 +463,32 @@ pub struct TransportStatus {
     pub middleware: String,
     /// The samples that were published over it, or the requests that came over it.
     pub messages: u64,
+}
+
+/// How old the values of a slot are: currency, obsolescence and freshness rate of Bouzeghoub and
+/// Peralta, timeliness of Ballou et al.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FreshnessStatus {
+    /// The age up to which a value counts as fresh, in milliseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fresh_ms: Option<f64>,
+    /// Currency: the age of the newest value, in milliseconds. None before the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub currency_ms: Option<f64>,
+    /// How many values have come since the one that was used last.
+    pub obsolescence: u64,
+    /// Freshness rate: the part of all uses whose value was fresh. None before the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// Timeliness: 1 for a newest value that was just made, 0 for one that is not fresh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timeliness: Option<f64>,
+    /// How often a value was used.
+    pub uses: u64,
+    /// How often one was used that was used before, or that was kept.
+    pub cached: u64,
+    /// Values that were not used because they were too old.
+    pub refused: u64,
 }
 
 /// Counts of the conversions of a slot.

@@ -2,13 +2,17 @@
 
 use super::report::{LogLimit, NotHandled};
 use crate::clock::Time;
+use crate::collect::Collected;
 use crate::component::{Body, Component, Sample};
+use crate::freshness::Limits;
+use crate::latest;
 use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use crate::status::Shared;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Message, Reply, Spin};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -192,8 +196,86 @@ pub(crate) fn receive(
         return Err(HandlerError("it is of another type".to_owned()));
     }
     let encoding = header.encoding;
+    let collects = component.collects();
+    let is_kept = slot.qos.fresh.is_some() || !collects.is_empty();
+    if is_kept && slot.member.is_none() {
+        return keep(component, slot, operation, header, body);
+    }
     let sample = Sample { encoding, body };
     component.receive(slot.described, slot.member.as_ref(), operation, sample)
+}
+
+/// [`receive`] for a sample that may be collected with others, or asked for later.
+fn keep(
+    component: &mut dyn Component,
+    slot: &OpenSlot,
+    operation: usize,
+    header: Header,
+    body: Body<'_>,
+) -> Result<(), HandlerError> {
+    let (topic, qos) = ((slot.described, operation), &slot.qos);
+    let all = component.collects();
+    let collects = |topic| all.iter().any(|collect| collect.topics.contains(&topic));
+    // A slot whose topics are all collected has no handlers of its own.
+    let has_handlers = !(0..slot.operations.len()).all(|at| collects((slot.described, at)));
+    if qos.fresh.is_none() && !collects(topic) {
+        let sample = Sample {
+            encoding: header.encoding,
+            body,
+        };
+        return component.receive(slot.described, None, operation, sample);
+    }
+    let moments = component.core().moments();
+    let (made, now) = (moments.of(&header), moments.now());
+    let limits = Limits {
+        topic,
+        fresh: qos.fresh,
+        stale: qos.stale,
+    };
+    let bytes = body.memory();
+    let core = component.core();
+    let inputs = Rc::clone(&core.inputs);
+    let arrival = inputs
+        .borrow_mut()
+        .arrive(limits, (made, now), header.encoding, bytes);
+    if let (Some(counts), true) = (arrival.new, qos.fresh.is_some()) {
+        core.shared.status().fresh.push((slot.described, counts));
+    }
+    if !arrival.is_handled {
+        return Ok(());
+    }
+    let mut matched = Vec::new();
+    for (number, collect) in all.iter().enumerate() {
+        let Some(place) = collect.topics.iter().position(|of| *of == topic) else {
+            continue;
+        };
+        let sample = Collected {
+            at: made,
+            limit: qos.fresh,
+            freshness: arrival.freshness,
+            encoding: header.encoding,
+            bytes: bytes.to_vec(),
+        };
+        let mut inputs = inputs.borrow_mut();
+        let found = inputs.collect(all, (number, place), qos.depth, (sample, now));
+        matched.extend(found.map(|samples| (number, samples)));
+    }
+    let mut result = Ok(());
+    if has_handlers {
+        inputs.borrow_mut().handled(topic, arrival.freshness);
+        let sample = Sample {
+            encoding: header.encoding,
+            body,
+        };
+        result = component.receive(slot.described, None, operation, sample);
+    }
+    for (number, samples) in matched {
+        for (topic, sample) in all[number].topics.iter().zip(&samples) {
+            inputs.borrow_mut().handled(*topic, sample.freshness);
+        }
+        result = result.and(component.collected(number, &samples));
+    }
+    result
 }
 
 /// Reads the envelope of a request, lets the worker answer and sends the reply. A request without
@@ -215,8 +297,8 @@ pub(crate) fn answer(
     });
     let result = match refusal {
         Some(reason) => Err(NotHandled::Refused(reason)),
-        None => component
-            .serve(slot.described, slot.member.as_ref(), &mut request)
+        None => latest::answer(component, slot, &mut request)
+            .unwrap_or_else(|| component.serve(slot.described, slot.member.as_ref(), &mut request))
             .map_err(Into::into),
     };
     request.close();

@@ -2,6 +2,7 @@
 
 use super::entry::{Entry, Kind};
 use super::recorder::Recorder;
+use crate::collect::{Collect, Collected};
 use crate::component::{CallEnd, Component, Sample};
 use crate::context::Core;
 use crate::lifecycle::Hook;
@@ -143,6 +144,14 @@ impl<C: Component> Component for Recorded<C> {
         sample: Sample<'_>,
     ) -> Result<(), HandlerError> {
         self.component.receive(slot, member, operation, sample)
+    }
+
+    fn collects(&self) -> &'static [Collect] {
+        self.component.collects()
+    }
+
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        self.component.collected(number, samples)
     }
 
     fn has_room(&self, slot: usize, member: Option<&Member>) -> bool {

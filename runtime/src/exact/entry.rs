@@ -104,6 +104,11 @@ kinds! {
     /// The worker waits for the shared world: the time in `value`, the kind of the input in
     /// `type_hash`, and its bytes.
     Awaited = 27 "awaited",
+    /// The time of a value, or the present one, in nanoseconds: for the ages of values.
+    Moment = 28 "moment",
+    /// The worker asked how old the last reply of a client is: the age in `value`, what it is made of
+    /// in `type_hash`, and in `operation` 0 if the slot does not keep track, 1 if it is too old, else 2.
+    Fresh = 29 "fresh",
     /// The worker published a sample; `value` is its encoding.
     Publish = 32 "publish",
     /// The worker sent a command.

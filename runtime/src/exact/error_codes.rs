@@ -25,6 +25,8 @@ pub(super) fn of_call(kind: Kind, slot: usize, error: &CallError) -> (Entry<'sta
         CallError::Refused(reason) => entry(4, none, reason),
         CallError::Stopping => entry(5, none, ""),
         CallError::TooManyStarted => entry(8, none, ""),
+        CallError::Stale { age } => entry(9, *age, ""),
+        CallError::NoValue => entry(10, none, ""),
         CallError::Unavailable { state } => entry(7, none, state),
         CallError::Backend { address, reason } => entry(6, none, &format!("{address}\n{reason}")),
         other => entry(6, none, &format!("\n{other}")),
@@ -48,6 +50,10 @@ pub(super) fn call_error(entry: &Entry<'_>) -> CallError {
         5 => CallError::Stopping,
         7 => CallError::Unavailable { state: text },
         8 => CallError::TooManyStarted,
+        9 => CallError::Stale {
+            age: Duration::from_nanos(entry.value),
+        },
+        10 => CallError::NoValue,
         _ => {
             let (address, reason) = parts(&text);
             CallError::Backend { address, reason }

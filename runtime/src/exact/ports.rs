@@ -3,6 +3,7 @@
 use super::entry::{Entry, Kind, number};
 use super::error_codes;
 use super::recorder::Recorder;
+use rc_middleware::freshness::{Freshness, Made};
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::Awaiting;
 use rc_middleware::{
@@ -66,6 +67,33 @@ fn peers(recorder: &Recorder, slot: usize, operation: usize, peers: usize) -> us
         ..Entry::at(Kind::Peers, slot, operation)
     });
     peers
+}
+
+/// What a client says of its last reply.
+fn fresh_entry(slot: usize, found: Option<Freshness>) -> Entry<'static> {
+    let state = found.map_or(0, |found| 1 + usize::from(found.is_fresh));
+    Entry {
+        value: found.map_or(0, |found| found.age.as_nanos() as u64),
+        type_hash: found.map_or(0, |found| match found.made {
+            Made::Computed => 0,
+            Made::PartlyCached => 1,
+            Made::Cached => 2,
+        }),
+        ..Entry::at(Kind::Fresh, slot, state)
+    }
+}
+
+/// What [`fresh_entry`] holds.
+pub(super) fn freshness_of(entry: &Entry<'_>) -> Option<Freshness> {
+    (entry.operation > 0).then(|| Freshness {
+        age: Duration::from_nanos(entry.value),
+        made: match entry.type_hash {
+            0 => Made::Computed,
+            1 => Made::PartlyCached,
+            _ => Made::Cached,
+        },
+        is_fresh: entry.operation > 1,
+    })
 }
 
 /// A client.
@@ -210,6 +238,12 @@ impl Client for Calling {
 
     fn peers(&self) -> usize {
         peers(&self.recorder, self.slot, 0, self.port.peers())
+    }
+
+    fn freshness(&self) -> Option<Freshness> {
+        let found = self.port.freshness();
+        self.recorder.push(&fresh_entry(self.slot, found));
+        found
     }
 
     fn queue(&self) -> Option<QueueGauge> {

@@ -145,7 +145,9 @@ impl Replay {
             self.end(None)
         };
         let here = usize::from(recorded.slot) == slot;
-        let here = here && (kind == Kind::Answer || usize::from(recorded.operation) == operation);
+        let here = here
+            && (matches!(kind, Kind::Answer | Kind::Fresh)
+                || usize::from(recorded.operation) == operation);
         if recorded.kind != kind || !here {
             self.differ(Some(&Entry::at(kind, slot, operation)), Some(&recorded));
         }

@@ -2,8 +2,9 @@
 
 use super::entry::{Entry, Kind};
 use super::error_codes;
-use super::ports::profile_of;
+use super::ports::{freshness_of, profile_of};
 use super::replay::Replay;
+use rc_middleware::freshness::Freshness;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::{CallError, Client, Header, Profile, Publisher, SendError};
 use std::rc::Rc;
@@ -134,6 +135,10 @@ impl Client for Calling {
         let header = answer.header(u64::from(answer.operation));
         take(sequence, header, &answer.data);
         Some((sequence, Ok(())))
+    }
+
+    fn freshness(&self) -> Option<Freshness> {
+        freshness_of(&self.replay.take(Kind::Fresh, self.slot, 0))
     }
 
     /// A forgotten call ended in no turn.

@@ -3,6 +3,7 @@
 use super::Connections;
 use crate::converting::ConversionCounts;
 use crate::forwarded::ForwardCounts;
+use crate::freshness::FreshCounts;
 use rc_management::component::ClockKind;
 use rc_middleware::{Counter, QueueGauge};
 
@@ -20,6 +21,11 @@ impl Connections {
     /// The counts of slots that convert, each with the index of its slot.
     pub(crate) fn converted(&self) -> Vec<(usize, ConversionCounts)> {
         self.converted.borrow().clone()
+    }
+
+    /// How old the values of slots are, each with the index of its slot.
+    pub(crate) fn fresh(&self) -> Vec<(usize, FreshCounts)> {
+        self.fresh.borrow().clone()
     }
 
     /// The forwarded messages of slots, each with the index of its slot.

@@ -4,6 +4,7 @@ use super::Taps;
 use crate::hops::HopNotes;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::{Client, Profile};
+use rc_middleware::freshness::Freshness;
 use rc_middleware::started::Awaiting;
 use rc_middleware::{CallError, Header, Message, QueueGauge, RequestBody, request_body};
 use std::rc::Rc;
@@ -126,6 +127,14 @@ impl Client for TappedClient {
 
     fn peers(&self) -> usize {
         self.port.peers()
+    }
+
+    fn server(&self) -> u128 {
+        self.port.server()
+    }
+
+    fn freshness(&self) -> Option<Freshness> {
+        self.port.freshness()
     }
 
     fn queue(&self) -> Option<QueueGauge> {

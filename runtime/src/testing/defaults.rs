@@ -133,6 +133,10 @@ impl Client for DefaultingClient {
         self.port.peers().max(1)
     }
 
+    fn server(&self) -> u128 {
+        self.port.server()
+    }
+
     fn queue(&self) -> Option<QueueGauge> {
         self.port.queue()
     }

@@ -1,5 +1,6 @@
 //! All integration tests of the runtime in one program, except those that Miri runs (`in_place`).
 
+mod aged;
 mod busy;
 mod ends;
 mod life;

@@ -56,17 +56,19 @@ fn key(name: PolicyName) -> String {
 }
 
 /// The value of a policy in JSON.
-#[derive(Clone, Copy, Deserialize, Serialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(untagged)]
 enum Scalar {
     Choice(bool),
     Number(u64),
+    Word(String),
     Nothing,
 }
 
 fn write(policy: Policy) -> Scalar {
     let time = |time: Duration| Scalar::Number(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
     match policy.kind() {
+        PolicyValue::Word(word) if policy.name().flag().is_none() => Scalar::Word(word.to_owned()),
         PolicyValue::Word(word) => Scalar::Choice(policy.name().flag() == Some(word)),
         PolicyValue::Count(count) => Scalar::Number(count.into()),
         PolicyValue::Limit(limit) => limit.map_or(Scalar::Nothing, time),
@@ -75,8 +77,10 @@ fn write(policy: Policy) -> Scalar {
 }
 
 /// The policy with this value. `None` if the value has another type.
-fn read(name: PolicyName, value: Scalar) -> Option<Policy> {
-    let value = match value {
+fn read(name: PolicyName, value: &Scalar) -> Option<Policy> {
+    let value = match *value {
+        Scalar::Word(_) if !matches!(name, PolicyName::Stale) => return None,
+        Scalar::Word(ref word) => return name.read(crate::scalar::Scalar::Text(word)),
         Scalar::Choice(choice) => name.chosen(choice)?,
         Scalar::Number(time) if name.is_time() => PolicyValue::Time(Duration::from_nanos(time)),
         Scalar::Number(count) => PolicyValue::Count(u32::try_from(count).ok()?),
@@ -101,7 +105,7 @@ impl<'de> Deserialize<'de> for Policies {
         for name in PolicyName::ALL {
             match written.get(&key(name)) {
                 None | Some(Scalar::Nothing) => {}
-                Some(value) => policies.set(read(name, *value).ok_or_else(|| {
+                Some(value) => policies.set(read(name, value).ok_or_else(|| {
                     D::Error::custom(format!("`{}` has a value of another type", key(name)))
                 })?),
             }

@@ -1,6 +1,6 @@
 //! The policies, with their words and limits.
 
-use super::{Durability, Reliability};
+use super::{Durability, Reliability, Stale};
 use crate::duration;
 use crate::role::Role;
 use crate::scalar::Scalar;
@@ -28,6 +28,14 @@ pub enum PolicyName {
     Timeout,
     /// How long a waiting thread polls before it sleeps.
     Spin,
+    /// The age up to which a value counts as fresh.
+    Fresh,
+    /// What is done with a value that is not fresh.
+    Stale,
+    /// How long the last reply answers a query.
+    Cache,
+    /// How long the last value of the worker answers a query.
+    Latest,
 }
 
 /// The values that a policy takes.
@@ -64,6 +72,14 @@ pub enum Policy {
     Timeout(Duration),
     /// How long a waiting thread polls before it sleeps.
     Spin(Duration),
+    /// The age up to which a value counts as fresh.
+    Fresh(Option<Duration>),
+    /// What is done with a value that is not fresh.
+    Stale(Stale),
+    /// How long the last reply answers a query; never without a time.
+    Cache(Option<Duration>),
+    /// How long the last value of the worker answers a query; never without a time.
+    Latest(Option<Duration>),
 }
 
 /// The value of a policy, by what kind of value it is.
@@ -83,7 +99,7 @@ words!(PolicyName);
 
 impl PolicyName {
     /// All of them, in the order in which messages list them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 12] = [
         Self::Reliability,
         Self::Durability,
         Self::Depth,
@@ -92,6 +108,10 @@ impl PolicyName {
         Self::Liveliness,
         Self::Timeout,
         Self::Spin,
+        Self::Fresh,
+        Self::Stale,
+        Self::Cache,
+        Self::Latest,
     ];
     /// The limits of the depth, in samples.
     const DEPTH: RangeInclusive<u32> = 1..=1000;
@@ -109,6 +129,10 @@ impl PolicyName {
             Self::Liveliness => "liveliness",
             Self::Timeout => "timeout",
             Self::Spin => "spin",
+            Self::Fresh => "fresh",
+            Self::Stale => "stale",
+            Self::Cache => "cache",
+            Self::Latest => "latest",
         }
     }
 
@@ -118,17 +142,26 @@ impl PolicyName {
             Self::Reliability => Values::Words(Reliability::words().collect()),
             Self::Durability => Values::Words(Durability::words().collect()),
             Self::Depth => Values::Count(Self::DEPTH),
-            Self::Deadline | Self::Lifespan | Self::Liveliness => Values::Limit,
+            Self::Deadline
+            | Self::Lifespan
+            | Self::Liveliness
+            | Self::Fresh
+            | Self::Cache
+            | Self::Latest => Values::Limit,
+            Self::Stale => Values::Words(Stale::words().collect()),
             Self::Timeout => Values::Time,
             Self::Spin => Values::Within(Self::SPIN),
         }
     }
 
-    /// Whether an end of this role has it. A publisher never waits.
+    /// Whether an end of this role has it. A publisher never waits, and has no value of others.
     pub fn is_of(self, role: Role) -> bool {
         match self {
             Self::Timeout => !role.is_topic(),
             Self::Spin => role != Role::Publishes,
+            Self::Fresh | Self::Stale => !role.is_provided(),
+            Self::Cache => role == Role::Requires,
+            Self::Latest => role == Role::Implements,
             Self::Reliability
             | Self::Durability
             | Self::Depth
@@ -136,6 +169,11 @@ impl PolicyName {
             | Self::Lifespan
             | Self::Liveliness => role.is_topic(),
         }
+    }
+
+    /// Whether it says how old values may be, or what is kept.
+    pub fn is_of_ages(self) -> bool {
+        matches!(self, Self::Fresh | Self::Stale | Self::Cache | Self::Latest)
     }
 
     /// The policies of topics. Rules can set them, and peers see them.
@@ -208,7 +246,11 @@ impl PolicyName {
             | Self::Lifespan
             | Self::Liveliness
             | Self::Timeout
-            | Self::Spin => None,
+            | Self::Spin
+            | Self::Fresh
+            | Self::Stale
+            | Self::Cache
+            | Self::Latest => None,
         }
     }
 
@@ -250,6 +292,10 @@ impl Policy {
             PolicyName::Liveliness => limit().map(Self::Liveliness),
             PolicyName::Timeout => time().map(Self::Timeout),
             PolicyName::Spin => time().map(Self::Spin),
+            PolicyName::Fresh => limit().map(Self::Fresh),
+            PolicyName::Stale => Stale::from_word(word()?).map(Self::Stale),
+            PolicyName::Cache => limit().map(Self::Cache),
+            PolicyName::Latest => limit().map(Self::Latest),
         }
     }
 
@@ -264,6 +310,10 @@ impl Policy {
             Self::Liveliness(_) => PolicyName::Liveliness,
             Self::Timeout(_) => PolicyName::Timeout,
             Self::Spin(_) => PolicyName::Spin,
+            Self::Fresh(_) => PolicyName::Fresh,
+            Self::Stale(_) => PolicyName::Stale,
+            Self::Cache(_) => PolicyName::Cache,
+            Self::Latest(_) => PolicyName::Latest,
         }
     }
 
@@ -273,9 +323,13 @@ impl Policy {
             Self::Reliability(value) => PolicyValue::Word(value.word()),
             Self::Durability(value) => PolicyValue::Word(value.word()),
             Self::Depth(depth) => PolicyValue::Count(*depth),
-            Self::Deadline(limit) | Self::Lifespan(limit) | Self::Liveliness(limit) => {
-                PolicyValue::Limit(*limit)
-            }
+            Self::Stale(value) => PolicyValue::Word(value.word()),
+            Self::Deadline(limit)
+            | Self::Lifespan(limit)
+            | Self::Liveliness(limit)
+            | Self::Fresh(limit)
+            | Self::Cache(limit)
+            | Self::Latest(limit) => PolicyValue::Limit(*limit),
             Self::Timeout(time) | Self::Spin(time) => PolicyValue::Time(*time),
         }
     }

@@ -14,6 +14,7 @@ mod editor;
 mod exact;
 mod experiment;
 mod figure;
+mod fresh;
 mod graph;
 mod ice;
 mod innermodel;
@@ -75,6 +76,8 @@ fn main() -> ExitCode {
         ["bench", "convert", "--smoke"] => convert::run(true).map_err(|e| e.to_string()),
         ["bench", "graph"] => graph::run().map_err(|e| e.to_string()),
         ["bench", "rcis"] => rcis::run().map_err(|e| e.to_string()),
+        ["bench", "fresh"] => fresh::run(false).map_err(|e| e.to_string()),
+        ["bench", "fresh", "--smoke"] => fresh::run(true).map_err(|e| e.to_string()),
         ["bench", "machine"] => machine::run().map_err(|e| e.to_string()),
         ["bench", "editor"] => editor::run(false).map_err(|e| e.to_string()),
         ["bench", "editor", "--smoke"] => editor::run(true).map_err(|e| e.to_string()),
@@ -137,7 +140,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | graph | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | fresh [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | graph | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

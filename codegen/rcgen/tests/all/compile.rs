@@ -280,6 +280,7 @@ fn every_construct_compiles() {
     generate(&workspace, "agent", "iceoryx2");
     generate(&workspace, "arm", "iceoryx2");
     generate(&workspace, "lone", "local");
+    generate(&workspace, "aged", "local");
     generate(&workspace, "shelf", "local");
     start_new(&workspace);
     paste(&workspace);
@@ -297,6 +298,7 @@ fn every_construct_compiles() {
         "agent",
         "arm",
         "lone",
+        "aged",
         "shelf",
         "fresh",
         "pasted",

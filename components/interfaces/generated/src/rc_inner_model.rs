@@ -430,7 +430,7 @@ pub mod inner_model {
         CastRayError "castRay",
     );
 
-    fn reply_cast_ray(result: &Vec<super::Hit>, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_cast_ray(result: &Vec<super::Hit>, writer: &mut rc_middleware::Writer<'_>) {
         writer.bound("inner_model.castRay.result", result.len(), 1);
         writer.put(result);
     }

@@ -705,7 +705,7 @@ pub mod interop {
     /// The reply of `shift`.
     pub type ShiftAnswer = (super::Report, i32);
 
-    fn reply_shift((result, count): &ShiftAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_shift((result, count): &ShiftAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(count);
         writer.put(result);
     }
@@ -816,7 +816,7 @@ pub mod oracle {
     /// The reply of `ask`.
     pub type AskAnswer = (i64, super::Point);
 
-    fn reply_ask((result, place): &AskAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_ask((result, place): &AskAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(place);
         writer.put(result);
     }

@@ -1324,7 +1324,7 @@ pub mod types {
         Ok((number, text, outline, kind, point))
     }
 
-    fn reply_several((result, again, same, next, maybe): &SeveralAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_several((result, again, same, next, maybe): &SeveralAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.bound("types.several.again", again.len(), 8);
         writer.put(again);
         writer.bound("types.several.same", same.len(), 3);
@@ -1363,7 +1363,7 @@ pub mod types {
         Ok((number,))
     }
 
-    fn reply_ranged(more: &i32, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_ranged(more: &i32, writer: &mut rc_middleware::Writer<'_>) {
         writer.range("types.ranged.more", f64::from(*more), (0.0, 9.0), "0 to 9");
         writer.put(more);
     }

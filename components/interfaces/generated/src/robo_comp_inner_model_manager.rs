@@ -419,7 +419,7 @@ pub mod inner_model_manager {
     /// The reply of `getPose`.
     pub type GetPoseAnswer = (bool, super::Pose3D);
 
-    fn reply_get_pose((result, pose): &GetPoseAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_get_pose((result, pose): &GetPoseAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(pose);
         writer.put(result);
     }
@@ -438,7 +438,9 @@ pub mod inner_model_manager {
     /// The reply of `getPoseFromParent`.
     pub type GetPoseFromParentAnswer = (bool, super::Pose3D);
 
-    fn reply_get_pose_from_parent((result, pose): &GetPoseFromParentAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_get_pose_from_parent(
+        (result, pose): &GetPoseFromParentAnswer, writer: &mut rc_middleware::Writer<'_>,
+    ) {
         writer.put(pose);
         writer.put(result);
     }
@@ -457,7 +459,7 @@ pub mod inner_model_manager {
     /// The reply of `transform`.
     pub type TransformAnswer = (bool, super::Coord3D);
 
-    fn reply_transform((result, coord_in_base): &TransformAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_transform((result, coord_in_base): &TransformAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(coord_in_base);
         writer.put(result);
     }
@@ -476,7 +478,7 @@ pub mod inner_model_manager {
     /// The reply of `getAttribute`.
     pub type GetAttributeAnswer = (bool, String, String);
 
-    fn reply_get_attribute((result, type_, value): &GetAttributeAnswer, writer: &mut rc_middleware::Writer<'_>) {
+    pub fn reply_get_attribute((result, type_, value): &GetAttributeAnswer, writer: &mut rc_middleware::Writer<'_>) {
         writer.put(type_);
         writer.put(value);
         writer.put(result);

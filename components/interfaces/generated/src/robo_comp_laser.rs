@@ -101,7 +101,7 @@ pub mod laser {
     /// The reply of `getLaserAndBStateData`.
     pub type GetLaserAndBStateDataAnswer = (super::TLaserData, crate::robo_comp_generic_base::TBaseState);
 
-    fn reply_get_laser_and_b_state_data(
+    pub fn reply_get_laser_and_b_state_data(
         (result, b_state): &GetLaserAndBStateDataAnswer, writer: &mut rc_middleware::Writer<'_>,
     ) {
         writer.put(b_state);

@@ -373,6 +373,7 @@ impl Net {
 
 fn hop(component: usize, handler: usize, way: Way, transport: u64) -> Hop {
     Hop {
+        collected: 0,
         component,
         handler,
         way,

@@ -98,9 +98,9 @@ fn check_late_events(network: &Network, found: &mut Diagnostics) {
 }
 
 /// A network while its chains are checked.
-struct ChainCheck<'n> {
-    network: &'n Network,
-    flow: Flow,
+pub(crate) struct ChainCheck<'n> {
+    pub(crate) network: &'n Network,
+    pub(crate) flow: Flow,
 }
 
 impl ChainCheck<'_> {
@@ -280,7 +280,7 @@ impl ChainCheck<'_> {
 
     /// The longest time of a message between two components. A chain may declare that of its own
     /// messages.
-    fn transport(&self, chain: Option<&Chain>, from: Option<usize>, to: Port) -> u64 {
+    pub(crate) fn transport(&self, chain: Option<&Chain>, from: Option<usize>, to: Port) -> u64 {
         let declared = chain.and_then(|chain| chain.transport);
         let [hosts, network, memory] = ASSUMED_TRANSPORT;
         let instances = &self.network.deployment.instances;
@@ -376,6 +376,7 @@ impl ChainCheck<'_> {
                         handler: self.flow.handler(link.to),
                         way,
                         transport: self.of_link(chain, link),
+                        collected: self.flow.collected(link.to),
                     }
                 })
                 .collect()

@@ -44,9 +44,19 @@ pub(crate) struct FlowComponent {
     pub(crate) handlers: Vec<Port>,
     /// Its reactions. `None`: every message may follow every other one, through `compute()`.
     reactions: Option<Vec<FlowReaction>>,
+    /// What it collects.
+    collects: Vec<FlowCollect>,
     /// The operations that it sends.
     outputs: Vec<Port>,
     period: u64,
+}
+
+/// Messages that one handler gets together.
+#[derive(Debug)]
+struct FlowCollect {
+    ports: Vec<Port>,
+    /// The longest time until the others come.
+    within: u64,
 }
 
 #[derive(Debug)]
@@ -118,6 +128,13 @@ impl Flow {
 
     pub(crate) fn senders(&self, port: Port) -> &[Port] {
         self.senders.get(&port).map_or(&[], Vec::as_slice)
+    }
+
+    /// The longest time of a message until those come with which it is collected.
+    pub(crate) fn collected(&self, port: Port) -> u64 {
+        let collects = self.components[port.instance].collects.iter();
+        let of_port = collects.filter(|collect| collect.ports.contains(&port));
+        of_port.map(|collect| collect.within).max().unwrap_or(0)
     }
 
     /// Whether messages come from outside of the network.
@@ -307,7 +324,12 @@ fn component(
     let (handlers, outputs) = (ports(Direction::In), ports(Direction::Out));
     let reactions = component.reactions.as_ref();
     let reactions = reactions.map(|all| all.iter().map(|r| reaction(at, component, r)).collect());
+    let collects = component.collects.iter().map(|collect| FlowCollect {
+        ports: ports_of(at, component, &Step::Collected(collect.name.text.clone())),
+        within: nanoseconds(collect.within),
+    });
     FlowComponent {
+        collects: collects.collect(),
         slots,
         handlers,
         reactions,
@@ -319,7 +341,7 @@ fn component(
 fn reaction(at: usize, component: &Component, reaction: &Reaction) -> FlowReaction {
     let causes = match &reaction.cause {
         Step::Compute => None,
-        step @ Step::Operation { .. } => Some(ports_of(at, component, step)),
+        step @ (Step::Operation { .. } | Step::Collected(_)) => Some(ports_of(at, component, step)),
     };
     let effects = reaction.effects.iter();
     FlowReaction {
@@ -334,8 +356,21 @@ fn reaction(at: usize, component: &Component, reaction: &Reaction) -> FlowReacti
 
 /// The ports of a step: those of all members of an array.
 fn ports_of(at: usize, component: &Component, step: &Step) -> Vec<Port> {
-    let Step::Operation { slot, operation } = step else {
-        return Vec::new();
+    let (slot, operation) = match step {
+        Step::Compute => return Vec::new(),
+        Step::Operation { slot, operation } => (slot, operation),
+        Step::Collected(name) => {
+            let mut collects = component.collects.iter();
+            let collect = collects.find(|collect| collect.name.text == *name);
+            let topics = collect.iter().flat_map(|collect| &collect.topics);
+            let steps = topics.map(|(slot, operation)| Step::Operation {
+                slot: slot.clone(),
+                operation: operation.clone(),
+            });
+            return steps
+                .flat_map(|step| ports_of(at, component, &step))
+                .collect();
+        }
     };
     let slots = component.slots.iter().enumerate().filter(|(_, own)| {
         let member = own.name.strip_prefix(slot.as_str());

@@ -98,17 +98,25 @@ fn advice(network: &Network, checked: &CheckedChain, costs: &[Cost]) -> String {
     let links = checked.path.links.iter().zip(costs);
     let parts = links.flat_map(|(link, cost)| {
         [
-            (cost.period, 0, link.to),
+            (
+                cost.period,
+                if link.way == Way::Handler { 3 } else { 0 },
+                link.to,
+            ),
             (cost.work, 1, link.to),
             (cost.transport, 2, link.to),
         ]
     });
-    let Some((cost, kind, port)) = parts.max_by_key(|(cost, kind, _)| (*cost, 2 - *kind)) else {
+    let Some((cost, kind, port)) = parts.max_by_key(|(cost, kind, _)| (*cost, 3 - *kind)) else {
         return String::new();
     };
     let component = &network.deployment.instances[port.instance].path;
     let cost = of(cost);
     match kind {
+        3 => format!(
+            "{cost} of them, `{}` waits for what it is collected with: shorten `within` of `collect` in {component}",
+            message_name(network, port)
+        ),
         0 => format!(
             "{cost} of them are the period of {component}: react in the handler of `{}`, or halve the period",
             message_name(network, port)
@@ -269,7 +277,11 @@ impl fmt::Display for ChainReport {
             {
                 write!(f, ": {} on the way", text(transport))?;
                 if period > 0.0 {
-                    write!(f, ", {} until `compute`", text(period))?;
+                    let until = match hop.reacts_in {
+                        "handler" => "it is collected",
+                        _ => "`compute`",
+                    };
+                    write!(f, ", {} until {until}", text(period))?;
                 }
                 write!(f, ", {} work", text(work))?;
             }

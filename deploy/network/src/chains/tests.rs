@@ -14,11 +14,12 @@ module Parts
 {
     interface ScanPub { void newScan(int number); void bumped(int number); };
     interface Drive { void setSpeed(float speed); };
+    interface Level { float level(); };
 };
 ";
 
 /// The components: communications, and what stands behind `language`.
-const COMPONENTS: [(&str, &str, &str); 10] = [
+const COMPONENTS: [(&str, &str, &str); 14] = [
     (
         "lidar",
         "publishes ScanPub;",
@@ -69,6 +70,18 @@ const COMPONENTS: [(&str, &str, &str); 10] = [
         "subscribesTo ScanPub as clean; requires Drive;",
         "reactions { };",
     ),
+    (
+        "fuser",
+        "subscribesTo ScanPub as clean, ScanPub as near; requires Drive;",
+        "collect clean.newScan, near.newScan within 20ms as view; reactions { view -> setSpeed budget 3ms; compute budget 1ms; };",
+    ),
+    (
+        "hasty",
+        "subscribesTo ScanPub as one { fresh 100us; }, ScanPub as two { fresh 50ms; }, ScanPub as three { fresh 51ms; }; requires Level { fresh 99ms; };",
+        "",
+    ),
+    ("power", "implements Level { serve latest 100ms; };", ""),
+    ("meter", "requires Level { fresh 100ms; };", ""),
 ];
 
 fn write(folder: &Path) {
@@ -287,4 +300,39 @@ fn data_from_outside_may_be_of_any_age() {
         "#]],
     );
     assert!(plan.contains("; data of any age"), "{plan}");
+}
+
+#[test]
+fn a_message_waits_for_those_with_which_it_is_collected() {
+    let body = "bind fuser.clean -> lidar.ScanPub; bind fuser.near -> other.ScanPub;\n\
+        Chain brake { from lidar.ScanPub.newScan; to base.Drive.setSpeed; within 20ms; };";
+    let plan = check(
+        "lidar other:lidar fuser base",
+        body,
+        &expect![[r#"
+        net.ddsl:3:7: warning[slow-chain]: chain `brake` takes 28.9 ms in the worst case, 8.9 ms more than `within` allows: fuser 27.2 ms, base 1.7 ms (20 ms of them, `clean.newScan` waits for what it is collected with: shorten `within` of `collect` in fuser)
+    "#]],
+    );
+    expect![[r#"
+        chain brake: lidar.ScanPub.newScan → base.Drive.setSpeed
+            at worst 28.9 ms (within 20 ms); data at most 28.9 ms old
+            fuser.clean.newScan: 0.2 ms on the way, 20 ms until it is collected, 7 ms work
+            base.Drive.setSpeed: 0.2 ms on the way, 1.5 ms work
+            transport is assumed
+    "#]]
+    .assert_eq(&plan);
+}
+
+#[test]
+fn values_that_are_never_fresh_or_not_always() {
+    let body = "bind hasty.one -> lidar.ScanPub; bind hasty.two -> lidar.ScanPub; bind hasty.three -> lidar.ScanPub;";
+    check(
+        "lidar hasty power meter",
+        body,
+        &expect![[r#"
+        net.ddsl:1:68: warning[never-fresh]: no sample of `hasty.one.newScan` is fresh when it comes: it is up to 200us on its way, and fresh for 100us; here at hasty.cdsl:3:33 (lengthen `fresh` in the .cdsl)
+        net.ddsl:1:68: warning[always-stale]: the newest sample of `hasty.two.newScan` is too old in every period: it comes every 50ms, and is fresh for 50ms; here at hasty.cdsl:3:66 (lengthen `fresh` to 50200us, or shorten the period of `lidar`)
+        net.ddsl:1:68: warning[latest-over-fresh]: the server answers `hasty.Level` with values that are up to 100ms old, and are fresh for 99ms; answers with its last value at power.cdsl:3:31 (shorten `serve latest`, or lengthen `fresh`)
+    "#]],
+    );
 }

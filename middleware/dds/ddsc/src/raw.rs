@@ -47,6 +47,10 @@ impl CQos {
             liveliness,
             timeout: _,
             spin: _,
+            fresh: _,
+            stale: _,
+            cache: _,
+            latest: _,
         } = qos.policies;
         Self {
             reliable: i32::from(reliability == Reliability::Reliable),

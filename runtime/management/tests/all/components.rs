@@ -171,6 +171,7 @@ pub(crate) fn of_components(golden: &mut Golden) {
         sent: 8,
         withheld: u64::from(role == Role::Publishes),
         converted: None,
+        freshness: None,
         forwarded: None,
         lost: 9,
         queue: (role == Role::Implements).then_some(component::QueueStatus {

@@ -6,6 +6,7 @@ mod deny;
 mod deploy;
 mod editor;
 mod experiment;
+mod fresh;
 mod manifests;
 mod place;
 mod python;

@@ -191,6 +191,9 @@ impl Completion<'_> {
             Some((_, _, Some(Values::Within(_)))) if context.statement.len() == 1 => {
                 of(keywords::of(&INSIDE, "cdsl", "wake"))
             }
+            Some(("serve", ..)) if context.statement.len() == 1 => {
+                of(keywords::of(&INSIDE, "cdsl", "serve"))
+            }
             Some((_, _, None)) => words(["true", "false"], ""),
             _ => Vec::new(),
         }

@@ -4,7 +4,7 @@ use super::{CONDITION, Keyword};
 
 /// The keywords that are allowed inside a statement, by language and by the first word of the
 /// statement; `*` for any.
-pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 16] = [
+pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 18] = [
     (
         "idsl",
         "exception",
@@ -54,6 +54,26 @@ pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 16] = [
         "cdsl",
         "wake",
         &[("spin", "Polls for this time before it sleeps.")],
+    ),
+    (
+        "cdsl",
+        "serve",
+        &[(
+            "latest",
+            "The last value of the worker answers queries for this time, without a handler.",
+        )],
+    ),
+    (
+        "cdsl",
+        "collect",
+        &[
+            (
+                "within",
+                "The most time between the first and the last sample: `within 20ms`.",
+            ),
+            ("exact", "Samples of equal times, in simulated time."),
+            ("as", "What the worker calls it."),
+        ],
     ),
     ("ddsl", "external", &[("at", "The address of the peer.")]),
     (

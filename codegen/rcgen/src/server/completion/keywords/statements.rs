@@ -91,6 +91,10 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
                 "The oldest version of Python: `python \"3.12\" venv;`",
             ),
             (
+                "collect",
+                "Topics whose samples one handler gets together: `collect a.scan, b.pose within 20ms as view;`",
+            ),
+            (
                 "reactions",
                 "What follows what: `reactions { scan -> compute; }`",
             ),

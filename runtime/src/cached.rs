@@ -1,0 +1,334 @@
+//! A client whose last replies answer queries for a while, and whose replies know their age.
+
+use crate::clock::Clock;
+use crate::freshness::{FreshCounts, age, moment, nanoseconds};
+use crate::slots::OpenSlot;
+use rc_middleware::freshness::{Freshness, Made};
+use rc_middleware::in_place::IntoBytes;
+use rc_middleware::qos::Stale;
+use rc_middleware::request_body::{RequestBody, buffer};
+use rc_middleware::rpc;
+use rc_middleware::started::Awaiting;
+use rc_middleware::typed::{Operation, reply_values};
+use rc_middleware::{CallError, Client, Header, Profile, QueueGauge};
+use std::borrow::Cow;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The most bytes of the replies that a client keeps, and of their requests.
+const MOST_BYTES: usize = 16 * 1024 * 1024;
+/// The most replies that a client keeps: one for each operation with its arguments.
+const MOST_REPLIES: usize = 64;
+/// How long a server that is gone may go unnoticed: asking the middleware costs as much as a kept
+/// reply.
+const LOOK: u64 = 1_000_000;
+/// Where a request and a reply have the identity of the request: at their beginning.
+const IDENTITY: usize = 24;
+
+/// Keeps replies, and counts how old they are.
+pub(crate) struct CachingClient {
+    port: Box<dyn Client>,
+    operations: &'static [Operation],
+    cache: u64,
+    fresh: Option<Duration>,
+    stale: Stale,
+    simulated: Option<Arc<dyn Clock>>,
+    /// The oldest one first.
+    kept: VecDeque<Kept>,
+    bytes: usize,
+    server: u128,
+    looked: u64,
+    last: Option<Freshness>,
+    counts: FreshCounts,
+}
+
+/// A reply.
+struct Kept {
+    /// The request behind its identity.
+    request: Vec<u8>,
+    header: Header,
+    /// The reply, aligned as an image needs it.
+    memory: Vec<u128>,
+    length: usize,
+    /// When its call began.
+    begun: u64,
+}
+
+impl Kept {
+    fn size(&self) -> usize {
+        self.request.len() + self.memory.len() * size_of::<u128>()
+    }
+}
+
+impl CachingClient {
+    pub(crate) fn new(
+        port: Box<dyn Client>,
+        slot: &OpenSlot,
+        simulated: Option<Arc<dyn Clock>>,
+        counts: FreshCounts,
+    ) -> Self {
+        Self {
+            port,
+            operations: slot.operations,
+            cache: slot.qos.cache.map_or(0, nanoseconds),
+            fresh: slot.qos.fresh,
+            stale: slot.qos.stale,
+            simulated,
+            kept: VecDeque::new(),
+            bytes: 0,
+            server: 0,
+            looked: 0,
+            last: None,
+            counts,
+        }
+    }
+
+    fn now(&self) -> u64 {
+        moment(self.simulated.as_deref())
+    }
+
+    fn forget_all(&mut self) {
+        self.kept.clear();
+        self.bytes = 0;
+    }
+
+    /// Forgets all replies if their server is gone, or another one is there.
+    fn look(&mut self) {
+        let now = rc_middleware::now();
+        if now.saturating_sub(self.looked) < LOOK {
+            return;
+        }
+        self.looked = now;
+        let server = self.port.server();
+        if server != self.server {
+            self.server = server;
+            self.forget_all();
+        }
+    }
+
+    fn remove(&mut self, place: usize) {
+        if let Some(kept) = self.kept.remove(place) {
+            self.bytes -= kept.size();
+        }
+    }
+
+    /// The place of the reply to this request.
+    fn find(&self, request: &[u8]) -> Option<usize> {
+        let request = request.get(IDENTITY..)?;
+        self.kept.iter().position(|kept| kept.request == request)
+    }
+
+    /// Keeps the reply to a request, if it is a result and not too large.
+    fn keep(&mut self, request: &[u8], header: Header, body: &[u8], begun: u64) {
+        let mut memory = vec![0_u128; body.len().div_ceil(size_of::<u128>())];
+        memory.as_mut_slice().as_mut_bytes()[..body.len()].copy_from_slice(body);
+        let kept = Kept {
+            request: request.get(IDENTITY..).unwrap_or_default().to_vec(),
+            header,
+            memory,
+            length: body.len(),
+            begun,
+        };
+        if let Some(place) = self.find(request) {
+            self.remove(place);
+        }
+        if kept.size() > MOST_BYTES {
+            return;
+        }
+        self.bytes += kept.size();
+        self.kept.push_back(kept);
+        while self.bytes > MOST_BYTES || self.kept.len() > MOST_REPLIES {
+            self.remove(0);
+        }
+    }
+
+    /// Answers a request with a kept reply.
+    fn answer(
+        &mut self,
+        place: usize,
+        request: &[u8],
+        now: u64,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) {
+        let Some(kept) = self.kept.get_mut(place) else {
+            return;
+        };
+        let (age, is_fresh) = age(kept.begun, now, self.fresh);
+        let freshness = Freshness {
+            age,
+            made: Made::Cached,
+            is_fresh,
+        };
+        let reply = &mut kept.memory.as_mut_slice().as_mut_bytes()[..kept.length];
+        reply[..IDENTITY].copy_from_slice(&request[..IDENTITY]);
+        let header = kept.header;
+        self.last = Some(freshness);
+        self.counts.used(freshness);
+        take(header, &kept.memory.as_slice().as_bytes()[..kept.length]);
+    }
+
+    /// Whether a reply is a result: exceptions and refusals are not kept.
+    fn is_result(&self, request: &[u8], header: Header, body: &[u8]) -> bool {
+        let profile = self.port.profile();
+        let Ok((id, _)) = rpc::request_values(request, profile) else {
+            return false;
+        };
+        let operation = self.operations.iter().find(|operation| operation.id == id);
+        let values = operation.map(|of| reply_values(of, profile, header, body));
+        matches!(values, Some(Ok(Some((0, _)))))
+    }
+}
+
+impl Client for CachingClient {
+    fn guid(&self) -> [u8; 16] {
+        self.port.guid()
+    }
+
+    fn profile(&self) -> Profile {
+        self.port.profile()
+    }
+
+    /// What this component changes at the server, it sees with its next query.
+    fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
+        self.forget_all();
+        self.port.send(header, request)
+    }
+
+    fn can_loan(&self) -> bool {
+        self.port.can_loan()
+    }
+
+    fn call(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        let keeps = self.cache > 0 || self.stale == Stale::Last;
+        let begun = self.now();
+        let bytes = if !keeps {
+            Cow::Borrowed(request.begin())
+        } else if request.begin().len() == request.length() {
+            Cow::Borrowed(request.begin())
+        } else {
+            Cow::Owned(buffer(request)?)
+        };
+        if keeps {
+            self.look();
+            let refuses = self.stale == Stale::Refuse;
+            let fresh = self.fresh.filter(|_| refuses).map_or(u64::MAX, nanoseconds);
+            let longest = self.cache.min(fresh);
+            if let Some(place) = self.find(&bytes)
+                && self.cache > 0
+                && begun.saturating_sub(self.kept[place].begun) <= longest
+            {
+                self.answer(place, &bytes, begun, take);
+                return Ok(());
+            }
+        }
+        let simulated = self.simulated.clone();
+        let (limit_of_age, informs) = (self.fresh, self.stale == Stale::Inform);
+        let (mut came, mut reply) = (None, None);
+        let called = self.port.call(header, request, limit, &mut |header, body| {
+            let now = moment(simulated.as_deref());
+            let (age, is_fresh) = age(begun, now, limit_of_age);
+            let is_used = is_fresh || informs;
+            if keeps || !is_used {
+                reply = Some((header, body.to_vec()));
+            }
+            if is_used {
+                take(header, body);
+            }
+            came = Some((now, age, is_fresh));
+        });
+        if matches!(
+            called,
+            Err(CallError::NoServer(_) | CallError::ServerDied(_))
+        ) {
+            self.forget_all();
+        }
+        called?;
+        let Some((now, age, is_fresh)) = came else {
+            return Ok(());
+        };
+        let freshness = Freshness {
+            age,
+            made: Made::Computed,
+            is_fresh,
+        };
+        if !is_fresh && !informs {
+            self.counts.refused();
+            if self.stale == Stale::Refuse {
+                return Err(CallError::Stale { age });
+            }
+            if let Some(place) = self.find(&bytes) {
+                self.answer(place, &bytes, now, take);
+                return Ok(());
+            }
+            // There is no last one: this one is better than none.
+            if let Some((header, body)) = &reply {
+                take(*header, body);
+            }
+        }
+        self.last = Some(freshness);
+        self.counts.came(begun);
+        self.counts.used(freshness);
+        if let Some((header, body)) = reply
+            && is_fresh
+            && self.is_result(&bytes, header, &body)
+        {
+            self.keep(&bytes, header, &body, begun);
+        }
+        Ok(())
+    }
+
+    /// A started call has no reply that could be kept: it asks the server.
+    fn start(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+    ) -> Result<(), CallError> {
+        self.port.start(header, request, limit)
+    }
+
+    fn poll(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, &[u8]),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        self.port.poll(take)
+    }
+
+    fn end_in_order(&mut self, keeps: bool) {
+        self.port.end_in_order(keeps);
+    }
+
+    fn forget(&mut self, sequence: u64) {
+        self.port.forget(sequence);
+    }
+
+    fn awaiting(&self) -> Option<Awaiting<'_>> {
+        self.port.awaiting()
+    }
+
+    fn peers(&self) -> usize {
+        self.port.peers()
+    }
+
+    fn server(&self) -> u128 {
+        self.port.server()
+    }
+
+    fn freshness(&self) -> Option<Freshness> {
+        self.last
+    }
+
+    fn queue(&self) -> Option<QueueGauge> {
+        self.port.queue()
+    }
+}
+
+#[cfg(test)]
+mod tests;

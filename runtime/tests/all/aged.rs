@@ -1,0 +1,68 @@
+//! A component whose values know their age lives again exactly: ages, what was collected, kept replies
+//! and last values are the same.
+
+mod program;
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+/// The command line of the component, in the process that this test starts: one argument a line.
+const ARGUMENTS: &str = "RC_TEST_AGED";
+/// A message of MCAP: its code, and where its data begin, behind the encapsulation of CDR.
+const MESSAGE: u8 = 5;
+const DATA: usize = 2 + 4 + 8 + 8 + 4;
+
+#[test]
+fn values_with_ages_live_again_exactly() {
+    if let Ok(arguments) = std::env::var(ARGUMENTS) {
+        let arguments: Vec<&str> = arguments.lines().collect();
+        std::process::exit(program::main(&arguments).into());
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("aged.mcap");
+    let program = |more: &str| {
+        let mut command = Command::new(std::env::current_exe().expect("this program"));
+        command
+            .args([
+                "aged::values_with_ages_live_again_exactly",
+                "--exact",
+                "--nocapture",
+            ])
+            .env(ARGUMENTS, format!("--network\naged\n--name\naged\n{more}"))
+            .env("XDG_RUNTIME_DIR", folder.path());
+        command
+    };
+    let ran = program(&format!("--record\n{}", recording.display())).output();
+    let ran = ran.expect("an end");
+    let words = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success(), "{ran:?}");
+    let pairs = words.lines().find_map(|line| line.strip_suffix(" pairs"));
+    let pairs: u32 = pairs.expect("pairs").parse().expect("a number");
+    assert!(pairs > 20, "{pairs}");
+
+    let file = std::fs::read(&recording).expect("a recording");
+    let mut rest = &file[rc_mcap::MAGIC.len()..];
+    let mut turns = Vec::new();
+    while let Ok(Some((code, body))) = rc_mcap::read::next(&mut rest) {
+        if code == MESSAGE {
+            let turn = &body[DATA..];
+            turns.extend((turn.len() as u32).to_le_bytes());
+            turns.extend(turn);
+        }
+    }
+    let mut child = program("--replay")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program");
+    let mut input = child.stdin.take().expect("its input");
+    let writing = std::thread::spawn(move || input.write_all(&turns));
+    let ran = child.wait_with_output().expect("an end");
+    let _ = writing.join().expect("no panic");
+    let words = String::from_utf8_lossy(&ran.stdout);
+    let report = words.lines().rfind(|line| line.starts_with('{'));
+    let report = report.unwrap_or_else(|| panic!("{words}"));
+    let report: serde_json::Value = serde_json::from_str(report).expect("one document");
+    assert_eq!(report["equal"], true, "{report}");
+    assert!(report["compared"].as_u64() > Some(200), "{report}");
+}
