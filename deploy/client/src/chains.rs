@@ -1,7 +1,8 @@
 //! The chains of a running network, as its supervisor measures them, and a text for people.
 
-use rc_management::chains::{ChainStatus, HopStatus, Times};
+use rc_management::chains::{ChainStatus, HopStatus, Times, Trace};
 use serde::Serialize;
+use std::collections::VecDeque;
 use std::fmt::{self, Write};
 
 /// The measured chains of a network.
@@ -11,6 +12,114 @@ pub struct ChainsReport {
     pub network: String,
     /// Its chains, in the order of its `.ddsl`.
     pub chains: Vec<ChainStatus>,
+}
+
+/// Joins what was recorded of one chain at several times.
+#[derive(Clone, Debug, Default)]
+pub struct RecordedChain {
+    first: Option<ChainStatus>,
+    last: ChainStatus,
+    traces: VecDeque<Trace>,
+    /// The longest of all: the sum, then by component the sum and its parts.
+    worst: f64,
+    worst_hops: Vec<[f64; 4]>,
+}
+
+/// The most messages of a recorded chain that are kept: percentiles and exports are those of the
+/// newest.
+const MOST_RECORDED: usize = 1 << 20;
+
+impl RecordedChain {
+    /// Adds what was recorded next.
+    pub fn add(&mut self, mut status: ChainStatus) {
+        for trace in std::mem::take(&mut status.traces) {
+            if trace.hops.len() != status.hops.len() {
+                continue;
+            }
+            self.worst = self.worst.max(trace.total_ms());
+            self.worst_hops.resize(trace.hops.len(), [0.0; 4]);
+            for (worst, part) in self.worst_hops.iter_mut().zip(&trace.hops) {
+                for (worst, time) in worst.iter_mut().zip(all_of(part)) {
+                    *worst = time.max(*worst);
+                }
+            }
+            if self.traces.len() == MOST_RECORDED {
+                self.traces.pop_front();
+            }
+            self.traces.push_back(trace);
+        }
+        // What was counted before the recording began is not in it. A supervisor that was started
+        // anew counts from zero.
+        let first = self.first.get_or_insert_with(|| status.clone());
+        if status.begun < first.begun {
+            *first = ChainStatus {
+                hops: vec![HopStatus::default(); status.hops.len()],
+                ..ChainStatus::default()
+            };
+        }
+        self.last = status;
+    }
+
+    /// What happened to the chain during the recording.
+    pub fn finish(self) -> ChainStatus {
+        let Self {
+            first,
+            last,
+            traces,
+            worst,
+            worst_hops,
+        } = self;
+        let first = first.unwrap_or_default();
+        let times = |worst: f64, of: &dyn Fn(&Trace) -> f64| times(&traces, worst, of);
+        let hops = last.hops.iter().enumerate().map(|(at, hop)| {
+            let worst = worst_hops.get(at).copied().unwrap_or_default();
+            let of = |which: usize| times(worst[which], &|t| all_of(&t.hops[at])[which]);
+            let before = first.hops.get(at).cloned().unwrap_or_default();
+            HopStatus {
+                times: of(0),
+                way: of(1),
+                period: of(2),
+                work: of(3),
+                lost: hop.lost.saturating_sub(before.lost),
+                replaced: hop.replaced.saturating_sub(before.replaced),
+                ended: hop.ended.saturating_sub(before.ended),
+                swapped: hop.swapped.saturating_sub(before.swapped),
+                restarts: hop.restarts.saturating_sub(before.restarts),
+                ..hop.clone()
+            }
+        });
+        ChainStatus {
+            hops: hops.collect(),
+            times: times(worst, &Trace::total_ms),
+            begun: last.begun.saturating_sub(first.begun),
+            complete: last.complete.saturating_sub(first.complete),
+            late: last.late.saturating_sub(first.late),
+            old: last.old.saturating_sub(first.old),
+            oldest_ms: last.oldest_ms.filter(|_| last.oldest_ms > first.oldest_ms),
+            traces: traces.into(),
+            ..last
+        }
+    }
+}
+
+/// The sum of the parts at a component, and they.
+fn all_of(part: &[f64; 3]) -> [f64; 4] {
+    [part.iter().sum(), part[0], part[1], part[2]]
+}
+
+/// Median and percentile of what `of` takes of the messages; none without messages.
+fn times(traces: &VecDeque<Trace>, worst: f64, of: &dyn Fn(&Trace) -> f64) -> Option<Times> {
+    let mut all: Vec<f64> = traces.iter().map(of).collect();
+    let last = all.len().checked_sub(1)?;
+    let mut at = |part: f64| {
+        let place = (last as f64 * part).round() as usize;
+        *all.select_nth_unstable_by(place, f64::total_cmp).1
+    };
+    Some(Times {
+        p50_ms: at(0.5),
+        p99_ms: at(0.99),
+        worst_ms: worst,
+    })
 }
 
 /// Milliseconds for people.
@@ -149,6 +258,47 @@ fn row(hop: &HopStatus) -> [String; 9] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_recorded_chain_counts_from_the_begin_of_the_recording() {
+        let status = |begun: u64, late: u64, lost: u64, ways: &[f64]| ChainStatus {
+            begun,
+            complete: begun,
+            late,
+            hops: vec![HopStatus {
+                lost,
+                ..HopStatus::default()
+            }],
+            traces: ways
+                .iter()
+                .map(|way| Trace {
+                    hops: vec![[*way, 0.0, 1.0]],
+                    ..Trace::default()
+                })
+                .collect(),
+            ..ChainStatus::default()
+        };
+        let mut recorded = RecordedChain::default();
+        recorded.add(status(1000, 7, 3, &[]));
+        recorded.add(status(1003, 8, 5, &[4.0, 1.0, 2.0]));
+        let chain = recorded.clone().finish();
+        assert_eq!((chain.begun, chain.complete, chain.late), (3, 3, 1));
+        assert_eq!((chain.hops[0].lost, chain.traces.len()), (2, 3));
+        let times = chain.times.expect("times");
+        assert_eq!((times.p50_ms, times.worst_ms), (3.0, 5.0));
+        assert_eq!(chain.hops[0].way.expect("a way").worst_ms, 4.0);
+        assert_eq!(chain.hops[0].work.expect("work").p50_ms, 1.0);
+        // The supervisor was started anew.
+        recorded.add(status(2, 1, 0, &[9.0, 9.0]));
+        let chain = recorded.finish();
+        assert_eq!((chain.begun, chain.late, chain.hops[0].lost), (2, 1, 0));
+        // A message with other hops than the chain is no message of it.
+        let mut strange = RecordedChain::default();
+        let mut other = status(1, 0, 0, &[1.0]);
+        other.traces[0].hops.clear();
+        strange.add(other);
+        assert_eq!(strange.finish().times, None);
+    }
 
     #[test]
     fn a_chain_is_a_few_lines() {

@@ -96,9 +96,10 @@ pub fn write_ring(network: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// The chains of a network, as its supervisor measures them.
-pub fn chains(network: &str) -> Result<ChainsReport, Error> {
-    let Chains { chains } = Connection::open(network)?.call(&Request::Chains)?;
+/// The chains of a network, as its supervisor measures them. With `known`, also the messages that
+/// came to the end: for each chain, those after the first `known` ones.
+pub fn chains(network: &str, known: Option<Vec<u64>>) -> Result<ChainsReport, Error> {
+    let Chains { chains } = Connection::open(network)?.call(&Request::Chains { known })?;
     Ok(ChainsReport {
         network: network.to_owned(),
         chains,

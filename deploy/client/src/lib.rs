@@ -14,6 +14,7 @@ pub mod log_parts;
 pub mod logs;
 pub mod names;
 pub mod params;
+pub mod perfetto;
 pub mod place;
 pub mod states;
 pub mod status;

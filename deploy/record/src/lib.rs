@@ -15,6 +15,7 @@
 //! `docs/recording.md` describes the file.
 
 pub mod bag;
+pub mod chains;
 pub mod content;
 pub mod definition;
 pub mod envelope;

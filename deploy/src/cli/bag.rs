@@ -59,7 +59,7 @@ impl Selected {
 }
 
 /// Says that less was read than was recorded. Returns the exit code that says so, too.
-fn note_faults(faults: &Faults) -> u8 {
+pub(super) fn note_faults(faults: &Faults) -> u8 {
     if faults.is_none() {
         return 0;
     }

@@ -8,7 +8,7 @@ use super::completion::{
 };
 use super::meaning::ConversionOptions;
 use super::world::WorldAction;
-use super::{bag, foxglove, play, record, replay};
+use super::{bag, chains, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
 use rc_deploy_client::Format;
@@ -140,15 +140,9 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows the times of the chains of a running network, by hops, and lost messages.
-    Chains {
-        /// The network or its .ddsl. Optional if only one network is up.
-        #[arg(add = networks())]
-        network: Option<String>,
-        /// The form of the output: human or json (one document).
-        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
-        format: Format,
-    },
+    /// Shows the times of the chains of a running network or of a recording, by hops, and lost
+    /// messages.
+    Chains(chains::Chains),
     /// Prints the logs of components.
     Logs {
         /// The network or its .ddsl. Optional if only one network runs.

@@ -5,6 +5,7 @@ mod again;
 mod arguments;
 mod bag;
 mod call;
+mod chains;
 mod command;
 mod completion;
 mod control;
@@ -152,10 +153,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             let report = status::report(&running(network)?)?;
             show(format, &report, status::report_table)
         }
-        Command::Chains { network, format } => {
-            let report = connection::chains(&running(network)?)?;
-            show(format, &report, ToString::to_string)
-        }
+        Command::Chains(options) => chains::chains(options),
         Command::Logs {
             network,
             component,

@@ -127,7 +127,7 @@ impl Control {
         requests.sort_by_key(|r| {
             matches!(
                 r.request,
-                Request::Status | Request::Events | Request::Chains
+                Request::Status | Request::Events | Request::Chains { .. }
             )
         });
         requests
@@ -142,7 +142,7 @@ impl Control {
         match (request, id) {
             (Ok(request), id) => {
                 // The end of the network, and the next event, are answers that take their time.
-                if !matches!(request, Request::Status | Request::Chains) {
+                if !matches!(request, Request::Status | Request::Chains { .. }) {
                     self.0.defer(client);
                 }
                 Some(ClientRequest {

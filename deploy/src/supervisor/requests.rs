@@ -1,6 +1,5 @@
 //! Handles the requests of clients of the supervisor's socket.
 
-use crate::supervisor::chains::ChainWatch;
 use crate::supervisor::commands;
 use crate::supervisor::control::ClientRequest;
 use crate::supervisor::flight_recorder::FlightRecorder;
@@ -33,8 +32,8 @@ impl Supervisor<'_> {
                     self.control.answer_events(&request, &journal);
                 }
                 Request::Ring => self.write_ring(&request),
-                Request::Chains => {
-                    let chains = self.chains.as_ref().map(ChainWatch::status);
+                Request::Chains { known } => {
+                    let chains = self.chains.as_ref().map(|chains| chains.status(known));
                     let chains = chains.unwrap_or_default();
                     self.control.answer_chains(&request, &chains);
                 }

@@ -55,6 +55,28 @@ pub struct ChainStatus {
     /// Which of `chain-late`, `chain-old` and `chain-broken` hold.
     #[serde(default, deserialize_with = "foreign::texts")]
     pub conditions: Vec<String>,
+    /// The newest messages that came to the end, if the request asks for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traces: Vec<Trace>,
+}
+
+/// A message that came to the end of a chain.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trace {
+    /// When it began: microseconds since 1970, by the clock of the supervisor's machine.
+    pub began_us: u64,
+    /// For each component of the chain: on the way, until `compute()`, work; in milliseconds.
+    pub hops: Vec<[f64; 3]>,
+    /// Whether it took longer than `within` allows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub late: bool,
+}
+
+impl Trace {
+    /// How long it took, in milliseconds.
+    pub fn total_ms(&self) -> f64 {
+        self.hops.iter().flatten().sum()
+    }
 }
 
 /// A component on a chain.

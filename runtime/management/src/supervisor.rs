@@ -38,7 +38,12 @@ pub enum Request {
     /// the request is on the way to its recorder.
     Ring,
     /// Answered with [`Chains`](crate::chains::Chains).
-    Chains,
+    Chains {
+        /// Asks for the messages that came to the end, too. For each chain, how many of them are
+        /// known already (`complete` of an earlier answer); none for a chain that is left out.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        known: Option<Vec<u64>>,
+    },
     /// Changes parameters of several components, those of all or none. Answered with
     /// [`ParametersChanged`].
     ParametersSet {
@@ -113,7 +118,7 @@ impl Request {
         ("events", "{}"),
         ("down", "{}"),
         ("ring", "{}"),
-        ("chains", "{}"),
+        ("chains", r#"{} or {"known": [120, …]}"#),
         (
             "parameters_set",
             r#"{"changes": {"lidar": {"speed": 300, …}, …}}"#,
@@ -135,7 +140,7 @@ impl Request {
             }
             Self::Lifecycle { transition, .. } => *transition != Transition::Shutdown,
             Self::ParametersSet { changes } => !changes.is_empty(),
-            Self::Status | Self::Events | Self::Down | Self::Ring | Self::Chains => true,
+            Self::Status | Self::Events | Self::Down | Self::Ring | Self::Chains { .. } => true,
         })
     }
 }

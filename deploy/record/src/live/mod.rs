@@ -43,7 +43,6 @@ struct Selected {
 
 /// Records a network into a sink.
 pub struct Recorder {
-    name: String,
     selected: Option<Selected>,
     calls: bool,
     observer: Observer,
@@ -76,7 +75,10 @@ impl Recorder {
         let name = network.name.clone();
         let wants_events = Arc::new(AtomicBool::new(false));
         let (polled, wanted_events) = (name.clone(), Arc::clone(&wants_events));
-        let look = move || poll(&polled, wanted_events.load(Ordering::Relaxed));
+        // A component that hangs delays this look. Queues that are open meanwhile would overflow.
+        let mut known = None;
+        let first = poll(&name, &mut known, true);
+        let look = move || poll(&polled, &mut known, wanted_events.load(Ordering::Relaxed));
         let poller = Poller::begin(look, || {});
         let poller =
             poller.map_err(|e| RecordError::Value(format!("no thread can be started: {e}")))?;
@@ -95,10 +97,7 @@ impl Recorder {
             empty_polls: 0,
             notes: Vec::new(),
             noted: BTreeSet::new(),
-            name,
         };
-        // A component that hangs delays this look. Queues that are open meanwhile would overflow.
-        let first = poll(&recorder.name, true);
         let failed = recorder.join(network);
         if let Some((_, error)) = failed.into_iter().next() {
             return Err(error);

@@ -2,11 +2,13 @@
 
 use super::poll::Snapshot;
 use super::recording_clock::RecordingClock;
+use crate::chains::KIND;
 use crate::content::{AttachedFile, NewChannel};
 use crate::schema::Schema;
 use crate::sink::Sink;
 use crate::writer::TABLE;
 use crate::{ENCAPSULATION, keys, qos};
+use rc_management::chains::ChainStatus;
 use rc_management::component::{Parameters, Status};
 use rc_management::supervisor::Event;
 use rc_mcap::Stamp;
@@ -63,6 +65,7 @@ pub(super) struct Output {
     json: BTreeMap<String, usize>,
     lost: BTreeMap<String, u64>,
     refused: u64,
+    chains: BTreeMap<String, ChainStatus>,
     parameters: BTreeMap<String, Parameters>,
     states: BTreeMap<String, Json>,
     files: BTreeMap<String, Vec<u8>>,
@@ -81,6 +84,7 @@ impl Output {
             json: BTreeMap::new(),
             lost: BTreeMap::new(),
             refused: 0,
+            chains: BTreeMap::new(),
             parameters: BTreeMap::new(),
             states: BTreeMap::new(),
             files: BTreeMap::new(),
@@ -198,9 +202,16 @@ impl Output {
         self.sink.message(at, stamp, writer.into_bytes());
     }
 
-    /// Records what has changed since the last look: parameters, states, and the files that say
-    /// what runs.
+    /// Records what has changed since the last look: parameters, states, chains, and the files that
+    /// say what runs.
     pub(super) fn note(&mut self, found: &Snapshot) {
+        for chain in &found.chains {
+            if self.chains.get(&chain.name) != Some(chain) {
+                let document = serde_json::to_value(chain).unwrap_or_default();
+                self.json(&format!("chains/{}", chain.name), KIND, &document);
+                self.chains.insert(chain.name.clone(), chain.clone());
+            }
+        }
         if let Some((name, text)) = &found.ddsl {
             self.attach(name, "text/plain", text.clone().into_bytes());
         }

@@ -2,6 +2,7 @@
 
 use rc_deploy_client::{connection, place};
 use rc_management::Client;
+use rc_management::chains::ChainStatus;
 use rc_management::component::{Parameters, Request};
 use rc_management::supervisor;
 use rc_observe::Network;
@@ -22,12 +23,18 @@ pub(super) struct Snapshot {
     pub(super) ddsl: Option<(String, String)>,
     /// The configuration files of the components on this machine that have no secrets.
     pub(super) configurations: BTreeMap<String, String>,
+    /// The chains, with the messages that came to their end since the last look.
+    pub(super) chains: Vec<ChainStatus>,
     /// The events of the supervisor from now on, if they were wanted.
     pub(super) events: Option<Client>,
 }
 
+/// How many messages of each chain were recorded; none before the first look, which skips those of
+/// the past.
+pub(super) type KnownMessages = Option<Vec<u64>>;
+
 /// Polls once. `None` if no component replies.
-pub(super) fn poll(name: &str, wants_events: bool) -> Option<Snapshot> {
+pub(super) fn poll(name: &str, known: &mut KnownMessages, wants_events: bool) -> Option<Snapshot> {
     let network = Network::look(name).ok()?;
     let directory = place::directory(name);
     let parameters = network.components.iter().filter_map(|component| {
@@ -51,7 +58,14 @@ pub(super) fn poll(name: &str, wants_events: bool) -> Option<Snapshot> {
         Some((component.name.clone(), read(file)?))
     });
     let configurations = configurations.collect();
+    // Without a supervisor nobody measures chains.
+    let chains = connection::chains(name, known.clone());
+    let chains = chains.map_or_else(|_| Vec::new(), |report| report.chains);
+    if !chains.is_empty() {
+        *known = Some(chains.iter().map(|chain| chain.complete).collect());
+    }
     Some(Snapshot {
+        chains,
         network,
         parameters,
         ddsl,

@@ -6,6 +6,7 @@ use super::{Chains, News, NewsSender};
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::planned_chain::{PlannedMessage, ReactsIn};
 use rc_deploy_network::process_name;
+use rc_management::chains::ChainStatus;
 use rc_management::component::Request;
 use rc_management::hops::{Following, Hop, HopReport, MOST_PAIRS, Message, Pair, Way};
 use rc_management::{CallError, Client};
@@ -14,7 +15,7 @@ use rc_observe::{Estimate, MachineClock, RemoteClock};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// The time from one round to the next one.
 const ROUND: Duration = Duration::from_millis(250);
@@ -22,6 +23,8 @@ const ROUND: Duration = Duration::from_millis(250);
 const LIMIT: Duration = Duration::from_secs(1);
 /// Rounds before a component that did not answer is asked again.
 const PAUSE: u32 = 2;
+/// The most messages in one answer to a tool, of all chains.
+const MOST_TRACES: usize = 8192;
 
 /// The part of a pair in a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +91,12 @@ struct Places {
 
 fn signed(ns: u64) -> i64 {
     i64::try_from(ns).unwrap_or(i64::MAX)
+}
+
+/// Nanoseconds since 1970.
+fn unix_time() -> i64 {
+    let time = SystemTime::now().duration_since(UNIX_EPOCH);
+    signed(u64::try_from(time.unwrap_or_default().as_nanos()).unwrap_or(u64::MAX))
 }
 
 fn message(of: &PlannedMessage) -> Message {
@@ -403,41 +412,53 @@ impl Collector {
         }
     }
 
-    /// The measurements of all chains.
-    pub(super) fn status(&self) -> Chains {
-        let chains = self
-            .joiners
-            .iter()
-            .zip(&self.places)
-            .map(|(joiner, places)| {
-                let mut on: Vec<(usize, usize)> = places.source.into_iter().collect();
-                on.extend(&places.hops);
-                let component = |(at, _): &(usize, usize)| &self.components[*at];
-                let coverage = on.iter().map(component).map(|component| {
-                    let all = component.taken + component.overwritten;
-                    if all == 0 {
-                        1.0
-                    } else {
-                        component.taken as f64 / all as f64
+    /// The measurements of all chains. With `known`, also the messages that came to the end: for
+    /// each chain, those after the first `known` ones, but no more than the newest.
+    pub(super) fn status(&self, known: Option<&[u64]>) -> Chains {
+        let most = MOST_TRACES / self.joiners.len().max(1);
+        let wall_clock = unix_time() - signed(now());
+        let chains =
+            self.joiners
+                .iter()
+                .zip(&self.places)
+                .enumerate()
+                .map(|(number, (joiner, places))| {
+                    let mut on: Vec<(usize, usize)> = places.source.into_iter().collect();
+                    on.extend(&places.hops);
+                    let component = |(at, _): &(usize, usize)| &self.components[*at];
+                    let coverage = on.iter().map(component).map(|component| {
+                        let all = component.taken + component.overwritten;
+                        if all == 0 {
+                            1.0
+                        } else {
+                            component.taken as f64 / all as f64
+                        }
+                    });
+                    let mut missing: Vec<String> = Vec::new();
+                    for place in &on {
+                        let Followed {
+                            name, missing: why, ..
+                        } = component(place);
+                        let why = match why {
+                            Some(why) => why,
+                            None if place.1 >= MOST_PAIRS => "follows as many messages as it can",
+                            None => continue,
+                        };
+                        let text = format!("{name} {why}");
+                        if !missing.contains(&text) {
+                            missing.push(text);
+                        }
+                    }
+                    let status = joiner.status(coverage.fold(1.0, f64::min), missing);
+                    let traces = known.map(|known| {
+                        let known = known.get(number).copied().unwrap_or(0);
+                        joiner.measured.traces(known, most, wall_clock)
+                    });
+                    ChainStatus {
+                        traces: traces.unwrap_or_default(),
+                        ..status
                     }
                 });
-                let mut missing: Vec<String> = Vec::new();
-                for place in &on {
-                    let Followed {
-                        name, missing: why, ..
-                    } = component(place);
-                    let why = match why {
-                        Some(why) => why,
-                        None if place.1 >= MOST_PAIRS => "follows as many messages as it can",
-                        None => continue,
-                    };
-                    let text = format!("{name} {why}");
-                    if !missing.contains(&text) {
-                        missing.push(text);
-                    }
-                }
-                joiner.status(coverage.fold(1.0, f64::min), missing)
-            });
         Chains {
             chains: chains.collect(),
         }

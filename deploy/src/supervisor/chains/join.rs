@@ -4,7 +4,7 @@
 //! This module knows hops and times, no sockets or threads, so its tests need no others. All times
 //! are nanoseconds of the monotonic clock of the supervisor.
 
-use crate::supervisor::chains::report::Measured;
+use crate::supervisor::chains::report::{Completed, Measured};
 use rc_deploy_network::planned_chain::PlannedChain;
 use rc_management::chains::ChainStatus;
 use rc_management::hops::Kind;
@@ -310,7 +310,12 @@ impl Joiner {
         let is_late = trace.is_first && exceeds(self.plan.within);
         let is_old = exceeds(self.plan.age);
         if trace.is_first {
-            self.measured.complete(age, &trace.parts);
+            self.measured.complete(Completed {
+                began: trace.began,
+                total: age,
+                parts: trace.parts.as_slice().into(),
+                is_late,
+            });
         }
         if is_late {
             self.measured.late += 1;

@@ -94,9 +94,11 @@ impl ChainWatch {
             .send(News::Changed(chain, Change::Begun { code, text }));
     }
 
-    /// The measurements of all chains.
-    pub(super) fn status(&self) -> Chains {
+    /// The measurements of all chains. With `known`, also the messages that came to the end: for
+    /// each chain, those after the first `known` ones.
+    pub(super) fn status(&self, known: Option<Vec<u64>>) -> Chains {
         let collector = self.collector.lock();
-        collector.unwrap_or_else(PoisonError::into_inner).status()
+        let collector = collector.unwrap_or_else(PoisonError::into_inner);
+        collector.status(known.as_deref())
     }
 }

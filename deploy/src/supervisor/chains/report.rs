@@ -1,7 +1,7 @@
 //! Measurements of a chain.
 
 use rc_deploy_network::planned_chain::PlannedChain;
-use rc_management::chains::{ChainStatus, HopStatus, Times};
+use rc_management::chains::{ChainStatus, HopStatus, Times, Trace};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -22,8 +22,17 @@ pub(super) struct Measured {
     /// The greatest error of all times.
     pub(super) uncertainty: u64,
     pub(super) hops: Vec<HopCounts>,
-    /// The last messages: how long each took, and its parts in each component.
-    pub(super) last: VecDeque<(i64, Box<[[i64; 3]]>)>,
+    pub(super) last: VecDeque<Completed>,
+}
+
+/// A message that came to the end.
+#[derive(Clone, Debug)]
+pub(super) struct Completed {
+    pub(super) began: i64,
+    pub(super) total: i64,
+    /// In each component: on the way, until `compute()`, work.
+    pub(super) parts: Box<[[i64; 3]]>,
+    pub(super) is_late: bool,
 }
 
 /// Counts at one component.
@@ -53,11 +62,11 @@ impl Measured {
         }
     }
 
-    /// Adds a message that took `total`.
-    pub(super) fn complete(&mut self, total: i64, parts: &[[i64; 3]]) {
+    /// Adds a message.
+    pub(super) fn complete(&mut self, message: Completed) {
         self.complete += 1;
-        self.worst = self.worst.max(total);
-        for (counts, part) in self.hops.iter_mut().zip(parts) {
+        self.worst = self.worst.max(message.total);
+        for (counts, part) in self.hops.iter_mut().zip(&message.parts) {
             let all = [part.iter().sum(), part[0], part[1], part[2]];
             for (worst, time) in counts.worst.iter_mut().zip(all) {
                 *worst = time.max(*worst);
@@ -66,11 +75,26 @@ impl Measured {
         if self.last.len() == LAST {
             self.last.pop_front();
         }
-        self.last.push_back((total, parts.into()));
+        self.last.push_back(message);
+    }
+
+    /// The messages after the first `known` ones, no more than the newest `most`. `wall_clock`: how
+    /// far it is ahead of the clock of these times.
+    pub(super) fn traces(&self, known: u64, most: usize, wall_clock: i64) -> Vec<Trace> {
+        // A supervisor that was started anew counts from zero.
+        let new = self.complete.checked_sub(known).unwrap_or(self.complete);
+        let new = usize::try_from(new).unwrap_or(usize::MAX);
+        let skipped = self.last.len().saturating_sub(new.min(most));
+        let traces = self.last.iter().skip(skipped).map(|message| Trace {
+            began_us: u64::try_from((message.began + wall_clock) / 1000).unwrap_or_default(),
+            hops: message.parts.iter().map(|p| p.map(milliseconds)).collect(),
+            late: message.is_late,
+        });
+        traces.collect()
     }
 
     /// The times that `of` takes of the last messages.
-    fn times(&self, worst: i64, of: impl Fn(&(i64, Box<[[i64; 3]]>)) -> i64) -> Option<Times> {
+    fn times(&self, worst: i64, of: impl Fn(&Completed) -> i64) -> Option<Times> {
         let mut all: Vec<i64> = self.last.iter().map(of).collect();
         let last = all.len().checked_sub(1)?;
         let mut at = |part: f64| {
@@ -96,13 +120,12 @@ impl Measured {
         let in_ms = |time: Duration| time.as_secs_f64() * 1e3;
         let hops = plan.hops.iter().zip(&self.hops).enumerate();
         let hops = hops.map(|(at, (hop, counts))| {
-            let part = |which: usize| {
-                self.times(counts.worst[which + 1], move |(_, parts)| parts[at][which])
-            };
+            let part =
+                |which: usize| self.times(counts.worst[which + 1], move |m| m.parts[at][which]);
             HopStatus {
                 component: hop.input.component.clone(),
                 receives: format!("{}.{}", hop.input.slot, hop.input.operation),
-                times: self.times(counts.worst[0], move |(_, parts)| parts[at].iter().sum()),
+                times: self.times(counts.worst[0], move |m| m.parts[at].iter().sum()),
                 way: part(0),
                 period: part(1),
                 work: part(2),
@@ -126,11 +149,12 @@ impl Measured {
             late: self.late,
             old: self.old,
             coverage: (coverage * 1e4).round() / 1e4,
-            times: self.times(self.worst, |(total, _)| *total),
+            times: self.times(self.worst, |message| message.total),
             oldest_ms: (self.oldest > 0).then(|| milliseconds(self.oldest)),
             uncertainty_ms: milliseconds(self.uncertainty.try_into().unwrap_or(i64::MAX)),
             hops: hops.collect(),
             conditions,
+            traces: Vec::new(),
         }
     }
 }

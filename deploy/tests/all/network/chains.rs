@@ -39,6 +39,45 @@ pub(crate) fn chains(site: &Site) -> Vec<Value> {
     document["chains"].as_array().expect("chains").clone()
 }
 
+/// Records what runs, and looks at its chains afterwards.
+fn a_recording_has_the_chains(site: &Site) {
+    let path = |name: &str| site.path(name).display().to_string();
+    let (file, events) = (path("chains.mcap"), path("chains.json"));
+    let begun = |chain: &Value| chain["begun"].as_u64().expect("a count");
+    let before: Vec<u64> = chains(site).iter().map(begun).collect();
+    let record = ["record", &site.network, "-o", &file, "--length", "5s"];
+    let recorded = site.rcdeploy(&record, false);
+    assert_eq!(recorded.code, 0, "{recorded:?}");
+    let after: Vec<u64> = chains(site).iter().map(begun).collect();
+    let words = ["chains", "--from", &file, "--format", "json"];
+    let shown = site.rcdeploy(&[&words[..], &["--perfetto", &events]].concat(), false);
+    assert_eq!(shown.code, 0, "{shown:?}");
+    let document: Value = serde_json::from_str(&shown.stdout).expect("JSON");
+    assert_eq!(document["network"], site.network.as_str());
+    let events: Value =
+        serde_json::from_slice(&std::fs::read(events).expect("events")).expect("JSON");
+    let events = events["traceEvents"].as_array().expect("events");
+    for (at, chain) in document["chains"]
+        .as_array()
+        .expect("chains")
+        .iter()
+        .enumerate()
+    {
+        // What came to the end, not all that had before.
+        assert!(begun(chain) > 0, "{chain}");
+        assert!(begun(chain) <= after[at] - before[at], "{chain}");
+        assert!(chain["times"]["p50_ms"].as_f64() > Some(0.0), "{chain}");
+        assert_eq!(chain.get("traces"), None);
+        let is_whole = |event: &&Value| event["ph"] == "b" && event["name"] == chain["name"];
+        let messages = events.iter().filter(is_whole).count() as u64;
+        assert!(messages > 0 && messages <= chain["complete"].as_u64().expect("a count"));
+    }
+    let works = |name: &str| events.iter().any(|e| e["ph"] == "X" && e["name"] == name);
+    assert!(works("BatteryStatus.getBatteryState"), "{events:?}");
+    let none = site.rcdeploy(&["chains", "--from", &path("none.mcap")], false);
+    assert_eq!(none.code, 3, "{none:?}");
+}
+
 #[test]
 fn chains_are_measured_and_a_slow_component_is_named() {
     let site = Site::new("chains");
@@ -59,6 +98,7 @@ fn chains_are_measured_and_a_slow_component_is_named() {
         assert!(hops.iter().all(|hop| p50(&hop["times"]) > 0.0), "{chain}");
         assert!(p50(&chain["times"]) > 0.0, "{chain}");
     }
+    a_recording_has_the_chains(&site);
     // Longer than a machine under load delays a message; unit tests find 50 ms.
     let slow = json!({"changes": {"delay": "200ms"}});
     site.tell("c", "parameters_set", &slow);

@@ -121,7 +121,10 @@ fn of_supervisors(golden: &mut Golden) {
         Request::Events,
         Request::Down,
         Request::Ring,
-        Request::Chains,
+        Request::Chains { known: None },
+        Request::Chains {
+            known: Some(vec![120]),
+        },
         Request::ParametersSet {
             changes: BTreeMap::from([(text("left.arm"), changes())]),
         },
@@ -226,6 +229,11 @@ fn of_supervisors(golden: &mut Golden) {
                 restarts: 5,
             }],
             conditions: vec![text("chain-late")],
+            traces: vec![rc_management::chains::Trace {
+                began_us: 1_780_000_000_000_000,
+                hops: vec![[0.25, 20.0, 1.5]],
+                late: true,
+            }],
         }],
     });
     for state in [
