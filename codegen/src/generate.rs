@@ -105,6 +105,16 @@ pub fn component(
     Ok((files, found))
 }
 
+/// The data sheet of a component in Markdown: all that its descriptions say, for people.
+pub fn datasheet(
+    project: &Project,
+    middleware: Middleware,
+) -> Result<(String, Diagnostics), TemplateError> {
+    let (view, found) = view::component::of(project, middleware);
+    let sheet = markdown::datasheet(&view, &project.component.language.text)?;
+    Ok((sheet, found))
+}
+
 /// The view of a component as JSON: what every language of templates can print.
 pub fn view(
     project: &Project,

@@ -17,6 +17,7 @@ use tera::{Context, Tera};
 const TEMPLATES: &[(&str, &str)] = templates::templates!["markdown":
     "operations.md",
     "parameters.md",
+    "datasheet.md",
 ];
 
 static TERA: OnceLock<Result<Tera, TemplateError>> = OnceLock::new();
@@ -38,6 +39,91 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
         pages.push(("parameters.md", print(tera, "parameters.md", &context)?));
     }
     Ok(pages)
+}
+
+/// All that the descriptions of a component say, on one page: what it is, its operations, what its
+/// values mean, its parameters, its states, and what it needs.
+pub(crate) fn datasheet(component: &Component, language: &str) -> Result<String, TemplateError> {
+    let tera = TERA.get_or_init(|| templates::tera(TEMPLATES));
+    let tera = tera.as_ref().map_err(Clone::clone)?;
+    let mut context = Context::new();
+    context.insert("name", &component.name);
+    context.insert("doc", &component.doc);
+    context.insert("facts", &properties(component, language));
+    let pages = pages(component)?;
+    let page = |wanted: &str| {
+        let found = pages.iter().find(|(name, _)| *name == wanted);
+        found.map(|(_, text)| section(text))
+    };
+    context.insert("operations", &page("operations.md"));
+    context.insert("parameters", &page("parameters.md"));
+    context.insert("meanings", &meanings(component));
+    context.insert("machine", &component.machine);
+    let needs = component.dependencies.iter().map(|needed| {
+        let version = needed.version.iter().map(|version| format!(" {version}"));
+        let path = needed.path.iter().map(|path| format!(" in {}", code(path)));
+        let about: String = version.chain(path).collect();
+        format!("{}{about}", code(&needed.package))
+    });
+    context.insert("needs", &needs.collect::<Vec<_>>());
+    print(tera, "datasheet.md", &context)
+}
+
+/// A page as a section of another one: without its head, and with smaller headings.
+fn section(page: &str) -> String {
+    let body = page.lines().skip_while(|line| !line.starts_with("## "));
+    let lines = body.map(|line| {
+        if line.starts_with("## ") {
+            format!("#{line}")
+        } else {
+            line.to_owned()
+        }
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// What the component is: a name and a value in each row.
+fn properties(component: &Component, language: &str) -> Vec<[String; 2]> {
+    let yes = |is: bool| is.then(|| "yes".to_owned());
+    let words = |all: Vec<&str>| all.join(", ");
+    let period = Duration::new(component.period.seconds, component.period.nanoseconds);
+    let rows = [
+        ("language", Some(language.to_owned())),
+        ("period", Some(duration::text_of(period))),
+        (
+            "middleware",
+            Some(words(
+                component.middlewares.iter().map(|one| one.word()).collect(),
+            )),
+        ),
+        ("life cycle", yes(component.managed)),
+        ("advances the time", yes(component.simulates_time)),
+        ("window", yes(component.viewer)),
+        ("descriptions", Some(code(&component.hash))),
+    ];
+    let rows = rows
+        .into_iter()
+        .filter_map(|(name, value)| Some([name.to_owned(), value?]));
+    rows.collect()
+}
+
+/// A row for each data prototype.
+fn meanings(component: &Component) -> Vec<[String; 5]> {
+    let prototypes = component.prototypes.prototypes.iter();
+    let rows = prototypes.map(|prototype| {
+        let frames = prototype.frames.iter();
+        let frames: Vec<String> = frames
+            .map(|(role, frame)| format!("{role} {frame}"))
+            .collect();
+        [
+            code(&prototype.name),
+            prototype.interface_type().map_or_else(String::new, code),
+            cell(&prototype.semantic),
+            cell(prototype.axes.as_deref().unwrap_or_default()),
+            cell(&frames.join(", ")),
+        ]
+    });
+    rows.collect()
 }
 
 fn print(tera: &Tera, template: &str, context: &Context) -> Result<String, TemplateError> {
@@ -185,7 +271,11 @@ fn facts(operation: &Operation) -> Vec<String> {
     let mut facts = Vec::new();
     for member in operation.inputs.iter().chain(&operation.outputs) {
         let unit = member.unit.iter().map(|unit| format!("in {unit}"));
-        let about: Vec<String> = unit.chain(member.range.clone()).collect();
+        let meaning = member
+            .meaning
+            .iter()
+            .map(|name| format!("means {}", code(name)));
+        let about: Vec<String> = unit.chain(member.range.clone()).chain(meaning).collect();
         if !about.is_empty() {
             facts.push(format!(
                 "{}: {}",

@@ -1,6 +1,6 @@
 //! The work of the program `rcgen` on files, besides printing components: [`check`] checks files of
 //! any description language, [`format`](mod@format) formats them, [`mod@fix`] applies the fixes of
-//! findings, [`server`] offers all of it to editors, and [`explain`] has a page for each finding.
+//! findings, [`server`] offers all of it to editors, [`index`] lists what folders hold, and [`explain`] has a page for each finding.
 //!
 //! It knows all languages, so the graph and InnerModel as well. Nothing that starts components links it.
 
@@ -9,6 +9,7 @@ pub mod explain;
 pub mod fix;
 pub mod format;
 pub mod graphs;
+pub mod index;
 pub mod innermodel;
 pub mod languages;
 pub mod server;

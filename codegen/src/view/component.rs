@@ -12,10 +12,12 @@ use rc_diagnostics::Diagnostics;
 use rc_idsl::Library;
 use rc_idsl::model::Operation;
 use rc_kinematics::Cell;
+use rc_prototypes::model::Library as Prototypes;
 use rc_syntax::Name;
 use rc_vocabulary::Middlewares;
 use rc_vocabulary::qos::{Policies, Policy, PolicyName, PolicyValue};
 use serde::{Serialize, Serializer};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A component.
@@ -54,6 +56,9 @@ pub struct Component {
     pub ros_types: Vec<String>,
     /// The modules that the imports reach, each after those that it imports.
     pub modules: Vec<Module>,
+    /// What the values of its types mean: the data prototypes that it imports.
+    #[serde(skip_serializing_if = "is_empty", serialize_with = "of_arc")]
+    pub prototypes: Arc<Prototypes>,
     /// The parameters, if the component has some.
     pub parameters: Option<Parameters>,
     /// The solvers of robots that the component has.
@@ -72,6 +77,14 @@ pub struct Component {
     pub python: Option<Python>,
     /// The packages of other people that the component uses.
     pub dependencies: Vec<Dependency>,
+}
+
+fn of_arc<S: Serializer>(prototypes: &Arc<Prototypes>, to: S) -> Result<S::Ok, S::Error> {
+    prototypes.as_ref().serialize(to)
+}
+
+fn is_empty(prototypes: &Prototypes) -> bool {
+    prototypes.prototypes.is_empty()
 }
 
 /// The solvers of a robot.
@@ -347,6 +360,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         ros_types: ros::definitions(library, &external_types),
         slots,
         modules: library::of(library),
+        prototypes: Arc::clone(&component.prototypes),
         parameters: project.parameters.as_ref().map(parameters::of),
         kinematics: project.kinematics.iter().map(Kinematics::of).collect(),
         world: world::of(project),

@@ -21,6 +21,9 @@ pub struct Member {
     pub optional: bool,
     /// The unit of the number.
     pub unit: Option<String>,
+    /// The data prototype of its type, if the interface names one here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meaning: Option<String>,
     /// The allowed values, as documents print them: "0 to 100".
     pub range: Option<String>,
     /// The default value.
@@ -48,6 +51,7 @@ pub(super) fn member(library: &Library, member: &model::Member) -> Member {
         ty: of_type(library, &member.ty),
         optional: member.optional,
         unit: member.unit.clone(),
+        meaning: member.prototype.as_ref().map(|name| name.text.clone()),
         range: checks::range_text(member),
         default: member
             .default

@@ -11,6 +11,7 @@ mod fmt;
 mod folders;
 mod graphs;
 mod idlc;
+mod index;
 mod kinematics;
 mod layout;
 mod lsp;

@@ -311,3 +311,129 @@ fn reactions_are_on_the_page_and_in_the_view() {
     "#]]
     .assert_eq(&lines);
 }
+
+const SHEET: &str = "\
+import \"Grip.idsl\";
+import \"grip.dproto\";
+/// Holds <b>things</b> & people.
+Component hand
+{
+    Communications { implements Gripper as right; publishes GripPub; };
+    language rust;
+    period 20ms;
+    parameters \"hand.pdsl\";
+    statemachine \"hand.smdsl\";
+    reactions { close -> held budget 2ms; };
+};
+";
+
+/// A component with all that a data sheet says.
+fn whole() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let idsl = IDSL.replace(
+        "    exception Slipped",
+        "    struct Tip { float x; float y; float z; };\n    exception Slipped",
+    );
+    let idsl = idsl.replace("void open();", "void open(@dproto(\"tip\") Tip tip);");
+    let dproto = "import \"Grip.idsl\";\n    \
+                  algebraic xyz :: Scalar{x, y, z}\nunits millimetres :: qudt, xyz { x = mm, y = mm, z = mm }\naxes hand :: right, ahead, up\ndproto tip :: geometry\n{\n    \
+                  semantic = Position\n    coord = cartesian\n    algebraic = xyz\n    ddr = :: IDSL{Grip::Tip}\n    \
+                  dr = { x = x, y = y, z = z }\n    units = millimetres\n    axes = hand\n}\n";
+    let pdsl = "ComponentParams hand\n{\n    /// The strongest grip.\n    force float 10.0 0:40 T unit \"N\";\n};\n";
+    let smdsl = "hand { states closed; initial_state open; end_state off; transitions { open => closed; closed => open, off; }; };\n";
+    for (file, text) in [
+        ("Grip.idsl", idsl.as_str()),
+        ("grip.dproto", dproto),
+        ("hand.pdsl", pdsl),
+        ("hand.smdsl", smdsl),
+        ("hand.cdsl", SHEET),
+    ] {
+        std::fs::write(folder.path().join(file), text).expect("a file");
+    }
+    folder
+}
+
+#[test]
+fn a_data_sheet_says_all_of_a_component() {
+    let folder = whole();
+    let sheet = succeeds(folder.path(), &["datasheet", "hand.cdsl"]);
+    expect![[r#"
+        # hand
+
+        Holds <b>things</b> & people.
+
+        | property | value |
+        |---|---|
+        | language | rust |
+        | period | 20ms |
+        | middleware | iceoryx2 |
+        | descriptions | `cdb5ae7e647183d3` |
+
+        ## Operations
+
+        ### `right`
+
+        implements `Grip::Gripper`
+
+        A hand.
+
+        - `close(force: float32, out fingers: int32) -> bool`
+          Closes it.
+          - `force`: in N, 0 to 40
+          - throws `Slipped`
+        - `open(tip: Tip)`
+          - `tip`: means `tip`
+
+        ### `GripPub`
+
+        publishes `Grip::GripPub`
+
+        - `held(what: optional string)`
+
+        ### Reactions
+
+        - `right.close` leads to `GripPub.held`, in at most 2ms
+
+        ## What values mean
+
+        | prototype | type | semantic | axes | frames |
+        |---|---|---|---|---|
+        | `tip` | `Grip::Tip` | Position | hand |  |
+
+        ## Parameters
+
+        ### `[parameters]`
+
+        | parameter | type | allowed | unit | default | change | meaning |
+        |---|---|---|---|---|---|---|
+        | `force` | float | from 0 to 40 | N | `10.0` | may be changed while the component runs | The strongest grip. |
+
+        ## States
+
+        - `open`
+        - `closed`
+        - `off`, an end
+
+        Events: `OpenToClosed`, `ClosedToOpen`, `ClosedToOff`
+    "#]].assert_eq(&sheet);
+    let html = succeeds(folder.path(), &["datasheet", "hand.cdsl", "--to", "html"]);
+    // What a description says is shown, whatever markup it has.
+    assert!(
+        html.contains("Holds &lt;b&gt;things&lt;/b&gt; &amp; people."),
+        "{html}"
+    );
+    assert!(
+        html.contains("<td><code>force</code></td><td>float</td>"),
+        "{html}"
+    );
+    succeeds(
+        folder.path(),
+        &["datasheet", "hand.cdsl", "-o", "hand.json"],
+    );
+    let json = std::fs::read_to_string(folder.path().join("hand.json")).expect("a file");
+    assert_eq!(json, succeeds(folder.path(), &["view", "hand.cdsl"]));
+    let view: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let tip = &view["modules"][0]["interfaces"][0]["operations"][1]["inputs"][0];
+    assert_eq!(tip["meaning"], "tip");
+    assert_eq!(view["prototypes"]["prototypes"][0]["semantic"], "Position");
+}

@@ -255,6 +255,39 @@ pub(crate) enum Command {
         #[arg(short, long, value_name = "FILE.svg|FILE.dot")]
         output: Option<PathBuf>,
     },
+    /// Lists the components and interfaces of folders: who offers and needs what, languages, licences,
+    /// and what is broken.
+    Index {
+        /// Folders, or files.
+        #[arg(value_name = "DIR", required = true, add = files(&["cdsl", "idsl", ""]))]
+        paths: Vec<PathBuf>,
+        /// Looks for imported files here, too.
+        #[arg(short = 'I', value_name = "DIR")]
+        include: Vec<PathBuf>,
+        /// Writes a page with a search (.html), or a document for programs and later comparisons (.json).
+        #[arg(short, long, value_name = "FILE.json|FILE.html", add = files(&["json", "html"]))]
+        output: Option<PathBuf>,
+        /// Prints what has changed since an index that was written before. Fails with 1 if something is
+        /// gone, or its messages are others.
+        #[arg(long, value_name = "FILE.json", add = files(&["json"]))]
+        since: Option<PathBuf>,
+    },
+    /// Prints all that the descriptions of a component say, on one page: what it is, its operations,
+    /// what its values mean, its reactions, parameters and states, and what it needs.
+    Datasheet {
+        /// The component.
+        #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
+        file: PathBuf,
+        #[command(flatten)]
+        common: Common,
+        /// Markdown, HTML, or JSON as `rcgen view` prints it [default: by the ending of the output,
+        /// or md].
+        #[arg(long, value_name = "FORM")]
+        to: Option<SheetForm>,
+        /// Writes to this file instead of standard output.
+        #[arg(short, long, value_name = "FILE.md|FILE.html|FILE.json", add = files(&["md", "html", "json"]))]
+        output: Option<PathBuf>,
+    },
     /// Prints the conversion from one data prototype to another one: type, distance, cost, and
     /// loss.
     Convert {
@@ -298,6 +331,14 @@ pub(crate) enum Command {
 pub(crate) enum Form {
     Svg,
     Dot,
+}
+
+/// The forms of a data sheet.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum SheetForm {
+    Md,
+    Html,
+    Json,
 }
 
 /// The languages of printed conversions and solvers.

@@ -4,6 +4,7 @@ use crate::command_line::Common;
 use crate::generation::manifest;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Middleware;
+use rc_codegen::templates::TemplateError;
 use rc_codegen::{Project, copied, generate, python, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rc_vocabulary::Language;
@@ -14,17 +15,27 @@ pub(crate) fn print_view(
     common: &Common,
     middleware: Middleware,
 ) -> Result<(), Failure> {
+    print(&described(file, common, |project| {
+        // The view is the same for every language.
+        "rust".clone_into(&mut project.component.language.text);
+        generate::view(project, middleware)
+    })?);
+    Ok(())
+}
+
+/// What `describe` says of a component. Reports all findings.
+pub(crate) fn described(
+    file: &Path,
+    common: &Common,
+    describe: impl FnOnce(&mut Project) -> Result<(String, Diagnostics), TemplateError>,
+) -> Result<String, Failure> {
     let mut sources = SourceMap::new();
     let (mut project, mut found) = load(file, common, &mut sources)?;
     copied::check(&[&project], &mut found).map_err(manifest)?;
-    // The view is the same for every language.
-    "rust".clone_into(&mut project.component.language.text);
-    let (json, more) =
-        generate::view(&project, middleware).map_err(|e| Failure::System(e.to_string()))?;
+    let (text, more) = describe(&mut project).map_err(|e| Failure::System(e.to_string()))?;
     found.extend(more);
     report(&sources, &found, common.format)?;
-    print(&json);
-    Ok(())
+    Ok(text)
 }
 
 pub(crate) fn print_stubs(

@@ -7,11 +7,13 @@ mod clean;
 mod command_line;
 mod component;
 mod configuration;
+mod datasheet;
 mod export;
 mod generation;
 mod graph;
 mod graph_views;
 mod graphs;
+mod index;
 mod innermodel;
 mod kinematics;
 mod prototypes;
@@ -139,6 +141,18 @@ fn main() -> ExitCode {
             to,
             output,
         }) => graph::graph(&file, &common, to, output.as_deref()),
+        Some(Command::Index {
+            paths,
+            include,
+            output,
+            since,
+        }) => index::index(&paths, &include, output.as_deref(), since.as_deref()),
+        Some(Command::Datasheet {
+            file,
+            common,
+            to,
+            output,
+        }) => datasheet::print_sheet(&file, &common, to, output.as_deref()),
         Some(Command::Convert {
             from: Some(from),
             to: Some(to),
